@@ -1,0 +1,157 @@
+# berth. `make run` and `make test` install what they need, build and do what they say; `make help` lists the rest.
+
+CROSS_COMPILE ?=
+SANITIZE ?=
+ifneq ($(CROSS_COMPILE),)
+BUILD := build/$(CROSS_COMPILE:%-=%)
+else ifneq ($(SANITIZE),)
+BUILD := build/sanitize
+else
+BUILD := build
+endif
+CC := $(CROSS_COMPILE)gcc
+CXX := $(CROSS_COMPILE)g++
+PYTHON := .venv/bin/python
+MAKEFLAGS += --no-print-directory -j$(shell nproc)
+
+# --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
+FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c))
+HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
+SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp \
+	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp))
+CLI := $(wildcard sim_hal/cli/*.cpp)
+CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
+BENCH := tests/bench/tick_bench.cpp
+RIGS := $(wildcard sim_hal/rigs/*.toml)
+
+# --- flags --------------------------------------------------------------------------------------------------------
+# The firmware gives the same bits on every machine: no fused multiply-add, no vectorised Eigen (its packets may be
+# fused), and one set of Eigen macros for the whole program, so that a template means one thing.
+ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC
+WARNINGS := -Wall -Wextra -Wshadow -Werror
+COMMON := -O2 -g $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
+LIBRARIES :=
+ifeq ($(CROSS_COMPILE),)
+# SUNDIALS and zlib are for the host only.
+COMMON += -isystem /usr/include/eigen3
+SIM += sim_hal/solver/cvode_solver.cpp
+SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB
+LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz
+else
+COMMON += -isystem $(BUILD)/include
+LDFLAGS += -static
+endif
+ifneq ($(SANITIZE),)
+COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
+LDFLAGS += -fsanitize=address,undefined
+endif
+
+object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
+LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
+
+.PRECIOUS: build/%/include
+.PHONY: all run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench setup setup-test clean help
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
+	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
+	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
+	@echo "make bench          time the tick and the closed loop against scipy and a compiled delay solver"
+	@echo "make all            build build/berth and build/berth-loop"
+	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
+	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
+	@echo "make format lint    clang-format in place; clang-format, clang-tidy and shellcheck"
+
+# --- what a user does ---------------------------------------------------------------------------------------------
+run: setup
+	@$(MAKE) all
+	build/berth run ess --out build/runs
+	@$(PYTHON) scripts/report.py build/runs/ess.ulg
+
+test: setup-test
+	@scripts/test.sh full
+
+quick-test: setup-test
+	@scripts/test.sh quick
+
+bench: setup-test
+	@$(MAKE) all build/tick_bench
+	@$(PYTHON) scripts/bench.py
+
+setup:
+	@scripts/setup.sh run
+
+setup-test:
+	@scripts/setup.sh test
+
+# --- programs -----------------------------------------------------------------------------------------------------
+all: $(BUILD)/berth $(BUILD)/berth-loop
+
+$(BUILD)/berth: $(call object,$(CLI)) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/berth-loop: $(call object,firmware/main.c) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+build/rigs.cpp: scripts/embed_rigs.py $(RIGS)
+	@mkdir -p $(@D)
+	@python3 $< $@ $(RIGS)
+
+COMPILED_C = $(CC) -std=c11 -D_GNU_SOURCE $(COMMON)
+COMPILED_CXX = $(CXX) -std=c++17 $(COMMON) $(SIM_FLAGS)
+
+$(BUILD)/obj/%.c.o: %.c | $(if $(CROSS_COMPILE),$(BUILD)/include)
+	@mkdir -p $(@D)
+	@echo "cc   $<"
+	@$(COMPILED_C) -c $< -o $@
+
+$(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
+	@mkdir -p $(@D)
+	@echo "c++  $<"
+	@$(COMPILED_CXX) -c $< -o $@
+
+# The commit goes into one object, which is made again when it changes.
+COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
+$(BUILD)/obj/sim_hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'
+$(BUILD)/obj/sim_hal/version.cpp.o: $(BUILD)/commit
+$(BUILD)/commit: FORCE
+	@mkdir -p $(@D)
+	@echo '$(COMMIT)' | cmp -s - $@ || echo '$(COMMIT)' > $@
+FORCE:
+
+# Header-only libraries of the host that a cross compiler may see; its own system headers stay its own.
+build/%/include:
+	@mkdir -p $@
+	@ln -sfn /usr/include/eigen3/Eigen $@/Eigen
+	@ln -sfn /usr/include/eigen3/unsupported $@/unsupported
+	@for library in toml++ CLI nlohmann; do ln -sfn /usr/include/$$library $@/$$library; done
+
+# --- the codec, committed as generated ----------------------------------------------------------------------------
+codec: setup
+	@scripts/codec.sh firmware/can
+
+# --- care ---------------------------------------------------------------------------------------------------------
+OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch])
+OWN_CPP := $(wildcard firmware/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
+
+format: setup-test
+	@clang-format -i $(OWN_C) $(OWN_CPP)
+
+lint: setup-test
+	@scripts/lint.sh $(OWN_C) $(OWN_CPP)
+
+clean:
+	rm -rf build
+
+-include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)

@@ -1,0 +1,182 @@
+#include "app.h"
+
+void app_start(struct app *app, const struct app_config *config)
+{
+    *app = (struct app){.config = *config};
+    reception_start(&app->reception, &app->config);
+    operator_channel_start(&app->operator_channel, &app->config);
+    sensor_channel_start(&app->sensor_channel, &app->config);
+    robot_channel_start(&app->robot_channel, &app->config);
+    supervisor_start(&app->supervisor);
+    manipulator_start(&app->manipulator, &app->config);
+    inverse_filter_start(&app->inverse_filter, &app->config);
+    limits_start(&app->limits, &app->config);
+}
+
+static int receive_frame(struct app *app, enum received_message message, const struct hal_frame *frame)
+{
+    switch (message) {
+    case RECEIVED_ROBOT_FEEDBACK:
+        return robot_channel_receive(&app->robot_channel, frame);
+    case RECEIVED_OPERATOR_MOTION:
+    case RECEIVED_OPERATOR_FORCE:
+        return operator_channel_receive(&app->operator_channel, message, frame);
+    case RECEIVED_FORCE:
+        return sensor_channel_receive(&app->sensor_channel, frame);
+    case RECEIVED_COUNT:
+        break;
+    }
+    return 0;
+}
+
+static void receive_frames(struct app *app, const struct tick_input *in)
+{
+    reception_begin_tick(&app->reception);
+    for (uint32_t i = 0; i < in->frame_count; i++) {
+        const struct hal_frame *frame = &in->frames[i];
+        const enum received_message message = reception_check(&app->reception, frame);
+        if (message == RECEIVED_NONE) {
+            continue;
+        }
+        if (receive_frame(app, message, frame)) {
+            reception_accept(&app->reception, message, frame);
+        } else {
+            reception_reject_range(&app->reception);
+        }
+    }
+}
+
+static int robot_at_place(const struct app *app)
+{
+    const double distance_m = app->robot_channel.position_m - app->limits.position_m;
+    const double tolerance_m = app->config.robot_channel.start_tolerance_m;
+    return distance_m >= -tolerance_m && distance_m <= tolerance_m;
+}
+
+static uint32_t supervisor_conditions(const struct app *app, const struct tick_input *in)
+{
+    const struct reception *reception = &app->reception;
+    const int64_t now_ns = in->tick.scheduled_ns;
+    const uint8_t request = app->operator_channel.command.request;
+    const enum received_message from_operator = operator_message(&app->config.operator_command);
+    const struct {
+        uint32_t condition;
+        int holds;
+    } conditions[] = {
+        {CONDITION_EMERGENCY_STOP, in->emergency_stop},
+        {CONDITION_ENABLE, in->enable},
+        {CONDITION_FEEDBACK_FRESH, !reception_is_stale(reception, RECEIVED_ROBOT_FEEDBACK, now_ns)},
+        {CONDITION_SENSOR_FRESH, !reception_is_stale(reception, RECEIVED_FORCE, now_ns)},
+        {CONDITION_OPERATOR_FRESH, !reception_is_stale(reception, from_operator, now_ns)},
+        {CONDITION_ROBOT_AT_PLACE, robot_at_place(app)},
+        {CONDITION_ROBOT_FAULT, app->robot_channel.fault},
+        {CONDITION_SENSOR_SATURATED, app->sensor_channel.saturated},
+        {CONDITION_FORCE_LIMIT, app->sensor_channel.over_limit},
+        {CONDITION_POSITION_LIMIT, (app->limits.active & LIMIT_POSITION) != 0},
+        {CONDITION_NOT_FINITE, (app->limits.active & LIMIT_NOT_FINITE) != 0},
+        {CONDITION_BUS_OFF, reception->bus_off},
+        {CONDITION_MISSED_TICKS, app->missed_ticks > app->config.loop.missed_ticks_budget},
+        {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
+        {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},
+        {CONDITION_REQUEST_RESET, request == OPERATOR_RESET},
+        {CONDITION_STOP, in->tick.stop != 0},
+        {CONDITION_AT_REST, limits_at_rest(&app->limits)},
+    };
+    uint32_t set = 0;
+    for (uint32_t i = 0; i < sizeof conditions / sizeof conditions[0]; i++) {
+        set |= conditions[i].holds ? conditions[i].condition : 0u;
+    }
+    return set;
+}
+
+/* What has to be put back when the supervisor changes state. */
+static void enter_state(struct app *app, enum supervisor_state from)
+{
+    const enum supervisor_state to = app->supervisor.state;
+    if (to == from) {
+        return;
+    }
+    if (from == SUPERVISOR_RUNNING) {
+        manipulator_rest_at(&app->manipulator, app->limits.position_m);
+    }
+    if (to == SUPERVISOR_START) {
+        app->missed_ticks = 0;
+        inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m);
+    }
+}
+
+static void supervise(struct app *app, const struct tick_input *in)
+{
+    const enum supervisor_state before = app->supervisor.state;
+    app->missed_ticks += in->tick.missed;
+    app->record.conditions = supervisor_conditions(app, in);
+    supervisor_step(&app->supervisor, app->record.conditions);
+    enter_state(app, before);
+}
+
+static void command_robot(struct app *app, const struct tick_input *in, struct tick_output *out)
+{
+    struct tick_record *record = &app->record;
+    record->manipulator_position_m = app->manipulator.position_m;
+    record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
+    record->filtered_position_m = inverse_filter_step(&app->inverse_filter, app->manipulator.position_m);
+    const double limited_m = limits_step(&app->limits, record->filtered_position_m);
+    record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, limited_m,
+                                                    app->limits.active, app->missed_ticks, out);
+}
+
+static void advance_manipulator(struct app *app)
+{
+    if (supervisor_may_move(&app->supervisor)) {
+        manipulator_step(&app->manipulator, &app->operator_channel.command, app->sensor_channel.force_N);
+    }
+}
+
+static void set_lines(struct app *app, struct tick_output *out)
+{
+    app->heartbeat ^= 1u;
+    out->heartbeat = app->heartbeat;
+    out->fault = app->supervisor.state == SUPERVISOR_FAULT;
+}
+
+static void record_tick(struct app *app, const struct tick_input *in, const struct tick_output *out)
+{
+    const struct operator_command *command = &app->operator_channel.command;
+    const struct reception_counts *counts = &app->reception.counts;
+    struct tick_record *record = &app->record;
+    record->timestamp = (uint64_t)in->tick.scheduled_ns / 1000u;
+    record->index = in->tick.index;
+    record->scheduled_ns = in->tick.scheduled_ns;
+    record->woke_ns = in->tick.woke_ns;
+    record->force_age_ns = in->tick.scheduled_ns - app->sensor_channel.received_ns;
+    record->operator_position_m = command->position_m;
+    record->operator_velocity_m_per_s = command->velocity_m_per_s;
+    record->operator_force_N = command->force_N;
+    record->force_N = app->sensor_channel.force_N;
+    record->robot_position_m = app->robot_channel.position_m;
+    record->missed_ticks = in->tick.missed;
+    record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
+    record->lost_frames = counts->lost;
+    record->error_frames = counts->error_frames;
+    record->saturated_setpoints = app->robot_channel.saturated_setpoints;
+    record->enable = in->enable;
+    record->emergency_stop = in->emergency_stop;
+    record->stop = in->tick.stop != 0;
+    record->state = (uint8_t)app->supervisor.state;
+    record->stop_cause = (uint8_t)app->supervisor.stop_cause;
+    record->limits = (uint8_t)app->limits.active;
+    record->operator_request = command->request;
+    record->heartbeat = out->heartbeat;
+    recorder_write(&app->recorder, in, out, record);
+}
+
+void app_step(struct app *app, const struct tick_input *in, struct tick_output *out)
+{
+    out->frame_count = 0;
+    receive_frames(app, in);
+    supervise(app, in);
+    command_robot(app, in, out);
+    advance_manipulator(app);
+    set_lines(app, out);
+    record_tick(app, in, out);
+}

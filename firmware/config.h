@@ -1,0 +1,104 @@
+/* Configuration of the firmware: plain values, units in the names, checked once, never changed while running.
+ * The same names, prefixed by their section, are the keys of a rig file. */
+#ifndef FIRMWARE_CONFIG_H
+#define FIRMWARE_CONFIG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum integrator { INTEGRATOR_EXACT, INTEGRATOR_SEMI_IMPLICIT_EULER, INTEGRATOR_RK4, INTEGRATOR_COUNT };
+
+enum operator_interface { OPERATOR_INTERFACE_MOTION, OPERATOR_INTERFACE_FORCE, OPERATOR_INTERFACE_COUNT };
+
+/* [loop] */
+struct loop_config {
+    int64_t rate_Hz;             /* must divide 1e9 ns */
+    int64_t missed_ticks_budget; /* missed ticks in one run before the supervisor faults */
+};
+
+/* [manipulator]: M x'' + D (x' - v_op) + K (x - x_op) = F_op - F */
+struct manipulator_config {
+    double mass_kg;
+    double damping_N_s_per_m;
+    double stiffness_N_per_m;
+    double initial_position_m;
+    double initial_velocity_m_per_s;
+    int32_t integrator; /* enum integrator */
+    int64_t substeps;   /* integrator steps per period */
+};
+
+/* [operator]: what an operator command may be, and how old */
+struct operator_config {
+    int32_t interface; /* enum operator_interface */
+    double position_limit_m;
+    double velocity_limit_m_per_s;
+    double force_limit_N;
+    double stale_after_ms;
+};
+
+/* [sensor_channel] */
+struct sensor_channel_config {
+    double force_limit_N; /* a larger measured force is a fault */
+    double stale_after_ms;
+};
+
+/* [robot_channel] */
+struct robot_channel_config {
+    double stale_after_ms;
+    double start_tolerance_m; /* largest distance between robot and first setpoint at which the loop gets ready */
+};
+
+/* [limits]: of the setpoints on the wire */
+struct limits_config {
+    double position_min_m;
+    double position_max_m;
+    double velocity_m_per_s;
+    double acceleration_m_per_s2;
+};
+
+/* [inverse_filter]: takes away the amplitude error of a robot that is named by [robot] transfer_* */
+struct inverse_filter_config {
+    int32_t enabled;
+    double robot_frequency_Hz;
+    double robot_damping_ratio;
+    double bandwidth_Hz; /* of the poles that replace the robot's: well above the band to be corrected */
+};
+
+struct app_config {
+    struct loop_config loop;
+    struct manipulator_config manipulator;
+    struct operator_config operator_command;
+    struct sensor_channel_config sensor_channel;
+    struct robot_channel_config robot_channel;
+    struct limits_config limits;
+    struct inverse_filter_config inverse_filter;
+};
+
+#define NS_PER_S INT64_C(1000000000)
+
+/* What is wrong with a configuration: the key, as in a rig file, and a sentence. key is NULL if nothing is. */
+struct config_error {
+    const char *key;
+    const char *message;
+};
+
+/* Values that suit a 400 Hz loop with a robot of the size in the paper. */
+struct app_config config_default(void);
+
+/* Checks every value and their relations. */
+struct config_error config_validate(const struct app_config *config);
+
+int64_t config_period_ns(const struct app_config *config);
+double config_period_s(const struct app_config *config);
+
+/* Milliseconds to the nearest nanosecond; the only conversion of configured durations. Non-negative input. */
+int64_t ns_from_ms(double duration_ms);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,35 @@
+/* The simulated manipulator, one degree of freedom, fixed step:
+ *     M x'' + D (x' - v_op) + K (x - x_op) = F_op - F
+ * with operator command and measured force held constant over the step. */
+#ifndef FIRMWARE_MANIPULATOR_H
+#define FIRMWARE_MANIPULATOR_H
+
+#include "config.h"
+#include "operator_command.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct manipulator {
+    double position_m;
+    double velocity_m_per_s;
+    const struct manipulator_config *config;
+    double step_s;        /* period / substeps */
+    double transition[4]; /* exact integrator: row-major 2 x 2, state (x, v) over one period */
+    double input_map[6];  /* row-major 2 x 3, input (x_op, v_op, F_op - F) over one period */
+};
+
+/* Prepares the step and puts the manipulator to its initial position and velocity. Keeps a pointer to `config`. */
+void manipulator_start(struct manipulator *manipulator, const struct app_config *config);
+
+/* Puts the manipulator to rest at a position. */
+void manipulator_rest_at(struct manipulator *manipulator, double position_m);
+
+/* One period ahead. `force_N`: what the robot exerts on the object. */
+void manipulator_step(struct manipulator *manipulator, const struct operator_command *command, double force_N);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

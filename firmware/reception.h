@@ -1,0 +1,63 @@
+/* The reception table: every identifier that the loop may receive has one row, and a frame that does not match
+ * its row is not looked at any further. Counting and staleness live here, meaning in the channels. */
+#ifndef FIRMWARE_RECEPTION_H
+#define FIRMWARE_RECEPTION_H
+
+#include "config.h"
+#include "types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum received_message {
+    RECEIVED_ROBOT_FEEDBACK,
+    RECEIVED_OPERATOR_MOTION,
+    RECEIVED_OPERATOR_FORCE,
+    RECEIVED_FORCE,
+    RECEIVED_COUNT,
+    RECEIVED_NONE = RECEIVED_COUNT /* the frame was rejected */
+};
+
+/* Totals since the start. A frame counts once. */
+struct reception_counts {
+    uint32_t accepted;
+    uint32_t unknown;      /* no row for this identifier on this bus */
+    uint32_t wrong_length; /* shorter or longer than its row says */
+    uint32_t repeated;     /* same counter as the frame before: rejected */
+    uint32_t out_of_range; /* a signal outside its range: rejected */
+    uint32_t lost;         /* frames missing between the counters of two accepted ones */
+    uint32_t error_frames; /* the bus reported trouble */
+};
+
+struct reception {
+    int64_t stale_after_ns[RECEIVED_COUNT];
+    int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame */
+    uint8_t counter[RECEIVED_COUNT];
+    uint8_t seen[RECEIVED_COUNT];
+    uint8_t bus_off; /* a controller left its bus in this tick */
+    struct reception_counts counts;
+};
+
+void reception_start(struct reception *reception, const struct app_config *config);
+
+/* Call before the first frame of a tick. */
+void reception_begin_tick(struct reception *reception);
+
+/* Checks one frame against its row: identifier, bus, length, counter. RECEIVED_NONE if it is rejected. The
+ * frame counts as accepted only after reception_accept(). */
+enum received_message reception_check(struct reception *reception, const struct hal_frame *frame);
+
+/* Takes the frame as the newest of its kind. */
+void reception_accept(struct reception *reception, enum received_message message, const struct hal_frame *frame);
+
+/* The channel found a signal out of range: the frame is dropped and its age goes on. */
+void reception_reject_range(struct reception *reception);
+
+/* No accepted frame yet, or the newest is older than its row allows. */
+int reception_is_stale(const struct reception *reception, enum received_message message, int64_t now_ns);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,51 @@
+#include "recorder.h"
+
+#include <string.h>
+
+#define FORMAT_FIELD(type, name) #type " " #name ";"
+const char *const tick_record_format = "tick:" TICK_RECORD_FIELDS(FORMAT_FIELD);
+const char *const frame_record_format = "can_frame:" FRAME_RECORD_FIELDS(FORMAT_FIELD);
+
+#define FIELD_SIZE(type, name) +sizeof(type)
+_Static_assert(sizeof(struct tick_record) == 0 TICK_RECORD_FIELDS(FIELD_SIZE), "the tick record has no padding");
+_Static_assert(sizeof(struct frame_record) == 0 FRAME_RECORD_FIELDS(FIELD_SIZE), "the frame record has no padding");
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "ULog is little-endian, records are copied as they are");
+
+static void append(struct recorder *recorder, uint16_t message_id, const void *record, uint16_t record_bytes)
+{
+    uint8_t *to = recorder->bytes + recorder->size_bytes;
+    const uint16_t size_bytes = (uint16_t)(sizeof message_id + record_bytes);
+    memcpy(to, &size_bytes, sizeof size_bytes);
+    to[2] = 'D';
+    memcpy(to + 3, &message_id, sizeof message_id);
+    memcpy(to + ULOG_DATA_HEADER_BYTES, record, record_bytes);
+    recorder->size_bytes += ULOG_DATA_HEADER_BYTES + record_bytes;
+}
+
+static void append_frames(struct recorder *recorder, const struct hal_frame *frames, uint32_t count,
+                          uint64_t timestamp, uint8_t direction)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const struct hal_frame *frame = &frames[i];
+        struct frame_record record = {
+            .timestamp = timestamp,
+            .time_ns = frame->time_ns,
+            .id = frame->id,
+            .bus = frame->bus,
+            .length = frame->length,
+            .flags = frame->flags,
+            .direction = direction,
+        };
+        memcpy(&record.data, frame->data, sizeof frame->data);
+        append(recorder, ULOG_FRAME_ID, &record, sizeof record);
+    }
+}
+
+void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
+                    const struct tick_record *record)
+{
+    recorder->size_bytes = 0;
+    append_frames(recorder, in->frames, in->frame_count, record->timestamp, 0);
+    append_frames(recorder, out->frames, out->frame_count, record->timestamp, 1);
+    append(recorder, ULOG_TICK_ID, record, sizeof *record);
+}

@@ -1,0 +1,91 @@
+/* Every input and every output of every tick, as ULog messages (PX4's log format, version 1) that PlotJuggler,
+ * Foxglove and pyulog read. One list of fields makes the record, its description in the log, and the comparison
+ * of a replay. The unit is the last part of a field's name. */
+#ifndef FIRMWARE_RECORDER_H
+#define FIRMWARE_RECORDER_H
+
+#include "types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* One a tick. Large fields first: no padding. Inputs: index to emergency_stop (and the frames); the rest are
+ * outputs. `timestamp` is in us, as ULog wants it. */
+#define TICK_RECORD_FIELDS(X)                                                                                       \
+    X(uint64_t, timestamp)                                                                                          \
+    X(int64_t, index)                                                                                               \
+    X(int64_t, scheduled_ns)                                                                                        \
+    X(int64_t, woke_ns)                                                                                             \
+    X(int64_t, force_age_ns)                                                                                        \
+    X(double, operator_position_m)                                                                                  \
+    X(double, operator_velocity_m_per_s)                                                                            \
+    X(double, operator_force_N)                                                                                     \
+    X(double, force_N)                                                                                              \
+    X(double, manipulator_position_m)                                                                               \
+    X(double, manipulator_velocity_m_per_s)                                                                         \
+    X(double, filtered_position_m)                                                                                  \
+    X(double, command_position_m)                                                                                   \
+    X(double, robot_position_m)                                                                                     \
+    X(uint32_t, missed_ticks)                                                                                       \
+    X(uint32_t, rejected_frames)                                                                                    \
+    X(uint32_t, lost_frames)                                                                                        \
+    X(uint32_t, error_frames)                                                                                       \
+    X(uint32_t, saturated_setpoints)                                                                                \
+    X(uint32_t, conditions)                                                                                         \
+    X(uint8_t, enable)                                                                                              \
+    X(uint8_t, emergency_stop)                                                                                      \
+    X(uint8_t, stop)                                                                                                \
+    X(uint8_t, state)                                                                                               \
+    X(uint8_t, stop_cause)                                                                                          \
+    X(uint8_t, limits)                                                                                              \
+    X(uint8_t, operator_request)                                                                                    \
+    X(uint8_t, heartbeat)
+
+#define RECORD_MEMBER(type, name) type name;
+struct tick_record {
+    TICK_RECORD_FIELDS(RECORD_MEMBER)
+};
+
+/* One a frame, in the order in which the loop took or sent it; `direction` 0 received, 1 sent. */
+#define FRAME_RECORD_FIELDS(X)                                                                                      \
+    X(uint64_t, timestamp)                                                                                          \
+    X(int64_t, time_ns)                                                                                             \
+    X(uint64_t, data)                                                                                               \
+    X(uint32_t, id)                                                                                                 \
+    X(uint8_t, bus)                                                                                                 \
+    X(uint8_t, length)                                                                                              \
+    X(uint8_t, flags)                                                                                               \
+    X(uint8_t, direction)
+
+struct frame_record {
+    FRAME_RECORD_FIELDS(RECORD_MEMBER)
+};
+
+#define ULOG_TICK_ID 0
+#define ULOG_FRAME_ID 1
+
+/* A ULog data message: size, type 'D', message id, then the record as it lies in memory (little-endian). */
+#define ULOG_DATA_HEADER_BYTES 5
+#define RECORDER_TICK_BYTES_MAX                                                                                     \
+    (ULOG_DATA_HEADER_BYTES + sizeof(struct tick_record) +                                                          \
+     (TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX) * (ULOG_DATA_HEADER_BYTES + sizeof(struct frame_record)))
+
+/* The messages of one tick: frames received, frames sent, then the tick itself. */
+struct recorder {
+    uint8_t bytes[RECORDER_TICK_BYTES_MAX];
+    uint32_t size_bytes;
+};
+
+/* Replaces the recorder's contents by the messages of this tick. */
+void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
+                    const struct tick_record *record);
+
+/* ULog format strings "name:type field;..." of the two records. */
+extern const char *const tick_record_format;
+extern const char *const frame_record_format;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

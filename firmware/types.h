@@ -1,0 +1,28 @@
+/* What enters and leaves one tick. Everything that the step may depend on is in tick_input, or in the state
+ * that earlier ticks left: recorded inputs therefore replay to the same outputs, bit for bit. */
+#ifndef FIRMWARE_TYPES_H
+#define FIRMWARE_TYPES_H
+
+#include "../hal/hal.h"
+
+/* Frames taken per tick, all buses together. Three arrive in a regular tick; the rest is room for bursts.
+ * What does not fit waits in the HAL for the next tick. */
+#define TICK_FRAMES_IN_MAX 16
+#define TICK_FRAMES_OUT_MAX 4
+
+struct tick_input {
+    struct hal_tick tick;
+    uint32_t frame_count;
+    uint8_t enable;
+    uint8_t emergency_stop;
+    struct hal_frame frames[TICK_FRAMES_IN_MAX];
+};
+
+struct tick_output {
+    uint32_t frame_count;
+    uint8_t heartbeat;
+    uint8_t fault;
+    struct hal_frame frames[TICK_FRAMES_OUT_MAX];
+};
+
+#endif

@@ -1,0 +1,48 @@
+/* The table of rig file keys: the one place that says which keys there are, what they may be and what they mean. */
+#ifndef HAL_RIG_KEYS_H
+#define HAL_RIG_KEYS_H
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rig.h"
+
+namespace berth
+{
+
+enum class key_type { number, integer, boolean, choice, text };
+
+struct rig_key {
+    std::string_view path; /* section.name */
+    key_type type;
+    void *(*member)(rig &); /* double, std::int64_t, std::int32_t (boolean, choice), bool or std::string */
+    bool is_bool;           /* boolean stored as bool rather than std::int32_t */
+    double low;             /* number, integer: smallest permitted value */
+    double high;
+    bool low_is_allowed;
+    bool infinity_is_allowed;
+    std::vector<std::string_view> choices;
+    std::string_view meaning;
+};
+
+const std::vector<rig_key> &rig_keys();
+
+/* The key with this path, or nullptr. */
+const rig_key *find_key(std::string_view path);
+
+/* The known path most like `path`, by edit distance; a bare name is compared with names. */
+std::string_view nearest_key(std::string_view path);
+
+/* Sets one value from its text as in a rig file (numbers, true/false, bare or quoted words). */
+std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text);
+
+/* Text in quotes, as TOML wants it. */
+std::string quoted(std::string_view text);
+
+/* Current value as it stands in a rig file. Numbers read back to the same bits. */
+std::string value_text(const rig &rig, const rig_key &key);
+
+} // namespace berth
+
+#endif

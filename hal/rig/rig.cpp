@@ -1,0 +1,135 @@
+#include "rig.h"
+
+#include <cmath>
+
+namespace berth
+{
+
+namespace
+{
+
+std::string near_rates(std::int64_t rate_Hz)
+{
+    std::int64_t below = rate_Hz;
+    std::int64_t above = rate_Hz;
+    while (NS_PER_S % below != 0) {
+        below--;
+    }
+    while (NS_PER_S % above != 0) {
+        above++;
+    }
+    return "; the nearest rates that do are " + std::to_string(below) + " and " + std::to_string(above) + " Hz";
+}
+
+std::optional<rig_error> check_robot(const rig &rig)
+{
+    const double period_ms = 1e3 * config_period_s(&rig.firmware);
+    const robot_rig &robot = rig.robot;
+    if (robot.interpolation == interpolation::linear &&
+        ns_from_ms(robot.dead_time_ms) < config_period_ns(&rig.firmware)) {
+        return rig_error{"robot.dead_time_ms",
+                         "must be at least one period (" + std::to_string(period_ms) +
+                             " ms) with robot.interpolation = \"linear\": the robot must know the next setpoint to "
+                             "move towards it; use \"hold\" for shorter dead times"};
+    }
+    if (robot.interpolation == interpolation::hold && ns_from_ms(robot.dead_time_ms) < frame_time_ns(rig.bus, 8)) {
+        return rig_error{"robot.dead_time_ms",
+                         "is shorter than the setpoint's time on the bus, which it includes; set bus.ideal = true"};
+    }
+    if (robot.dead_time_ms > 1e5) {
+        return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
+    }
+    if (robot.jitter_ms >= 0.5 * period_ms) {
+        return rig_error{"robot.jitter_ms", "must be less than half a period, so that setpoints keep their order"};
+    }
+    if (robot.clock == robot_clock::free && robot.clock_phase_ms >= period_ms) {
+        return rig_error{"robot.clock_phase_ms", "must be less than a period"};
+    }
+    if (!(std::abs(robot.clock_drift_ppm) <= 1e5)) {
+        return rig_error{"robot.clock_drift_ppm", "must be within +-100000 ppm"};
+    }
+    return {};
+}
+
+std::optional<rig_error> check_sensor(const rig &rig)
+{
+    const sensor_rig &sensor = rig.sensor;
+    if (sensor.low_pass_order > 2) {
+        return rig_error{"sensor.low_pass_order", "must be 0, 1 or 2"};
+    }
+    if (ns_from_ms(sensor.delay_ms) < frame_time_ns(rig.bus, 8)) {
+        return rig_error{"sensor.delay_ms",
+                         "is shorter than the sample's time on the bus, which it includes; set bus.ideal = true"};
+    }
+    if (sensor.delay_ms > 1e5) {
+        return rig_error{"sensor.delay_ms", "must be at most 100000 ms"};
+    }
+    if (sensor.sample_phase_ms >= 1e3 * config_period_s(&rig.firmware)) {
+        return rig_error{"sensor.sample_phase_ms", "must be less than a period"};
+    }
+    return {};
+}
+
+std::optional<rig_error> check_others(const rig &rig)
+{
+    const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    if (ticks > 1e10) {
+        return rig_error{"run.duration_s", "gives more than 1e10 ticks"};
+    }
+    if (rig.profile.kind == profile_kind::file && rig.profile.file.empty()) {
+        return rig_error{"profile.file", "is missing: profile.kind = \"file\" needs it"};
+    }
+    if (rig.bus.burst_length_frames < 1.0) {
+        return rig_error{"bus.burst_length_frames", "must be 1 or more"};
+    }
+    if (rig.solver.contact_step_us < 0.01) {
+        return rig_error{"solver.contact_step_us", "must be 0.01 or more"};
+    }
+    if (rig.object.kind == object_kind::contact &&
+        rig.firmware.manipulator.initial_position_m > rig.object.surface_position_m) {
+        return rig_error{"manipulator.initial_position_m",
+                         "must not lie beyond object.surface_position_m: the run starts without contact"};
+    }
+    return {};
+}
+
+} // namespace
+
+double rig::sensor_damping_N_s_per_m() const
+{
+    return 2.0 * sensor.damping_ratio * std::sqrt(sensor.stiffness_N_per_m * object.mass_kg);
+}
+
+std::optional<rig_error> complete_and_check(rig &rig)
+{
+    rig.firmware.inverse_filter.robot_frequency_Hz =
+        rig.has_transfer_behaviour() ? rig.robot.transfer_frequency_Hz : 0.0;
+    rig.firmware.inverse_filter.robot_damping_ratio = rig.robot.transfer_damping_ratio;
+
+    const config_error error = config_validate(&rig.firmware);
+    if (error.key != nullptr) {
+        const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1 &&
+                             rig.firmware.loop.rate_Hz <= 1000000;
+        return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
+    }
+    for (const auto check : {check_robot, check_sensor, check_others}) {
+        if (auto found = check(rig)) {
+            return found;
+        }
+    }
+    return {};
+}
+
+std::int64_t frame_time_ns(const bus_rig &bus, int data_bytes)
+{
+    if (bus.ideal) {
+        return 0;
+    }
+    /* Base frame: 34 bits that can be stuffed and 13 that cannot (delimiters, ACK, end, 3 bits interframe space);
+     * at worst one stuff bit after the first 5 bits and after every 4 more. */
+    const int stuffable_bits = 34 + 8 * data_bytes;
+    const int bits = stuffable_bits + 13 + (stuffable_bits - 1) / 4;
+    return std::llround(1e9 * bits / bus.bit_rate_bit_per_s);
+}
+
+} // namespace berth

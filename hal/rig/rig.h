@@ -1,0 +1,140 @@
+/* A rig: everything that one run depends on. Members carry the names of the keys in a rig file, unit included;
+ * the firmware's part is its own configuration struct. Purely values: copying a rig is always safe. */
+#ifndef HAL_RIG_RIG_H
+#define HAL_RIG_RIG_H
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "../../firmware/config.h"
+
+namespace berth
+{
+
+constexpr double never = std::numeric_limits<double>::infinity();
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+enum class interpolation : std::int32_t { linear, hold };
+enum class robot_clock : std::int32_t { locked, free };
+enum class object_kind : std::int32_t { gripped, contact };
+enum class solver_kind : std::int32_t { fast, cvode };
+enum class profile_kind : std::int32_t { rest, step, ramp, minimum_jerk, chirp, multisine, file };
+
+/* [run] */
+struct run_rig {
+    double duration_s = 60.0;
+    double release_s = 0.1; /* the operator requests to run from here on; until then the robot is held */
+    std::int64_t seed = 1;
+    double emergency_stop_s = never;
+    double enable_off_s = never;
+};
+
+/* [profile]: what the operator station commands, counted from the release */
+struct profile_rig {
+    profile_kind kind = profile_kind::rest;
+    double offset_m = 0.0;    /* motion interface: the position about which the profile moves */
+    double amplitude_m = 0.0; /* used by the motion interface */
+    double amplitude_N = 0.0; /* used by the force interface */
+    double start_s = 0.0;
+    double duration_s = 1.0;
+    double frequency_start_Hz = 0.1;
+    double frequency_end_Hz = 5.0;
+    std::string file;
+    std::string column;
+    double scale = 1.0;
+};
+
+/* [robot] */
+struct robot_rig {
+    double dead_time_ms = 17.5; /* T_R: command to motion, time on the bus included */
+    berth::interpolation interpolation = berth::interpolation::linear;
+    double transfer_frequency_Hz = unlimited; /* G_R = w^2 / (s^2 + 2 z w s + w^2); unlimited: none */
+    double transfer_damping_ratio = 0.7;
+    double velocity_limit_m_per_s = unlimited;
+    double acceleration_limit_m_per_s2 = unlimited;
+    robot_clock clock = robot_clock::locked;
+    double clock_phase_ms = 0.0;
+    double clock_drift_ppm = 0.0;
+    double jitter_ms = 0.0; /* largest shift of a setpoint's instant, uniform, either way */
+};
+
+/* [sensor] */
+struct sensor_rig {
+    double stiffness_N_per_m = 2e7; /* k_S */
+    double damping_ratio = 0.05;    /* zeta_S: d_S = 2 zeta_S sqrt(k_S m) */
+    std::int64_t low_pass_order = 2;
+    double low_pass_frequency_Hz = 20.0;
+    double low_pass_damping_ratio = 0.7;
+    double delay_ms = 2.5; /* T_S: sample to arrival, time on the bus included */
+    double sample_phase_ms = 0.0;
+    double bias_N = 0.0;
+    double noise_N = 0.0; /* standard deviation, white, one value a sample */
+    double resolution_N = 0.0;
+    double saturation_N = unlimited;
+    double loss_probability = 0.0;  /* a sample that is never sent */
+    double stale_probability = 0.0; /* a frame that is sent again instead of a new one */
+};
+
+/* [object] */
+struct object_rig {
+    object_kind kind = object_kind::gripped;
+    double mass_kg = 100.0; /* gripped object, or the tool that meets the surface */
+    double stiffness_N_per_m = 0.0;
+    double damping_N_s_per_m = 0.0;
+    double surface_position_m = 0.0; /* contact: elastic material beyond this position */
+};
+
+/* [bus]: of both buses */
+struct bus_rig {
+    double bit_rate_bit_per_s = 1e6;
+    bool ideal = false; /* frames take no time; for dead times below a frame */
+    double loss_probability = 0.0;
+    double burst_probability = 0.0; /* a burst of losses starts with this frame */
+    double burst_length_frames = 1.0;
+    double error_probability = 0.0; /* a frame is destroyed, reported and sent again */
+};
+
+/* [solver] */
+struct solver_rig {
+    solver_kind kind = solver_kind::fast;
+    double relative_tolerance = 1e-11;
+    double absolute_tolerance = 1e-14;
+    double contact_step_us = 25.0; /* fast solver, contact only */
+};
+
+struct rig {
+    std::string name;
+    std::string description;
+    app_config firmware = config_default();
+    run_rig run;
+    profile_rig profile;
+    robot_rig robot;
+    sensor_rig sensor;
+    object_rig object;
+    bus_rig bus;
+    solver_rig solver;
+
+    /* d_S in N s/m. */
+    double sensor_damping_N_s_per_m() const;
+    bool has_transfer_behaviour() const { return robot.transfer_frequency_Hz != unlimited; }
+};
+
+/* What is wrong with a rig: the key and a sentence. */
+struct rig_error {
+    std::string key;
+    std::string message;
+};
+
+/* Checks ranges and relations of all values, the firmware's included; fills in what the firmware has to know of
+ * the robot. Nothing: the rig is fine. */
+std::optional<rig_error> complete_and_check(rig &rig);
+
+/* Time that a frame of `data_bytes` takes on the bus, in ns: the longest that bit stuffing allows, so that a
+ * dead time with the bus in it never turns out longer than stated. */
+std::int64_t frame_time_ns(const bus_rig &bus, int data_bytes);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,43 @@
+/* Rig files: TOML, every key with its unit in the name. Any error names file, line, key and what to do. */
+#ifndef HAL_RIG_RIG_FILE_H
+#define HAL_RIG_RIG_FILE_H
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "rig.h"
+
+namespace berth
+{
+
+/* What a user got wrong: one line for a person. Ends the program with exit code 2. */
+class input_error : public std::runtime_error
+{
+    using std::runtime_error::runtime_error;
+};
+
+/* A rig shipped with the program. */
+struct shipped_rig {
+    const char *name;
+    const char *text;
+};
+
+const std::vector<shipped_rig> &shipped_rigs();
+
+/* Loads a shipped rig by name or a file by path, applies `overrides` ("section.key=value") and checks the result.
+ * Throws input_error. */
+rig load_rig(const std::string &name_or_path, const std::vector<std::string> &overrides = {});
+
+/* The same from text; `origin` stands for the file's name in messages. */
+rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides = {});
+
+/* The resolved rig as a rig file with every key and what it means; reads back to the same rig. */
+std::string print_rig(const rig &rig);
+
+/* FNV-1a of print_rig(): 16 hexadecimal digits that name a configuration. */
+std::string config_hash(const rig &rig);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,80 @@
+#!/usr/bin/env bash
+# Runs the tests and ends with one line that says how many passed and failed.
+#
+#   test.sh quick    C++ and Python tests
+#   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
+#                    qemu-user; the committed codec is what the DBC gives; lint
+set -uo pipefail
+cd "$(dirname "$0")/.."
+mode=${1:?usage: test.sh quick|full}
+passed=0 failed=0 skipped=0 failures=()
+
+# step NAME COMMAND...: one pass or failure; output is shown only if it fails.
+step() {
+    local name=$1 output
+    shift
+    echo "--- $name"
+    if output=$("$@" 2>&1); then
+        passed=$((passed + 1))
+    else
+        printf '%s\n' "$output"
+        failed=$((failed + 1)) failures+=("$name")
+    fi
+}
+
+# cpp NAME PROGRAM...: a doctest program; each test case counts.
+cpp() {
+    local name=$1 output cases
+    shift
+    echo "--- $name"
+    output=$("$@" 2>&1)
+    local status=$?
+    printf '%s\n' "$output"
+    cases=$(sed -n 's/.*test cases: *[0-9]* *| *\([0-9]*\) passed *| *\([0-9]*\) failed.*/\1 \2/p' <<<"$output" | tail -1)
+    if [ -z "$cases" ]; then
+        failed=$((failed + 1)) failures+=("$name")
+        return
+    fi
+    passed=$((passed + ${cases% *})) failed=$((failed + ${cases#* }))
+    [ "$status" = 0 ] || failures+=("$name")
+}
+
+# py NAME ARGUMENTS...: pytest; each test counts, and what was skipped is said.
+py() {
+    local name=$1 output last
+    shift
+    echo "--- $name"
+    output=$(.venv/bin/python -m pytest -q -ra -p no:cacheprovider "$@" 2>&1)
+    local status=$?
+    printf '%s\n' "$output"
+    last=$(tail -1 <<<"$output")
+    count() { grep -oE "[0-9]+ $1" <<<"$last" | grep -oE '[0-9]+' || echo 0; }
+    passed=$((passed + $(count passed))) skipped=$((skipped + $(count skipped)))
+    failed=$((failed + $(count failed) + $(count 'errors?')))
+    [ "$status" = 0 ] || failures+=("$name")
+    if [ "$status" != 0 ] && [ "$(count failed)" = 0 ] && [ "$(count 'errors?')" = 0 ]; then
+        failed=$((failed + 1))
+    fi
+}
+
+step "build" make all build/cpp_tests
+cpp "C++ tests" build/cpp_tests
+if [ "$mode" = full ]; then
+    step "build for arm64" make CROSS_COMPILE=aarch64-linux-gnu- all
+    step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
+    step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
+    step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
+    py "Python tests" tests
+    step "build with sanitizers" make SANITIZE=1 all build/sanitize/cpp_tests
+    cpp "C++ tests with sanitizers" build/sanitize/cpp_tests
+    step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
+    step "lint" make lint
+else
+    py "Python tests" -m "not arm64" tests
+fi
+
+for name in "${failures[@]}"; do
+    echo "FAILED: $name"
+done
+echo "$passed passed, $failed failed, $skipped skipped"
+[ ${#failures[@]} = 0 ] && [ "$failed" = 0 ]

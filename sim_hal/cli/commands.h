@@ -1,0 +1,35 @@
+/* The subcommands of `berth`. Each returns the exit code; wrong input comes as input_error. */
+#ifndef SIM_HAL_CLI_COMMANDS_H
+#define SIM_HAL_CLI_COMMANDS_H
+
+#include <string>
+#include <vector>
+
+#include "../../hal/rig/rig_file.h"
+
+namespace berth
+{
+
+/* What every subcommand that takes a rig has in common. */
+struct rig_arguments {
+    std::string rig;
+    std::vector<std::string> overrides; /* --set */
+    bool json = false;
+};
+
+struct run_arguments : rig_arguments {
+    std::string profile_file;
+    std::string out_folder = "build/runs";
+    bool no_log = false;
+    bool print_config = false;
+};
+
+int run_command(const run_arguments &arguments);
+int replay_command(const std::string &log, bool json);
+int candump_command(const std::string &log);
+int deadtime_command(const rig_arguments &arguments);
+int rigs_command(bool json);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,54 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "../hil/deadtime.h"
+#include "../hil/sim_hal.h"
+#include "commands.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double step_m = 1e-3;
+
+/* Long enough for the dead time and for the transfer behaviour to settle. */
+double watch_s(const rig &rig)
+{
+    const double settle_s =
+        rig.has_transfer_behaviour()
+            ? 5.0 / (rig.robot.transfer_frequency_Hz * std::max(0.05, rig.robot.transfer_damping_ratio))
+            : 0.0;
+    return 2e-3 * rig.robot.dead_time_ms + settle_s + 0.1;
+}
+
+} // namespace
+
+int deadtime_command(const rig_arguments &arguments)
+{
+    rig rig = load_rig(arguments.rig, arguments.overrides);
+    rig.run.duration_s = never; /* as long as the measurement takes */
+    struct hal *hal = sim_open(rig);
+    deadtime_measurement measured;
+    const hal_status status = measure_deadtime(hal, rig.firmware, step_m, watch_s(rig), measured);
+    hal_close(hal);
+    if (status != HAL_OK) {
+        std::fprintf(stderr, "berth: %s: the run ended before the step was answered\n", arguments.rig.c_str());
+        return 3;
+    }
+    if (arguments.json) {
+        std::printf("%s\n", nlohmann::json{{"rig", rig.name},
+                                           {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
+                                           {"first_motion_ms", 1e3 * measured.first_motion_s},
+                                           {"configured_ms", rig.robot.dead_time_ms}}
+                                .dump()
+                                .c_str());
+    } else {
+        std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms)\n", rig.name.c_str(),
+                    1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms);
+    }
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,75 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "../log/candump.h"
+#include "../log/replay.h"
+#include "commands.h"
+
+namespace berth
+{
+
+namespace
+{
+constexpr int exit_different = 1;
+}
+
+int replay_command(const std::string &log, bool json)
+{
+    const replay_result result = replay_log(log);
+    if (json) {
+        nlohmann::json object = {{"log", log},
+                                 {"equal", result.is_equal},
+                                 {"ticks", result.ticks},
+                                 {"cut", result.is_cut},
+                                 {"gap", result.has_gap}};
+        if (!result.is_equal) {
+            object["first_difference"] = {{"tick", result.tick},
+                                          {"field", result.field},
+                                          {"recorded", result.recorded},
+                                          {"replayed", result.replayed}};
+        }
+        std::printf("%s\n", object.dump().c_str());
+        return result.is_equal ? 0 : exit_different;
+    }
+    if (!result.is_equal) {
+        std::printf("%s: differs at tick %lld in %s: recorded %s, replayed %s\n", log.c_str(),
+                    static_cast<long long>(result.tick), result.field.c_str(), result.recorded.c_str(),
+                    result.replayed.c_str());
+        return exit_different;
+    }
+    std::printf("%s: %lld ticks replayed, equal bit for bit\n", log.c_str(), static_cast<long long>(result.ticks));
+    if (result.is_cut) {
+        std::printf("the file is cut: replayed up to the last whole tick\n");
+    }
+    if (result.has_gap) {
+        std::printf("records are missing after tick %lld: replayed up to there\n",
+                    static_cast<long long>(result.tick));
+    }
+    return 0;
+}
+
+int candump_command(const std::string &log)
+{
+    for (const std::string &path : export_candump(log)) {
+        std::printf("%s\n", path.c_str());
+    }
+    return 0;
+}
+
+int rigs_command(bool json)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const auto &shipped : shipped_rigs()) {
+        const rig rig = load_rig(shipped.name);
+        list.push_back({{"name", rig.name}, {"description", rig.description}});
+        if (!json) {
+            std::printf("%-20s %s\n", rig.name.c_str(), rig.description.c_str());
+        }
+    }
+    if (json) {
+        std::printf("%s\n", nlohmann::json{{"rigs", list}}.dump().c_str());
+    }
+    return 0;
+}
+
+} // namespace berth

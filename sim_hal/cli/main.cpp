@@ -1,0 +1,86 @@
+/* The host command `berth`. */
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "../version.h"
+#include "commands.h"
+
+namespace
+{
+
+constexpr int exit_usage_or_input = 2;
+
+void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
+{
+    command.add_option("RIG", arguments.rig, "a shipped rig (see `berth rigs`) or the path of a rig file")
+        ->required();
+    command
+        .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
+int run(int argc, char **argv)
+{
+    CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
+    app.set_version_flag("--version", std::string("berth ") + berth::version());
+    app.require_subcommand(1);
+    int exit_code = 0;
+
+    berth::run_arguments run;
+    CLI::App *run_app = app.add_subcommand("run", "run the loop against the simulated rig");
+    add_rig_options(*run_app, run);
+    run_app->add_option("--profile", run.profile_file,
+                        "operator follows this CSV file (column: --set profile.column=NAME)");
+    run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
+    run_app->add_flag("--no-log", run.no_log, "write no files");
+    run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
+    run_app->callback([&] { exit_code = berth::run_command(run); });
+
+    std::string log;
+    bool json = false;
+    CLI::App *replay_app =
+        app.add_subcommand("replay", "feed a log's inputs through the firmware again and compare");
+    replay_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    replay_app->add_flag("--json", json, "print one JSON object and nothing else");
+    replay_app->callback([&] { exit_code = berth::replay_command(log, json); });
+
+    CLI::App *candump_app =
+        app.add_subcommand("candump", "write a log's frames as candump -L text, one file per bus");
+    candump_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    candump_app->callback([&] { exit_code = berth::candump_command(log); });
+
+    berth::rig_arguments deadtime;
+    CLI::App *deadtime_app = app.add_subcommand("deadtime", "measure command to motion from a step of the setpoint");
+    add_rig_options(*deadtime_app, deadtime);
+    deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
+
+    CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
+    rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
+    rigs_app->callback([&] { exit_code = berth::rigs_command(json); });
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? 0 : exit_usage_or_input;
+    }
+    return exit_code;
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    try {
+        return run(argc, argv);
+    } catch (const berth::input_error &error) {
+        std::fprintf(stderr, "berth: %s\n", error.what());
+        return exit_usage_or_input;
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "berth: internal error: %s\n", error.what());
+        return 1;
+    }
+}

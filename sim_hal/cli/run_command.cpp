@@ -1,0 +1,128 @@
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "../../firmware/loop.h"
+#include "../hil/sim_hal.h"
+#include "../log/candump.h"
+#include "commands.h"
+#include "run_result.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr int exit_input = 2;
+constexpr int exit_interrupted = 130; /* 128 + SIGINT, as shells have it */
+
+std::atomic<bool> stop_wanted{false};
+
+extern "C" void on_interrupt(int)
+{
+    stop_wanted.store(true, std::memory_order_relaxed);
+}
+
+void make_folder(const std::string &path)
+{
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error || access(path.c_str(), W_OK) != 0) {
+        throw input_error(path + ": the folder for the log cannot be written" +
+                          (error ? " (" + error.message() + ")" : "") + "; choose another with --out");
+    }
+}
+
+void show_progress(double share)
+{
+    static const char bar[] = "########################################";
+    std::fprintf(stderr, "\r[%-40.*s] %3.0f %%", static_cast<int>(40.0 * share), bar, 100.0 * share);
+}
+
+void end_progress()
+{
+    std::fprintf(stderr, "\r%48s\r", "");
+}
+
+run_result run_loop(const rig &rig, const sim_options &options)
+{
+    const auto app = std::make_unique<struct app>();
+    run_result result;
+    result.free_motion_m.reserve(
+        static_cast<std::size_t>(rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz)));
+    struct hal *hal = sim_open(rig, options);
+    app_start(app.get(), &rig.firmware);
+
+    const auto begin = std::chrono::steady_clock::now();
+    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
+        note_tick(result, *app);
+    }
+    sim_log(hal).drain();
+    result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+    conclude(result, rig, *app);
+    result.dropped_records = sim_log(hal).dropped_records();
+    hal_close(hal); /* says what is wrong with the log */
+    return result;
+}
+
+rig rig_of(const run_arguments &arguments)
+{
+    std::vector<std::string> overrides = arguments.overrides;
+    if (!arguments.profile_file.empty()) {
+        overrides.push_back("profile.kind=file");
+        overrides.push_back("profile.file=" + arguments.profile_file);
+    }
+    return load_rig(arguments.rig, overrides);
+}
+
+} // namespace
+
+int run_command(const run_arguments &arguments)
+{
+    const rig rig = rig_of(arguments);
+    if (arguments.print_config) {
+        std::fputs(print_rig(rig).c_str(), stdout);
+        return 0;
+    }
+    sim_options options;
+    options.stop = &stop_wanted;
+    if (!arguments.no_log) {
+        make_folder(arguments.out_folder);
+        options.log_path = arguments.out_folder + "/" + rig.name + ".ulg";
+    }
+    const bool shows_progress = !arguments.json && isatty(STDERR_FILENO);
+    if (shows_progress) {
+        options.progress = show_progress;
+    }
+    std::signal(SIGINT, on_interrupt);
+    std::signal(SIGTERM, on_interrupt);
+    std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk: write() says so */
+
+    run_result result = run_loop(rig, options);
+    if (shows_progress) {
+        end_progress();
+    }
+    result.log = options.log_path;
+    if (!arguments.no_log && result.dropped_records == 0) {
+        result.candumps = export_candump(result.log);
+    }
+    if (arguments.json) {
+        std::printf("%s\n", as_json(result, rig).dump().c_str());
+    } else {
+        print_summary(result, rig);
+    }
+    if (stop_wanted) {
+        std::fprintf(stderr, "berth: interrupted; the robot was brought to rest and the log is complete\n");
+        return exit_interrupted;
+    }
+    return result.dropped_records > 0 ? exit_input : 0;
+}
+
+} // namespace berth

@@ -1,0 +1,184 @@
+#include "run_result.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "../../hal/rig/rig_file.h"
+#include "../stability/inverse_filter_response.h"
+#include "../version.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Below this the steps of the wire show: 1000 times the setpoint's 10 pm. */
+constexpr double growth_floor_m = 1e-8;
+
+double range(std::vector<double>::const_iterator from, std::vector<double>::const_iterator to)
+{
+    const auto [low, high] = std::minmax_element(from, to);
+    return *high - *low;
+}
+
+/* The oscillation decays; where there is too little of it to fit, the second half moves no more than the first. */
+bool decays(const run_result &result)
+{
+    if (result.growth) {
+        return result.growth->growth_per_s < 0.0;
+    }
+    const auto &x = result.free_motion_m;
+    if (x.size() < 2) {
+        return true;
+    }
+    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+    return range(middle, x.end()) <= range(x.begin(), middle);
+}
+
+void print_growth(const run_result &result)
+{
+    if (!result.growth) {
+        std::printf("  %-14s too little oscillation to measure a growth rate\n",
+                    result.is_stable ? "stable" : "DIVERGING");
+        return;
+    }
+    const growth_fit &fit = *result.growth;
+    const double factor_time_s = std::log(2.0) / std::abs(fit.growth_per_s);
+    std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n",
+                result.is_stable ? "stable" : "DIVERGING", fit.growth_per_s < 0.0 ? "decays" : "grows",
+                std::abs(fit.growth_per_s), fit.growth_ci95_per_s, fit.frequency_Hz,
+                fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
+}
+
+void print_limits(const run_result &result)
+{
+    std::string acted;
+    for (int i = 0; i < LIMIT_COUNT; i++) {
+        if (result.limit_ticks[i] > 0) {
+            acted += (acted.empty() ? "" : ", ") + std::string(limit_names[i]) + " in " +
+                     std::to_string(result.limit_ticks[i]) + " ticks";
+        }
+    }
+    std::printf("  %-14s %s\n", "limits", acted.empty() ? "never acted" : ("acted: " + acted).c_str());
+}
+
+void print_transfer_behaviour(const rig &rig)
+{
+    if (!rig.has_transfer_behaviour()) {
+        return;
+    }
+    const inverse_filter_response response = respond(rig);
+    std::printf("  %-14s amplitude error up to 5 Hz: %.3f %%", "robot", 100.0 * response.amplitude_error_without);
+    if (rig.firmware.inverse_filter.enabled) {
+        std::printf(", with inverse filter %.3f %%; its price: noise x %.2f, phase %+.2f deg at 5 Hz",
+                    100.0 * response.amplitude_error_with, response.noise_gain, response.phase_deg);
+    }
+    std::printf("\n");
+}
+
+} // namespace
+
+void note_tick(run_result &result, const app &app)
+{
+    result.ticks++;
+    result.overruns += app.record.missed_ticks;
+    result.peak_force_N = std::max(result.peak_force_N, std::abs(app.record.force_N));
+    if (app.supervisor.state == SUPERVISOR_RUNNING && app.limits.active == 0) {
+        result.free_motion_m.push_back(app.record.manipulator_position_m);
+    }
+}
+
+void conclude(run_result &result, const rig &rig, const app &app)
+{
+    const double period_s = config_period_s(&rig.firmware);
+    result.simulated_s = period_s * static_cast<double>(app.record.index + 1);
+    result.state = app.supervisor.state;
+    result.cause = app.supervisor.stop_cause;
+    std::copy(std::begin(app.limits.active_ticks), std::end(app.limits.active_ticks), result.limit_ticks);
+    result.frames = app.reception.counts;
+    result.saturated_setpoints = app.robot_channel.saturated_setpoints;
+    result.growth = fit_growth(result.free_motion_m, period_s, growth_floor_m);
+    result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
+                       result.cause != STOP_FORCE_LIMIT && decays(result);
+}
+
+void print_summary(const run_result &result, const rig &rig)
+{
+    const reception_counts &frames = result.frames;
+    std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
+    print_growth(result);
+    std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
+    std::printf("  %-14s %lld at %lld Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
+                static_cast<long long>(rig.firmware.loop.rate_Hz), result.simulated_s,
+                static_cast<long long>(result.overruns));
+    std::printf("  %-14s %s%s%s\n", "supervisor", supervisor_state_name(result.state),
+                result.cause != STOP_NONE ? ", because: " : "",
+                result.cause != STOP_NONE ? stop_cause_name(result.cause) : "");
+    print_limits(result);
+    std::printf("  %-14s %u taken, %u rejected, %u lost, %u error frames, %u setpoints saturated\n", "frames",
+                frames.accepted, frames.unknown + frames.wrong_length + frames.repeated + frames.out_of_range,
+                frames.lost, frames.error_frames, result.saturated_setpoints);
+    print_transfer_behaviour(rig);
+    std::printf("  %-14s %.0f times real time (%.1f ms)\n", "speed", result.simulated_s / result.wall_s,
+                1e3 * result.wall_s);
+    if (!result.log.empty()) {
+        std::printf("  %-14s %s\n", "log", result.log.c_str());
+    }
+    for (const std::string &path : result.candumps) {
+        std::printf("  %-14s %s\n", "", path.c_str());
+    }
+    std::printf("  %-14s %s, berth %s\n", "configuration", config_hash(rig).c_str(), version());
+}
+
+nlohmann::json as_json(const run_result &result, const rig &rig)
+{
+    nlohmann::json limits;
+    for (int i = 0; i < LIMIT_COUNT; i++) {
+        limits[limit_names[i]] = result.limit_ticks[i];
+    }
+    const reception_counts &frames = result.frames;
+    nlohmann::json json = {
+        {"rig", rig.name},
+        {"stable", result.is_stable},
+        {"growth_per_s", nullptr},
+        {"growth_ci95_per_s", nullptr},
+        {"frequency_hz", nullptr},
+        {"ticks", result.ticks},
+        {"overruns", result.overruns},
+        {"peak_force_N", result.peak_force_N},
+        {"simulated_s", result.simulated_s},
+        {"speed_x_realtime", result.simulated_s / result.wall_s},
+        {"state", supervisor_state_name(result.state)},
+        {"stop_cause", stop_cause_name(result.cause)},
+        {"limit_ticks", limits},
+        {"frames_accepted", frames.accepted},
+        {"frames_rejected", frames.unknown + frames.wrong_length + frames.repeated + frames.out_of_range},
+        {"frames_lost", frames.lost},
+        {"error_frames", frames.error_frames},
+        {"dropped_records", result.dropped_records},
+        {"log", nullptr},
+        {"config_hash", config_hash(rig)},
+        {"version", version()},
+    };
+    if (result.growth) {
+        json["growth_per_s"] = result.growth->growth_per_s;
+        json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;
+        json["frequency_hz"] = result.growth->frequency_Hz;
+    }
+    if (!result.log.empty()) {
+        json["log"] = result.log;
+    }
+    if (rig.has_transfer_behaviour()) {
+        const inverse_filter_response response = respond(rig);
+        json["inverse_filter"] = {{"enabled", rig.firmware.inverse_filter.enabled != 0},
+                                  {"amplitude_error_without", response.amplitude_error_without},
+                                  {"amplitude_error_with", response.amplitude_error_with},
+                                  {"phase_deg", response.phase_deg},
+                                  {"noise_gain", response.noise_gain}};
+    }
+    return json;
+}
+
+} // namespace berth

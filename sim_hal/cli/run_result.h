@@ -1,0 +1,52 @@
+/* What a run leaves to tell, and telling it. */
+#ifndef SIM_HAL_CLI_RUN_RESULT_H
+#define SIM_HAL_CLI_RUN_RESULT_H
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "../../firmware/app.h"
+#include "../../hal/rig/rig.h"
+#include "../stability/growth_fit.h"
+
+namespace berth
+{
+
+struct run_result {
+    double wall_s = 0.0;
+    double simulated_s = 0.0;
+    std::int64_t ticks = 0;
+    std::int64_t overruns = 0;
+    double peak_force_N = 0.0;
+    std::vector<double> free_motion_m; /* manipulator, while running and no limit acted */
+    supervisor_state state = SUPERVISOR_START;
+    stop_cause cause = STOP_NONE;
+    uint32_t limit_ticks[LIMIT_COUNT] = {};
+    reception_counts frames{};
+    uint32_t saturated_setpoints = 0;
+    uint64_t dropped_records = 0;
+    std::string log_trouble;
+    std::string log;
+    std::vector<std::string> candumps;
+
+    std::optional<growth_fit> growth;
+    bool is_stable = false;
+};
+
+/* Takes one tick into account. */
+void note_tick(run_result &result, const app &app);
+
+/* Fills in what only the whole run tells: growth, stable, counts. */
+void conclude(run_result &result, const rig &rig, const app &app);
+
+/* For a person. */
+void print_summary(const run_result &result, const rig &rig);
+
+/* For a program. */
+nlohmann::json as_json(const run_result &result, const rig &rig);
+
+} // namespace berth
+
+#endif

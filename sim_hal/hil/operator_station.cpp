@@ -1,0 +1,63 @@
+#include "operator_station.h"
+
+#include "../../firmware/can/codec.h"
+#include "../../firmware/operator_command.h"
+
+namespace berth
+{
+
+operator_station::operator_station(const rig &rig)
+    : profile_(rig), interface_(rig.firmware.operator_command.interface), release_s_(rig.run.release_s),
+      period_ns_(config_period_ns(&rig.firmware))
+{
+}
+
+hal_frame operator_station::motion_frame(const profile_point &point, std::uint8_t request)
+{
+    bool saturated = false;
+    const double position_m = codec_saturate(point.value, CAN_OPERATOR_POSITION_MAX_m, &saturated);
+    const double velocity_m_per_s = codec_saturate(point.rate, CAN_OPERATOR_VELOCITY_MAX_m_per_s, &saturated);
+    berth_can_operator_motion_t raw{};
+    raw.position_m = berth_can_operator_motion_position_m_encode(
+        codec_round(position_m, berth_can_operator_motion_position_m_decode(1)));
+    raw.velocity_m_per_s = berth_can_operator_motion_velocity_m_per_s_encode(
+        codec_round(velocity_m_per_s, berth_can_operator_motion_velocity_m_per_s_decode(1)));
+    raw.request = request;
+    raw.counter = counter_;
+    hal_frame frame{0, BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT, BERTH_CAN_OPERATOR_MOTION_LENGTH, 0, 0,
+                    {}};
+    berth_can_operator_motion_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+hal_frame operator_station::force_frame(const profile_point &point, std::uint8_t request)
+{
+    bool saturated = false;
+    const double force_N = codec_saturate(point.value, CAN_FORCE_MAX_N, &saturated);
+    berth_can_operator_force_t raw{};
+    raw.force_n =
+        berth_can_operator_force_force_n_encode(codec_round(force_N, berth_can_operator_force_force_n_decode(1)));
+    raw.request = request;
+    raw.counter = counter_;
+    hal_frame frame{0, BERTH_CAN_OPERATOR_FORCE_FRAME_ID, HAL_BUS_ROBOT, BERTH_CAN_OPERATOR_FORCE_LENGTH, 0, 0, {}};
+    berth_can_operator_force_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+void operator_station::send(can_bus &bus)
+{
+    const std::int64_t now_ns = next_frame_ns_;
+    next_frame_ns_ += period_ns_;
+    if (is_silent_) {
+        return;
+    }
+    const double since_release_s = static_cast<double>(now_ns) * 1e-9 - release_s_;
+    const int scheduled = since_release_s >= 0.0 ? OPERATOR_RUN : OPERATOR_NONE;
+    const auto request = static_cast<std::uint8_t>(request_override_ >= 0 ? request_override_ : scheduled);
+    const profile_point point = profile_.at(since_release_s);
+    bus.transmit_to_loop(
+        interface_ == OPERATOR_INTERFACE_FORCE ? force_frame(point, request) : motion_frame(point, request), now_ns);
+    counter_ = (counter_ + 1) & 0x0f;
+}
+
+} // namespace berth

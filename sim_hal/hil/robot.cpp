@@ -1,0 +1,134 @@
+#include "robot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../../firmware/can/berth_can.h"
+
+namespace berth
+{
+
+namespace
+{
+constexpr std::int64_t no_event = std::numeric_limits<std::int64_t>::max();
+}
+
+robot::robot(const rig &rig)
+    : holds_(rig.robot.interpolation == interpolation::hold), clock_is_free_(rig.robot.clock == robot_clock::free),
+      dead_time_ns_(ns_from_ms(rig.robot.dead_time_ms)),
+      clock_period_ns_(static_cast<double>(config_period_ns(&rig.firmware)) *
+                       (1.0 + 1e-6 * rig.robot.clock_drift_ppm)),
+      clock_phase_ns_(1e6 * rig.robot.clock_phase_ms), jitter_ns_(1e6 * rig.robot.jitter_ms),
+      random_(rig.run.seed, stream_robot), is_limited_(rig.robot.velocity_limit_m_per_s != unlimited ||
+                                                       rig.robot.acceleration_limit_m_per_s2 != unlimited),
+      limiter_config_(rig.firmware)
+{
+    period_ns_ = clock_is_free_ ? std::llround(clock_period_ns_) : config_period_ns(&rig.firmware);
+    next_latch_ns_ = clock_is_free_ ? std::llround(clock_phase_ns_) : no_event;
+    knots_.resize(static_cast<std::size_t>(dead_time_ns_ / period_ns_) + 8);
+    line_.position_m = rig.firmware.manipulator.initial_position_m;
+
+    constexpr double huge = 1e9; /* a limit that is not there, and whose square is still finite */
+    limiter_config_.limits = {-huge, huge, std::min(huge, rig.robot.velocity_limit_m_per_s),
+                              std::min(huge, rig.robot.acceleration_limit_m_per_s2)};
+    limits_start(&limiter_, &limiter_config_);
+    find_next_event();
+}
+
+void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
+{
+    berth_can_setpoint_t raw;
+    if (frame.id != BERTH_CAN_SETPOINT_FRAME_ID || berth_can_setpoint_unpack(&raw, frame.data, frame.length) < 0) {
+        return;
+    }
+    const setpoint received{arrival_ns, berth_can_setpoint_position_m_decode(raw.position_m), raw.counter};
+    if (clock_is_free_) {
+        waiting_.push_back(received);
+        return;
+    }
+    if (arrival_ns <= frame.time_ns + dead_time_ns_) {
+        take(received, frame.time_ns);
+        find_next_event();
+    }
+}
+
+/* The robot's own clock ticks: it takes the newest setpoint that is there, if there is a new one. */
+void robot::latch()
+{
+    const auto newest = std::find_if(waiting_.rbegin(), waiting_.rend(),
+                                     [&](const setpoint &s) { return s.arrival_ns <= next_latch_ns_; });
+    if (newest != waiting_.rend()) {
+        take(*newest, next_latch_ns_);
+        waiting_.erase(waiting_.begin(), newest.base());
+    }
+    clock_ticks_++;
+    next_latch_ns_ = std::llround(clock_phase_ns_ + clock_period_ns_ * static_cast<double>(clock_ticks_));
+}
+
+void robot::take(const setpoint &next, std::int64_t now_ns)
+{
+    if (count_ == knots_.size()) {
+        return; /* more setpoints than the dead time has room for: the robot's buffer is full */
+    }
+    setpoint_counter_ = next.counter;
+    std::int64_t end_ns = now_ns + dead_time_ns_;
+    if (jitter_ns_ > 0.0) {
+        end_ns += std::llround(jitter_ns_ * (2.0 * random_.uniform() - 1.0));
+    }
+    const double position_m = is_limited_ ? limits_step(&limiter_, next.position_m) : next.position_m;
+    const std::int64_t begin_ns = holds_ ? end_ns : end_ns - period_ns_;
+    knots_[(first_ + count_) % knots_.size()] = {std::max(begin_ns, now_ns), end_ns, position_m};
+    count_++;
+}
+
+void robot::find_next_event()
+{
+    next_event_ns_ = next_latch_ns_;
+    if (count_ > 0) {
+        const knot &next = knots_[first_];
+        next_event_ns_ = std::min(next_event_ns_, is_moving_ ? next.end_ns : std::max(next.begin_ns, start_ns_));
+    }
+}
+
+void robot::set_out()
+{
+    const knot &goal = knots_[first_];
+    const std::int64_t now_ns = std::max(goal.begin_ns, start_ns_);
+    start_ns_ = now_ns;
+    is_moving_ = true;
+    line_.velocity_m_per_s = goal.end_ns > now_ns ? (goal.position_m - line_.position_m) /
+                                                        (static_cast<double>(goal.end_ns - now_ns) * 1e-9)
+                                                  : 0.0;
+}
+
+double robot::arrive()
+{
+    const knot goal = knots_[first_];
+    first_ = first_ + 1 == knots_.size() ? 0 : first_ + 1;
+    count_--;
+    const double jump_m = is_moving_ ? 0.0 : goal.position_m - line_.position_m;
+    start_ns_ = goal.end_ns;
+    line_ = {goal.position_m, 0.0};
+    is_moving_ = false;
+    return jump_m;
+}
+
+double robot::handle_event()
+{
+    double jump_m = 0.0;
+    if (next_event_ns_ == next_latch_ns_) {
+        latch();
+    } else {
+        const std::int64_t now_ns = next_event_ns_;
+        if (holds_ || is_moving_) {
+            jump_m = arrive();
+        }
+        if (!holds_ && count_ > 0 && knots_[first_].begin_ns <= now_ns) {
+            set_out();
+        }
+    }
+    find_next_event();
+    return jump_m;
+}
+
+} // namespace berth

@@ -1,0 +1,91 @@
+/* The simulated robot's command side: setpoint frames in, reference line out. Its dead time is a queue of
+ * setpoints ordered by the instant at which the robot passes through them. */
+#ifndef SIM_HAL_HIL_ROBOT_H
+#define SIM_HAL_HIL_ROBOT_H
+
+#include <cstdint>
+#include <vector>
+
+#include "../../firmware/limits.h"
+#include "../../hal/hal.h"
+#include "../../hal/rig/rig.h"
+#include "../plant/plant.h"
+#include "random.h"
+
+namespace berth
+{
+
+class robot
+{
+  public:
+    explicit robot(const rig &rig);
+
+    robot(const robot &) = delete; /* limiter_ points into it */
+    robot &operator=(const robot &) = delete;
+
+    /* Takes a setpoint frame that was sent at `frame.time_ns` and arrives at `arrival_ns`. */
+    void receive(const hal_frame &frame, std::int64_t arrival_ns);
+
+    /* When the reference next changes its course, or the robot's own clock next looks for a setpoint. */
+    std::int64_t next_event_ns() const { return next_event_ns_; }
+
+    /* Does what is due at next_event_ns(). Returns the jump of the reference in m: 0 but for "hold". */
+    double handle_event();
+
+    /* The reference from `now_ns` on, until the next event. */
+    reference_line line(std::int64_t now_ns) const
+    {
+        return {line_.position_m + line_.velocity_m_per_s * (static_cast<double>(now_ns - start_ns_) * 1e-9),
+                line_.velocity_m_per_s};
+    }
+
+    std::uint8_t setpoint_counter() const { return setpoint_counter_; } /* of the newest setpoint taken */
+
+  private:
+    /* The robot sets out for position_m at begin_ns and is there at end_ns ("hold": jumps at end_ns). */
+    struct knot {
+        std::int64_t begin_ns;
+        std::int64_t end_ns;
+        double position_m;
+    };
+    struct setpoint {
+        std::int64_t arrival_ns;
+        double position_m;
+        std::uint8_t counter;
+    };
+
+    void latch();
+    void take(const setpoint &next, std::int64_t now_ns);
+    void set_out();
+    double arrive();
+    void find_next_event();
+
+    bool holds_;
+    bool clock_is_free_;
+    std::int64_t dead_time_ns_;
+    std::int64_t period_ns_; /* between setpoints, by the robot's clock */
+    double clock_period_ns_;
+    double clock_phase_ns_;
+    double jitter_ns_;
+    random_stream random_;
+    bool is_limited_;
+    app_config limiter_config_;
+    limits limiter_{};
+
+    std::vector<knot> knots_; /* ring, in order of time */
+    std::size_t first_ = 0;
+    std::size_t count_ = 0;
+    std::vector<setpoint> waiting_; /* free clock: setpoints not yet looked at, in order of arrival */
+    std::uint8_t setpoint_counter_ = 0;
+
+    std::int64_t start_ns_ = 0; /* of the line that the reference is on */
+    reference_line line_;
+    bool is_moving_ = false; /* on the way to the first knot */
+    std::int64_t clock_ticks_ = 0;
+    std::int64_t next_latch_ns_;
+    std::int64_t next_event_ns_ = 0;
+};
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,43 @@
+/* The simulated force sensor's electronics: sample, bias, noise, saturation, quantisation, frame. Spring and
+ * low-pass belong to the plant. */
+#ifndef SIM_HAL_HIL_SENSOR_H
+#define SIM_HAL_HIL_SENSOR_H
+
+#include "../../hal/hal.h"
+#include "../../hal/rig/rig.h"
+#include "can_bus.h"
+#include "random.h"
+
+namespace berth
+{
+
+class sensor
+{
+  public:
+    explicit sensor(const rig &rig);
+
+    std::int64_t next_sample_ns() const { return next_sample_ns_; }
+
+    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later. */
+    void sample(double force_N, can_bus &bus);
+
+    /* Sends nothing while silent, as with its plug pulled. */
+    void set_silent(bool silent) { is_silent_ = silent; }
+
+  private:
+    double disturbed(double force_N);
+
+    sensor_rig rig_;
+    random_stream random_;
+    std::int64_t period_ns_;
+    std::int64_t delay_ns_;
+    std::int64_t next_sample_ns_;
+    std::uint8_t counter_ = 0;
+    bool is_saturated_ = false;
+    bool is_silent_ = false;
+    hal_frame newest_{};
+};
+
+} // namespace berth
+
+#endif

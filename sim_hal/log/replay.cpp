@@ -1,0 +1,119 @@
+#include "replay.h"
+
+#include <charconv>
+#include <memory>
+#include <vector>
+
+#include "../../firmware/app.h"
+#include "../../hal/rig/rig_file.h"
+#include "ulog_reader.h"
+
+namespace berth
+{
+
+namespace
+{
+
+template <typename T>
+std::string text_of(T value)
+{
+    char text[40];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
+    return std::string(text, end);
+}
+
+/* Sets the first difference, if there is none yet. */
+template <typename T>
+void compare(replay_result &result, const std::string &field, const T &recorded, const T &replayed)
+{
+    if (result.is_equal && std::memcmp(&recorded, &replayed, sizeof(T)) != 0) {
+        result.is_equal = false;
+        result.field = field;
+        result.recorded = text_of(recorded);
+        result.replayed = text_of(replayed);
+    }
+}
+
+void compare_ticks(replay_result &result, const tick_record &recorded, const tick_record &replayed)
+{
+#define COMPARE_FIELD(type, name) compare(result, #name, recorded.name, replayed.name);
+    TICK_RECORD_FIELDS(COMPARE_FIELD)
+}
+
+void compare_frames(replay_result &result, const std::vector<frame_record> &recorded, const tick_output &replayed)
+{
+    compare(result, "frames sent", static_cast<std::uint32_t>(recorded.size()), replayed.frame_count);
+    for (std::size_t i = 0; result.is_equal && i < recorded.size(); i++) {
+        const hal_frame &frame = replayed.frames[i];
+        const std::string name = "sent frame " + std::to_string(i) + " ";
+        std::uint64_t data = 0;
+        std::memcpy(&data, frame.data, sizeof data);
+        compare(result, name + "id", recorded[i].id, frame.id);
+        compare(result, name + "length", recorded[i].length, frame.length);
+        compare(result, name + "data", recorded[i].data, data);
+    }
+}
+
+/* One tick as recorded: the frames come before the tick that took and sent them. */
+struct recorded_tick {
+    tick_record record;
+    std::vector<frame_record> sent;
+    tick_input in;
+};
+
+bool read_tick(ulog_reader &log, recorded_tick &tick)
+{
+    std::uint16_t id = 0;
+    std::string_view bytes;
+    tick.sent.clear();
+    tick.in.frame_count = 0;
+    while (log.next(id, bytes)) {
+        if (id == ULOG_FRAME_ID) {
+            const auto frame = record_as<frame_record>(bytes);
+            if (frame.direction != 0) {
+                tick.sent.push_back(frame);
+            } else if (tick.in.frame_count < TICK_FRAMES_IN_MAX) {
+                tick.in.frames[tick.in.frame_count++] = frame_of(frame);
+            }
+        } else if (id == ULOG_TICK_ID) {
+            tick.record = record_as<tick_record>(bytes);
+            const tick_record &record = tick.record;
+            tick.in.tick = {record.index, record.scheduled_ns, record.woke_ns, record.missed_ticks, record.stop};
+            tick.in.enable = record.enable;
+            tick.in.emergency_stop = record.emergency_stop;
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+replay_result replay_log(const std::string &path)
+{
+    ulog_reader log(path);
+    const rig rig = log.recorded_rig();
+    const auto app = std::make_unique<struct app>();
+    app_start(app.get(), &rig.firmware);
+
+    replay_result result;
+    recorded_tick tick{};
+    std::int64_t next_index = 0;
+    while (result.is_equal && read_tick(log, tick)) {
+        if (tick.record.index - tick.record.missed_ticks != next_index) {
+            result.has_gap = true;
+            break;
+        }
+        next_index = tick.record.index + 1;
+        tick_output out;
+        app_step(app.get(), &tick.in, &out);
+        result.tick = tick.record.index;
+        compare_ticks(result, tick.record, app->record);
+        compare_frames(result, tick.sent, out);
+        result.ticks += result.is_equal;
+    }
+    result.is_cut = log.is_cut();
+    return result;
+}
+
+} // namespace berth

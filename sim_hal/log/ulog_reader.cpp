@@ -1,0 +1,121 @@
+#include "ulog_reader.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "../../hal/rig/rig_file.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr std::size_t file_header_bytes = 16;
+constexpr std::size_t message_header_bytes = 3;
+
+} // namespace
+
+ulog_reader::ulog_reader(const std::string &path) : path_(path)
+{
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream content;
+    content << file.rdbuf();
+    if (!file || content.fail()) {
+        throw input_error(path + ": cannot be read; is it a file?");
+    }
+    bytes_ = content.str();
+    if (bytes_.size() < file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
+        throw input_error(path + ": is not a ULog file");
+    }
+    read_header();
+}
+
+bool ulog_reader::next_message(char &type, std::string_view &content)
+{
+    std::uint16_t size = 0;
+    const std::size_t left = bytes_.size() - at_;
+    if (left >= message_header_bytes) {
+        std::memcpy(&size, bytes_.data() + at_, sizeof size);
+    }
+    if (left < message_header_bytes + size) {
+        is_cut_ = is_cut_ || left > 0;
+        return false;
+    }
+    type = bytes_[at_ + 2];
+    content = std::string_view(bytes_).substr(at_ + message_header_bytes, size);
+    at_ += message_header_bytes + size;
+    return true;
+}
+
+void ulog_reader::check_format(std::string_view format) const
+{
+    for (const char *const ours : {tick_record_format, frame_record_format}) {
+        const std::string_view expected(ours);
+        const std::string_view name = expected.substr(0, expected.find(':') + 1);
+        if (format.substr(0, name.size()) == name && format != expected) {
+            throw input_error(path_ + ": its \"" + std::string(name.substr(0, name.size() - 1)) +
+                              "\" records have other fields than this program's; it was written by another version");
+        }
+    }
+}
+
+void ulog_reader::read_header()
+{
+    at_ = file_header_bytes;
+    char type = 0;
+    std::string_view content;
+    for (std::size_t before = at_; next_message(type, content); before = at_) {
+        if (type == 'F') {
+            check_format(content);
+        } else if (type == 'I') {
+            const auto key_size = static_cast<unsigned char>(content[0]);
+            const std::string_view typed_key = content.substr(1, key_size);
+            infos_[std::string(typed_key.substr(typed_key.find(' ') + 1))] = content.substr(1 + key_size);
+        } else if (type == 'D' || type == 'O') {
+            at_ = before;
+            break;
+        }
+    }
+    if (infos_.count("berth_config") == 0) {
+        throw input_error(path_ +
+                          ": carries no configuration; is it a log of this program, and not cut in its header?");
+    }
+}
+
+bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
+{
+    char type = 0;
+    std::string_view content;
+    while (next_message(type, content)) {
+        has_dropouts_ = has_dropouts_ || type == 'O';
+        if (type != 'D' || content.size() < sizeof id) {
+            continue;
+        }
+        std::memcpy(&id, content.data(), sizeof id);
+        record = content.substr(sizeof id);
+        const std::size_t expected = id == ULOG_TICK_ID    ? sizeof(tick_record)
+                                     : id == ULOG_FRAME_ID ? sizeof(frame_record)
+                                                           : record.size();
+        if (record.size() != expected) {
+            throw input_error(path_ + ": a record has the wrong size; the file is damaged at byte " +
+                              std::to_string(at_));
+        }
+        return true;
+    }
+    return false;
+}
+
+rig ulog_reader::recorded_rig() const
+{
+    return parse_rig(infos_.at("berth_config"), path_ + " (recorded configuration)");
+}
+
+hal_frame frame_of(const frame_record &record)
+{
+    hal_frame frame{record.time_ns, record.id, record.bus, record.length, record.flags, 0, {}};
+    std::memcpy(frame.data, &record.data, sizeof frame.data);
+    return frame;
+}
+
+} // namespace berth

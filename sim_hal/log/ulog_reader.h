@@ -1,0 +1,64 @@
+/* Reads what log_file writes, also if the file was cut anywhere: all whole messages before the cut. */
+#ifndef SIM_HAL_LOG_ULOG_READER_H
+#define SIM_HAL_LOG_ULOG_READER_H
+
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "../../firmware/recorder.h"
+#include "../../hal/rig/rig.h"
+
+namespace berth
+{
+
+class ulog_reader
+{
+  public:
+    /* Reads the whole file and its header. Throws input_error if it is no log of this program. */
+    explicit ulog_reader(const std::string &path);
+
+    /* The next data message: its id and bytes. False at the end. */
+    bool next(std::uint16_t &id, std::string_view &record);
+
+    const std::map<std::string, std::string> &infos() const { return infos_; }
+
+    /* The configuration that the log was made with. Throws input_error. */
+    rig recorded_rig() const;
+
+    /* The file ends within a message. */
+    bool is_cut() const { return is_cut_; }
+
+    /* Records were dropped while this log was written. */
+    bool has_dropouts() const { return has_dropouts_; }
+
+  private:
+    bool next_message(char &type, std::string_view &content);
+    void read_header();
+    void check_format(std::string_view format) const;
+
+    std::string path_;
+    std::string bytes_;
+    std::size_t at_ = 0;
+    std::map<std::string, std::string> infos_;
+    bool is_cut_ = false;
+    bool has_dropouts_ = false;
+};
+
+/* A record by value. The sizes must match. */
+template <typename T>
+T record_as(std::string_view record)
+{
+    T value;
+    std::memcpy(&value, record.data(), sizeof value);
+    return value;
+}
+
+/* The frame that a record describes. */
+hal_frame frame_of(const frame_record &record);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,92 @@
+/* The hardware as equations: robot transfer behaviour, sensor spring, object, force low-pass. Right-hand sides
+ * and parameters only; who integrates them, and what discrete things happen in between, is told elsewhere.
+ *
+ *   reference line     u(t), straight between setpoints
+ *   robot              r'' = w^2 (u - r) - 2 z w r'          (or r = u without transfer behaviour)
+ *   sensor spring      F = k_S (r - x) + d_S (r' - x')
+ *   gripped object     m x'' = F - d x' - k x
+ *   tool in contact    m x'' = F - max(0, k (x - s) + d x') where x > s, else m x'' = F
+ *   force low-pass     y'' = w_L^2 (F - y) - 2 z_L w_L y'    (order 2)
+ *                      y'  = w_L (F - y)                     (order 1)
+ *                      y   = F                               (order 0)
+ */
+#ifndef SIM_HAL_PLANT_PLANT_H
+#define SIM_HAL_PLANT_PLANT_H
+
+#include <cstdint>
+#include <Eigen/Core>
+
+#include "../../hal/rig/rig.h"
+
+namespace berth
+{
+
+/* Places in the state. Without transfer behaviour the robot's two are unused and stay 0. */
+enum plant_index {
+    object_position, /* x, m */
+    object_velocity, /* x', m/s */
+    filter_output,   /* y, N */
+    filter_rate,     /* y', N/s; order 2 */
+    robot_position,  /* r, m */
+    robot_velocity,  /* r', m/s */
+    plant_state_count
+};
+
+using plant_state = Eigen::Matrix<double, plant_state_count, 1>;
+
+/* A straight line: position_m at the start of the interval, then with velocity_m_per_s. */
+struct reference_line {
+    double position_m = 0.0;
+    double velocity_m_per_s = 0.0;
+};
+
+/* Whether the tool touches the material; a gripped object is always attached. */
+enum class contact_mode { free, attached };
+
+struct plant {
+    explicit plant(const rig &rig);
+
+    bool has_transfer_behaviour;
+    double robot_w = 0.0; /* rad/s */
+    double robot_z = 0.0;
+    double sensor_stiffness_N_per_m;
+    double sensor_damping_N_s_per_m;
+    bool one_sided;
+    double mass_kg;
+    double stiffness_N_per_m;
+    double damping_N_s_per_m;
+    double surface_m = 0.0;
+    std::int64_t filter_order;
+    double filter_w = 0.0; /* rad/s */
+    double filter_z = 0.0;
+
+    /* Everything at rest with the robot at `position_m`, spring forces in balance, low-pass settled. */
+    plant_state at_rest(double position_m) const;
+
+    /* Robot position (m) and velocity (m/s) in a state, the reference being on `line`. */
+    double robot_position_m(const plant_state &state, const reference_line &line) const;
+    double robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const;
+
+    /* F, N, before the low-pass. */
+    double spring_force_N(const plant_state &state, const reference_line &line) const;
+
+    /* y, N: what the sensor samples. */
+    double measured_force_N(const plant_state &state, const reference_line &line) const;
+
+    /* Force of the elastic material or of the object's spring and damper on the mass, N; never pulls if one-sided.
+     */
+    double object_force_N(const plant_state &state) const;
+
+    contact_mode mode(const plant_state &state) const;
+
+    /* d(state)/dt with the reference on `line`. */
+    plant_state derivative(const plant_state &state, const reference_line &line) const;
+
+    /* The reference jumps by `jump_m` ("hold"): without transfer behaviour the sensor's damper makes an impulse of
+     * it, d_S jump, which changes the object's velocity and the low-pass at once. */
+    void apply_reference_jump(plant_state &state, double jump_m) const;
+};
+
+} // namespace berth
+
+#endif

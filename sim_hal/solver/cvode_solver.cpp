@@ -1,0 +1,92 @@
+#include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "solver.h"
+
+namespace berth
+{
+
+namespace
+{
+
+void require(int flag, const char *what)
+{
+    if (flag < 0) {
+        throw std::runtime_error(std::string("CVODE: ") + what + " failed with " + std::to_string(flag));
+    }
+}
+
+class cvode_solver final : public solver
+{
+  public:
+    explicit cvode_solver(const rig &rig) : plant_(rig)
+    {
+        require(SUNContext_Create(nullptr, &context_), "SUNContext_Create");
+        vector_ = N_VNew_Serial(plant_state_count, context_);
+        N_VConst(0.0, vector_);
+        memory_ = CVodeCreate(CV_ADAMS, context_);
+        require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
+        require(CVodeSStolerances(memory_, rig.solver.relative_tolerance, rig.solver.absolute_tolerance),
+                "CVodeSStolerances");
+        iteration_ = SUNNonlinSol_FixedPoint(vector_, 0, context_);
+        require(CVodeSetNonlinearSolver(memory_, iteration_), "CVodeSetNonlinearSolver");
+        require(CVodeSetUserData(memory_, this), "CVodeSetUserData");
+        require(CVodeSetMaxNumSteps(memory_, 1000000), "CVodeSetMaxNumSteps");
+    }
+
+    cvode_solver(const cvode_solver &) = delete;
+    cvode_solver &operator=(const cvode_solver &) = delete;
+
+    ~cvode_solver() override
+    {
+        CVodeFree(&memory_);
+        SUNNonlinSolFree(iteration_);
+        N_VDestroy(vector_);
+        SUNContext_Free(&context_);
+    }
+
+    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    {
+        const double end_s = static_cast<double>(duration_ns) * 1e-9;
+        line_ = line;
+        state_of(vector_) = state;
+        require(CVodeReInit(memory_, 0.0, vector_), "CVodeReInit");
+        require(CVodeSetStopTime(memory_, end_s), "CVodeSetStopTime");
+        double reached_s = 0.0;
+        require(CVode(memory_, end_s, vector_, &reached_s, CV_NORMAL), "CVode");
+        state = state_of(vector_);
+    }
+
+  private:
+    static Eigen::Map<plant_state> state_of(N_Vector vector) { return Eigen::Map<plant_state>(NV_DATA_S(vector)); }
+
+    static int right_hand_side(double time_s, N_Vector state, N_Vector rate, void *self)
+    {
+        const auto &solver = *static_cast<const cvode_solver *>(self);
+        const reference_line &start = solver.line_;
+        const reference_line now{start.position_m + start.velocity_m_per_s * time_s, start.velocity_m_per_s};
+        state_of(rate) = solver.plant_.derivative(state_of(state), now);
+        return 0;
+    }
+
+    plant plant_;
+    reference_line line_;
+    SUNContext context_ = nullptr;
+    N_Vector vector_ = nullptr;
+    void *memory_ = nullptr;
+    SUNNonlinearSolver iteration_ = nullptr;
+};
+
+} // namespace
+
+std::unique_ptr<solver> make_cvode_solver(const rig &rig)
+{
+    return std::make_unique<cvode_solver>(rig);
+}
+
+} // namespace berth

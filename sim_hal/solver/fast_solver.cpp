@@ -1,0 +1,196 @@
+#include <array>
+#include <cmath>
+
+#include "exponential.h"
+#include "solver.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Inputs: u at the start of the interval, its slope, and 1 (the surface's position enters as a constant). */
+constexpr int input_count = 3;
+constexpr int augmented_count = plant_state_count + input_count;
+using augmented_matrix = Eigen::Matrix<double, augmented_count, augmented_count>;
+
+/* state(t + dt) = columns * (state, u, u', 1), with only the first `rows` states in use. */
+template <int rows>
+struct transition {
+    std::int64_t duration_ns = -1;
+    double columns[rows + input_count][rows];
+};
+
+/* The right-hand side is affine in (state, u, u'): its matrix is found by asking it for unit vectors, so the
+ * equations stand in one place only. */
+augmented_matrix generator(const plant &original, contact_mode mode)
+{
+    plant linear = original; /* within a mode the contact force is affine */
+    linear.one_sided = false;
+    linear.surface_m = original.surface_m;
+    if (mode == contact_mode::free) {
+        linear.stiffness_N_per_m = 0.0;
+        linear.damping_N_s_per_m = 0.0;
+    }
+    const plant_state zero = plant_state::Zero();
+    const plant_state constant = linear.derivative(zero, {});
+    augmented_matrix a = augmented_matrix::Zero();
+    for (int i = 0; i < plant_state_count; i++) {
+        a.block<plant_state_count, 1>(0, i) = linear.derivative(plant_state::Unit(i), {}) - constant;
+    }
+    a.block<plant_state_count, 1>(0, plant_state_count) = linear.derivative(zero, {1.0, 0.0}) - constant;
+    a.block<plant_state_count, 1>(0, plant_state_count + 1) = linear.derivative(zero, {0.0, 1.0}) - constant;
+    a.block<plant_state_count, 1>(0, plant_state_count + 2) = constant;
+    a(plant_state_count, plant_state_count + 1) = 1.0; /* u grows by its slope */
+    return a;
+}
+
+template <int rows>
+class exact_steps
+{
+  public:
+    exact_steps(const plant &plant, contact_mode mode) : generator_(generator(plant, mode)) {}
+
+    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns)
+    {
+        const transition<rows> &step = for_duration(duration_ns);
+        double in[rows + input_count];
+        for (int i = 0; i < rows; i++) {
+            in[i] = state(i);
+        }
+        in[rows] = line.position_m;
+        in[rows + 1] = line.velocity_m_per_s;
+        in[rows + 2] = 1.0;
+        double out[rows] = {};
+        for (int column = 0; column < rows + input_count; column++) {
+            for (int row = 0; row < rows; row++) {
+                out[row] += step.columns[column][row] * in[column];
+            }
+        }
+        for (int i = 0; i < rows; i++) {
+            state(i) = out[i];
+        }
+    }
+
+  private:
+    /* A regular run has one or two durations that come again and again; jitter makes new ones all the time. */
+    const transition<rows> &for_duration(std::int64_t duration_ns)
+    {
+        for (transition<rows> &known : known_) {
+            if (known.duration_ns == duration_ns) {
+                return known;
+            }
+        }
+        transition<rows> &made = known_[next_];
+        next_ = (next_ + 1) % known_.size();
+        const Eigen::MatrixXd e = balanced_exponential(generator_ * (static_cast<double>(duration_ns) * 1e-9));
+        made.duration_ns = duration_ns;
+        for (int row = 0; row < rows; row++) {
+            for (int column = 0; column < rows; column++) {
+                made.columns[column][row] = e(row, column);
+            }
+            for (int input = 0; input < input_count; input++) {
+                made.columns[rows + input][row] = e(row, plant_state_count + input);
+            }
+        }
+        return made;
+    }
+
+    augmented_matrix generator_;
+    std::array<transition<rows>, 8> known_{};
+    std::size_t next_ = 0;
+};
+
+/* Rows: 4 without the robot's transfer behaviour, else 6. */
+template <int rows>
+class linear_solver final : public solver
+{
+  public:
+    explicit linear_solver(const rig &rig) : steps_(plant(rig), contact_mode::attached) {}
+
+    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    {
+        steps_.advance(state, line, duration_ns);
+    }
+
+  private:
+    exact_steps<rows> steps_;
+};
+
+template <int rows>
+class contact_solver final : public solver
+{
+  public:
+    explicit contact_solver(const rig &rig)
+        : plant_(rig), free_(plant_, contact_mode::free), attached_(plant_, contact_mode::attached),
+          step_ns_(std::llround(rig.solver.contact_step_us * 1e3))
+    {
+    }
+
+    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    {
+        reference_line here = line;
+        std::int64_t left_ns = duration_ns;
+        while (left_ns > 0) {
+            const std::int64_t step_ns = std::min(step_ns_, left_ns);
+            substep(state, here, step_ns);
+            left_ns -= step_ns;
+            here.position_m =
+                line.position_m + line.velocity_m_per_s * static_cast<double>(duration_ns - left_ns) * 1e-9;
+        }
+    }
+
+  private:
+    void substep(plant_state &state, const reference_line &line, std::int64_t step_ns)
+    {
+        const contact_mode before = plant_.mode(state);
+        plant_state tried = state;
+        (before == contact_mode::free ? free_ : attached_).advance(tried, line, step_ns);
+        if (plant_.mode(tried) == before) {
+            state = tried;
+        } else {
+            across_mode_change(state, line, step_ns);
+        }
+    }
+
+    void across_mode_change(plant_state &state, const reference_line &line, std::int64_t step_ns) const
+    {
+        constexpr int parts = 32;
+        const double h = static_cast<double>(step_ns) * 1e-9 / parts;
+        const auto at = [&](double s) {
+            return reference_line{line.position_m + line.velocity_m_per_s * s, line.velocity_m_per_s};
+        };
+        for (int i = 0; i < parts; i++) {
+            const double s = i * h;
+            const plant_state k1 = plant_.derivative(state, at(s));
+            const plant_state k2 = plant_.derivative(state + 0.5 * h * k1, at(s + 0.5 * h));
+            const plant_state k3 = plant_.derivative(state + 0.5 * h * k2, at(s + 0.5 * h));
+            const plant_state k4 = plant_.derivative(state + h * k3, at(s + h));
+            state += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+        }
+    }
+
+    plant plant_;
+    exact_steps<rows> free_;
+    exact_steps<rows> attached_;
+    std::int64_t step_ns_;
+};
+
+template <int rows>
+std::unique_ptr<solver> make(const rig &rig)
+{
+    if (rig.object.kind == object_kind::contact) {
+        return std::make_unique<contact_solver<rows>>(rig);
+    }
+    return std::make_unique<linear_solver<rows>>(rig);
+}
+
+} // namespace
+
+std::unique_ptr<solver> make_fast_solver(const rig &rig)
+{
+    return rig.has_transfer_behaviour() ? make<6>(rig) : make<4>(rig);
+}
+
+} // namespace berth

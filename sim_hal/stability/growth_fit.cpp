@@ -1,0 +1,124 @@
+#include "growth_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr std::size_t least_extremes = 8;
+
+struct extreme {
+    double time_s;
+    double value;
+};
+
+struct height {
+    double time_s; /* between its two extremes */
+    double value;
+};
+
+struct straight_line {
+    double slope;
+    double slope_deviation;
+};
+
+std::vector<extreme> find_extremes(const std::vector<double> &signal, double period_s)
+{
+    std::vector<extreme> extremes;
+    for (std::size_t i = 1; i + 1 < signal.size(); i++) {
+        const double before = signal[i] - signal[i - 1];
+        const double after = signal[i + 1] - signal[i];
+        if (before * after < 0.0) {
+            const double curvature = after - before;
+            const double shift = -0.5 * (after + before) / curvature; /* in samples, from i */
+            extremes.push_back(
+                {(static_cast<double>(i) + shift) * period_s, signal[i] + 0.5 * shift * (0.5 * (after + before))});
+        }
+    }
+    return extremes;
+}
+
+template <typename X, typename Y>
+straight_line fit_line(std::size_t count, X x_of, Y y_of)
+{
+    double mean_x = 0.0;
+    double mean_y = 0.0;
+    for (std::size_t i = 0; i < count; i++) {
+        mean_x += x_of(i) / static_cast<double>(count);
+        mean_y += y_of(i) / static_cast<double>(count);
+    }
+    double xx = 0.0;
+    double xy = 0.0;
+    double yy = 0.0;
+    for (std::size_t i = 0; i < count; i++) {
+        const double x = x_of(i) - mean_x;
+        const double y = y_of(i) - mean_y;
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+    }
+    const double slope = xy / xx;
+    const double unexplained = std::max(0.0, yy - slope * xy);
+    return {slope, std::sqrt(unexplained / (static_cast<double>(count) - 2.0) / xx)};
+}
+
+double median(std::vector<double> values)
+{
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/* The level of a signal that decays no more at its end (noise keeps it going), else 0. */
+double settled_level(const std::vector<height> &heights)
+{
+    const std::size_t part = heights.size() / 4;
+    if (part < least_extremes) {
+        return 0.0;
+    }
+    const auto level_of = [&](std::size_t from) {
+        std::vector<double> values;
+        for (std::size_t i = from; i < from + part; i++) {
+            values.push_back(heights[i].value);
+        }
+        return median(values);
+    };
+    const double third_quarter = level_of(heights.size() - 2 * part);
+    const double last_quarter = level_of(heights.size() - part);
+    const double first_quarter = level_of(0);
+    const bool has_settled = last_quarter > 0.7 * third_quarter && last_quarter < 0.1 * first_quarter;
+    return has_settled ? last_quarter : 0.0;
+}
+
+} // namespace
+
+std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor)
+{
+    const std::vector<extreme> extremes = find_extremes(signal, period_s);
+    std::vector<height> heights;
+    for (std::size_t i = 1; i < extremes.size(); i++) {
+        heights.push_back({0.5 * (extremes[i].time_s + extremes[i - 1].time_s),
+                           std::abs(extremes[i].value - extremes[i - 1].value)});
+    }
+    const double lowest = std::max(floor, 10.0 * settled_level(heights));
+    const auto first_low =
+        std::find_if(heights.begin(), heights.end(), [&](const height &h) { return h.value < lowest; });
+    heights.erase(first_low, heights.end());
+    heights.erase(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 4));
+    if (heights.size() < least_extremes) {
+        return {};
+    }
+    const auto time_s = [&](std::size_t i) { return heights[i].time_s; };
+    const auto number = [](std::size_t i) { return static_cast<double>(i); };
+    const straight_line growth =
+        fit_line(heights.size(), time_s, [&](std::size_t i) { return std::log(heights[i].value); });
+    const straight_line half_period_s = fit_line(heights.size(), number, time_s);
+    return growth_fit{growth.slope,           1.96 * growth.slope_deviation, 0.5 / half_period_s.slope,
+                      heights.front().time_s, heights.back().time_s,         heights.size()};
+}
+
+} // namespace berth

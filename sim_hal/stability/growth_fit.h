@@ -1,0 +1,29 @@
+/* Growth rate and frequency of an oscillation, measured from its tail by the logarithmic decrement. */
+#ifndef SIM_HAL_STABILITY_GROWTH_FIT_H
+#define SIM_HAL_STABILITY_GROWTH_FIT_H
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace berth
+{
+
+struct growth_fit {
+    double growth_per_s; /* negative: decays */
+    double growth_ci95_per_s;
+    double frequency_Hz;
+    double from_s; /* part of the signal that was used */
+    double to_s;
+    std::size_t extremes;
+};
+
+/* `signal` sampled every `period_s`. Heights between successive extremes (parabola through three samples) are
+ * free of a constant offset; a straight line through their logarithms over time gives the growth. Extremes
+ * lower than `floor`, or than ten times a level at which the signal has settled, are left out, and so is the
+ * first quarter of the rest, where faster modes still show. Nothing: fewer than 8 extremes remain. */
+std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor);
+
+} // namespace berth
+
+#endif
