@@ -28,6 +28,7 @@ int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
 int candump_command(const std::string &log);
 int deadtime_command(const rig_arguments &arguments);
+int eigen_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth

@@ -58,6 +58,11 @@ int run(int argc, char **argv)
     add_rig_options(*deadtime_app, deadtime);
     deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
 
+    berth::rig_arguments eigen;
+    CLI::App *eigen_app = app.add_subcommand("eigen", "eigenvalues of the loop over one period, and what they mean");
+    add_rig_options(*eigen_app, eigen);
+    eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
+
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });

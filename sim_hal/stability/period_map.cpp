@@ -50,6 +50,9 @@ period_map::period_map(const rig &rig)
     const std::int64_t dead_time_ns = ns_from_ms(rig.robot.dead_time_ms);
     whole_dead_periods_ = dead_time_ns / period_ns_;
     knot_ns_ = dead_time_ns % period_ns_;
+    /* A knot at the tick itself ends the line before it: the setpoint that this line came from is of no more use. */
+    const bool starts_on_knot = knot_ns_ == 0 && !holds_;
+    history_ = static_cast<Eigen::Index>(whole_dead_periods_) + (starts_on_knot ? 0 : 1);
     samples_before_knot_ = dead_time_ns == 0; /* a sample cannot know of a setpoint that is sent after it */
     sample_ns_ = ns_from_ms(rig.sensor.sample_phase_ms);
     const std::int64_t arrival_ns = sample_ns_ + ns_from_ms(rig.sensor.delay_ms);
@@ -70,7 +73,7 @@ void period_map::lay_out()
     layout_.filter = 2;
     layout_.plant = layout_.filter + (filter_.enabled ? 4 : 0);
     layout_.setpoints = layout_.plant + static_cast<Eigen::Index>(plant_states_.size());
-    layout_.samples = layout_.setpoints + whole_dead_periods_ + 1;
+    layout_.samples = layout_.setpoints + history_;
     layout_.count = layout_.samples + sample_age_ticks_;
 }
 
@@ -102,10 +105,10 @@ Eigen::VectorXd period_map::advance(const Eigen::VectorXd &state) const
         Eigen::Map<Eigen::Vector2d>(filter.input_m) = state.segment<2>(layout_.filter);
         Eigen::Map<Eigen::Vector2d>(filter.output_m) = state.segment<2>(layout_.filter + 2);
     }
-    Eigen::VectorXd setpoints(whole_dead_periods_ + 2);
+    Eigen::VectorXd setpoints = Eigen::VectorXd::Zero(whole_dead_periods_ + 2);
     setpoints(0) = inverse_filter_step(&filter, state(layout_.manipulator));
-    setpoints.tail(whole_dead_periods_ + 1) = state.segment(layout_.setpoints, whole_dead_periods_ + 1);
-    next.segment(layout_.setpoints, whole_dead_periods_ + 1) = setpoints.head(whole_dead_periods_ + 1);
+    setpoints.segment(1, history_) = state.segment(layout_.setpoints, history_);
+    next.segment(layout_.setpoints, history_) = setpoints.head(history_);
     if (filter_.enabled) {
         next.segment<2>(layout_.filter) = Eigen::Map<Eigen::Vector2d>(filter.input_m);
         next.segment<2>(layout_.filter + 2) = Eigen::Map<Eigen::Vector2d>(filter.output_m);

@@ -18,7 +18,7 @@ struct period_layout {
     Eigen::Index manipulator = 0; /* x, v */
     Eigen::Index filter;          /* u[n-1], u[n-2], y[n-1], y[n-2]; none if not enabled */
     Eigen::Index plant;           /* the plant's states that are in use, see plant_index */
-    Eigen::Index setpoints;       /* newest first: those sent that the robot has not passed two periods ago */
+    Eigen::Index setpoints;       /* newest first: those sent before that the robot still needs */
     Eigen::Index samples;         /* newest first: those taken that have not been used */
     Eigen::Index count;
 };
@@ -59,6 +59,7 @@ private:
     double period_s_;
     bool holds_;
     std::int64_t whole_dead_periods_; /* of T_R */
+    Eigen::Index history_;            /* setpoints before this tick's that still matter */
     std::int64_t knot_ns_;            /* what is left of T_R: offset of the reference's knot in the period */
     std::int64_t sample_ns_;          /* offset of the sample in the period */
     std::int64_t sample_age_ticks_;   /* F[n] is the sample taken in period n - this */
