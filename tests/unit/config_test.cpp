@@ -103,8 +103,8 @@ const std::vector<config_case> relation_cases = {
 void check_cases(const std::vector<config_case> &cases)
 {
     for (const config_case &expected : cases) {
-        CAPTURE(expected.key);
-        CAPTURE(expected.what);
+        CAPTURE(std::string(expected.key));
+        CAPTURE(std::string(expected.what));
         app_config config = config_default();
         expected.spoil(config);
         const config_error error = config_validate(&config);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "firmware/manipulator.h"
@@ -107,7 +108,7 @@ TEST_CASE("manipulator: the exact step is the closed form, whatever the damping 
 {
     for (const system_case &system : systems) {
         for (const std::int64_t rate_Hz : {50, 400, 1000}) {
-            CAPTURE(system.name);
+            CAPTURE(std::string(system.name));
             CAPTURE(rate_Hz);
             const app_config config = config_of(system.mass_kg, system.damping, system.stiffness, rate_Hz);
             for (const int ticks : {1, 10, 1000}) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <string>
 
 #include "firmware/robot_channel.h"
 #include "seeded.h"
@@ -110,7 +111,7 @@ TEST_CASE("robot_channel: each state sends what its rows allow and nothing else"
     };
     CHECK(sizeof rows / sizeof rows[0] == SUPERVISOR_STATE_COUNT);
     for (const auto &row : rows) {
-        CAPTURE(supervisor_state_name(row.state));
+        CAPTURE(std::string(supervisor_state_name(row.state)));
         sender sender(row.state);
         sender.tick = {0, 0, 0, 0, 0};
         sender.send(0.5);

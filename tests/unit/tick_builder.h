@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -23,7 +24,8 @@ inline hal_frame frame_of(std::uint32_t id, hal_bus bus, std::int64_t time_ns)
     return frame;
 }
 
-inline hal_frame feedback_frame(double position_m, std::uint8_t counter, std::int64_t time_ns = 0, bool fault = false)
+inline hal_frame feedback_frame(double position_m, std::uint8_t counter, std::int64_t time_ns = 0,
+                                bool fault = false)
 {
     hal_frame frame = frame_of(BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, HAL_BUS_ROBOT, time_ns);
     berth_can_robot_feedback_t raw{};
@@ -142,7 +144,13 @@ class app_bench
     std::int64_t now_ns() const { return index_ * period_ns_; } /* of the next tick */
 
   private:
-    void add(const hal_frame &frame) { in_.frames[in_.frame_count++] = frame; }
+    void add(hal_frame frame)
+    {
+        if (corrupt) {
+            corrupt(frame);
+        }
+        in_.frames[in_.frame_count++] = frame;
+    }
 
     std::unique_ptr<struct app> app_;
     std::int64_t period_ns_;
@@ -162,6 +170,7 @@ class app_bench
     std::uint32_t missed = 0, stop = 0;
     std::uint8_t feedback_counter = 0, force_counter = 0, operator_counter = 0;
     std::vector<hal_frame> extra;
+    std::function<void(hal_frame &)> corrupt; /* changes frames on their way */
 };
 
 } // namespace bench
