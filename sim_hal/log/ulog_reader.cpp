@@ -1,5 +1,7 @@
 #include "ulog_reader.h"
 
+#include <set>
+
 #include "../../hal/rig/rig_file.h"
 
 namespace berth
@@ -49,26 +51,15 @@ bool ulog_reader::next_message(char &type, std::string_view &content)
     return true;
 }
 
-void ulog_reader::check_format(std::string_view format) const
-{
-    for (const char *const ours : {tick_record_format, frame_record_format}) {
-        const std::string_view expected(ours);
-        const std::string_view name = expected.substr(0, expected.find(':') + 1);
-        if (format.substr(0, name.size()) == name && format != expected) {
-            throw input_error(path_ + ": its \"" + std::string(name.substr(0, name.size() - 1)) +
-                              "\" records have other fields than this program's; it was written by another version");
-        }
-    }
-}
-
 void ulog_reader::read_header()
 {
     at_ = file_header_bytes;
     char type = 0;
     std::string_view content;
+    std::set<std::string_view> formats;
     for (std::size_t before = at_; next_message(type, content); before = at_) {
         if (type == 'F') {
-            check_format(content);
+            formats.insert(content);
         } else if (type == 'I') {
             const std::size_t key_size = content.empty() ? 0 : static_cast<unsigned char>(content[0]);
             if (content.size() < 1 + key_size) {
@@ -84,6 +75,10 @@ void ulog_reader::read_header()
     if (infos_.count("berth_config") == 0) {
         throw input_error(path_ +
                           ": carries no configuration; is it a log of this program, and not cut in its header?");
+    }
+    if (formats.count(tick_record_format) + formats.count(frame_record_format) < 2) {
+        throw input_error(path_ + ": its records have other fields than this program's; it was written by another "
+                                  "version, or is damaged");
     }
     if (text_hash(infos_["berth_config"]) != infos_["berth_config_hash"]) {
         throw input_error(path_ + ": is damaged: the recorded configuration does not have the recorded hash");

@@ -38,7 +38,6 @@ class ulog_reader
     bool next_message(char &type, std::string_view &content);
     void read_header();
     [[noreturn]] void fail_damaged(std::size_t at_byte) const;
-    void check_format(std::string_view format) const;
 
     std::string path_;
     std::string bytes_;
