@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
+#include "../../hal/rig/rig_file.h"
 #include "solver.h"
 
 namespace berth
@@ -19,7 +19,8 @@ namespace
 void require(int flag, const char *what)
 {
     if (flag < 0) {
-        throw std::runtime_error(std::string("CVODE: ") + what + " failed with " + std::to_string(flag));
+        throw input_error(std::string("solver.kind = \"cvode\": ") + what + " failed with " + std::to_string(flag) +
+                          "; loosen solver.relative_tolerance, look for extreme values in the rig, or use \"fast\"");
     }
 }
 
@@ -32,6 +33,7 @@ class cvode_solver final : public solver
         vector_ = N_VNew_Serial(plant_state_count, context_);
         N_VConst(0.0, vector_);
         memory_ = CVodeCreate(CV_ADAMS, context_);
+        require(CVodeSetErrFile(memory_, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
         tolerances_ = N_VClone(vector_);
         state_of(tolerances_) = rig.solver.absolute_tolerance_m * natural_scales();
