@@ -26,6 +26,7 @@ struct run_arguments : rig_arguments {
 
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
+int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log);
 int deadtime_command(const rig_arguments &arguments);
 int rigs_command(bool json);

@@ -10,6 +10,7 @@
 #include "../../firmware/loop.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
+#include "../version.h"
 #include "commands.h"
 #include "run_result.h"
 
@@ -54,19 +55,22 @@ run_result run_loop(const rig &rig, const sim_options &options)
 {
     const auto app = std::make_unique<struct app>();
     run_result result;
-    result.free_motion_m.reserve(
-        static_cast<std::size_t>(rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz)));
+    const double expected_ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    result.free_motion_m.reserve(static_cast<std::size_t>(expected_ticks));
+    result.free_motion_tick.reserve(static_cast<std::size_t>(expected_ticks));
     struct hal *hal = sim_open(rig, options);
     app_start(app.get(), &rig.firmware);
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, *app);
+        note_tick(result, app->record);
     }
     sim_log(hal).drain();
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
-    conclude(result, rig, *app);
+    conclude(result, rig, app->record);
+    result.frames_accepted = app->reception.counts.accepted;
+    result.version = version();
     result.dropped_records = sim_log(hal).dropped_records();
     hal_close(hal); /* says what is wrong with the log */
     return result;
