@@ -61,6 +61,11 @@ int run(int argc, char **argv)
     replay_app->add_flag("--json", json, "print one JSON object and nothing else");
     replay_app->callback([&] { exit_code = berth::replay_command(log, json); });
 
+    CLI::App *summary_app = app.add_subcommand("summary", "tell from a log what `berth run` told after the run");
+    summary_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    summary_app->add_flag("--json", json, "print one JSON object and nothing else");
+    summary_app->callback([&] { exit_code = berth::summary_command(log, json); });
+
     CLI::App *candump_app =
         app.add_subcommand("candump", "write a log's frames as candump -L text, one file per bus");
     candump_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
