@@ -39,7 +39,9 @@ volatile long allocations = 0;
 
 #ifdef __SANITIZE_ADDRESS__
 
-#include <sanitizer/allocator_interface.h>
+/* As in <sanitizer/allocator_interface.h>, which not every compiler package brings along. */
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void *, std::size_t),
+                                                         void (*on_free)(const volatile void *));
 
 namespace
 {
