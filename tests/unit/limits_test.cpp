@@ -215,6 +215,11 @@ TEST_CASE("limits: each one acts under its own name and is counted")
     CHECK(limits_step(&limits, infinity) == 0.0);
     CHECK(limits_step(&limits, -infinity) == 0.0);
     CHECK(limits.active_ticks[0] == 3);
+    REQUIRE(limits_step(&limits, 1e-5) == 1e-5);
+    REQUIRE(limits_step(&limits, 1e-5) == 1e-5);
+    for (const double wanted_m : {not_a_number, infinity, -infinity}) {
+        CHECK(limits_step(&limits, wanted_m) == 1e-5); /* stays where it was last asked to be */
+    }
 
     restart();
     CHECK(limits_step(&limits, 1e-5) == 1e-5);
