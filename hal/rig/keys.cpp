@@ -317,6 +317,15 @@ std::string_view nearest_key(std::string_view path)
         ->path;
 }
 
+std::string_view nearest_section(std::string_view name)
+{
+    const auto section_of = [](const rig_key &key) { return key.path.substr(0, key.path.find('.')); };
+    const auto &keys = rig_keys();
+    return section_of(*std::min_element(keys.begin(), keys.end(), [&](const rig_key &a, const rig_key &b) {
+        return edit_distance(name, section_of(a)) < edit_distance(name, section_of(b));
+    }));
+}
+
 std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text)
 {
     const rig_key *key = find_key(path);
