@@ -372,7 +372,8 @@ std::string quoted(std::string_view text)
 
 bool is_control(char c)
 {
-    return (c >= 0 && c < ' ') || c == 0x7f;
+    const auto byte = static_cast<unsigned char>(c); /* char has a sign here and none on arm64 */
+    return byte < ' ' || byte == 0x7f;
 }
 
 std::optional<std::string> text_error(std::string_view text)
