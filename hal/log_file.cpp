@@ -89,6 +89,9 @@ bool log_file::push(const void *bytes, std::size_t size_bytes)
 {
     if (!log_ring_push(&ring_, bytes, size_bytes)) {
         dropped_records_++;
+        if (trouble_.empty()) {
+            trouble_ = "more in one tick than the ring holds";
+        }
         return false;
     }
     records_in_ring_++;

@@ -47,7 +47,7 @@ class log_file
     void drain();
 
     std::uint64_t dropped_records() const { return dropped_records_; }
-    const std::string &trouble() const { return trouble_; } /* the system's word on the first failure, or empty */
+    const std::string &trouble() const { return trouble_; } /* what failed first, or empty */
 
   private:
     bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);

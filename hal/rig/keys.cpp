@@ -174,7 +174,8 @@ std::vector<rig_key> make_keys()
 
         KEY("solver.kind", solver.kind, r::any, "of the simulated rig", {"fast", "cvode"}),
         KEY("solver.relative_tolerance", solver.relative_tolerance, r::positive, "cvode"),
-        KEY("solver.absolute_tolerance", solver.absolute_tolerance, r::positive, "cvode"),
+        KEY("solver.absolute_tolerance_m", solver.absolute_tolerance_m, r::positive,
+            "cvode; of the object's position, other states in proportion"),
         KEY("solver.contact_step_us", solver.contact_step_us, r::positive, "fast solver, object.kind = \"contact\""),
     };
 }

@@ -30,8 +30,10 @@ void print_json(const nlohmann::json &object);
 
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
+int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
+int eigen_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth

@@ -61,6 +61,11 @@ int run(int argc, char **argv)
     replay_app->add_flag("--json", json, "print one JSON object and nothing else");
     replay_app->callback([&] { exit_code = berth::replay_command(log, json); });
 
+    CLI::App *summary_app = app.add_subcommand("summary", "tell from a log what `berth run` told after the run");
+    summary_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    summary_app->add_flag("--json", json, "print one JSON object and nothing else");
+    summary_app->callback([&] { exit_code = berth::summary_command(log, json); });
+
     CLI::App *candump_app =
         app.add_subcommand("candump", "write a log's frames as candump -L text, one file per bus");
     candump_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
@@ -71,6 +76,11 @@ int run(int argc, char **argv)
     CLI::App *deadtime_app = app.add_subcommand("deadtime", "measure command to motion from a step of the setpoint");
     add_rig_options(*deadtime_app, deadtime);
     deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
+
+    berth::rig_arguments eigen;
+    CLI::App *eigen_app = app.add_subcommand("eigen", "eigenvalues of the loop over one period, and what they mean");
+    add_rig_options(*eigen_app, eigen);
+    eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");

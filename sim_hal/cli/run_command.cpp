@@ -11,6 +11,7 @@
 #include "../../firmware/loop.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
+#include "../version.h"
 #include "commands.h"
 #include "run_result.h"
 
@@ -50,18 +51,21 @@ run_result run_loop(const rig &rig, const sim_options &options)
     run_result result;
     const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
     result.free_motion_m.reserve(static_cast<std::size_t>(std::min(ticks, reserved_ticks_max)));
+    result.free_motion_tick.reserve(result.free_motion_m.capacity());
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);
     struct hal *hal = open_hal.get();
     app_start(app.get(), &rig.firmware);
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, *app);
+        note_tick(result, app->record);
     }
     sim_log(hal).drain();
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
-    conclude(result, rig, *app);
+    conclude(result, rig, app->record);
+    result.frames_accepted = app->reception.counts.accepted;
+    result.version = version();
     result.dropped_records = sim_log(hal).dropped_records();
     return result; /* closing says what is wrong with the log */
 }

@@ -6,7 +6,6 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../stability/inverse_filter_response.h"
-#include "../version.h"
 
 namespace berth
 {
@@ -80,25 +79,30 @@ void print_transfer_behaviour(const rig &rig)
 
 } // namespace
 
-void note_tick(run_result &result, const app &app)
+void note_tick(run_result &result, const tick_record &record)
 {
     result.ticks++;
-    result.overruns += app.record.missed_ticks;
-    result.peak_force_N = std::max(result.peak_force_N, std::abs(app.record.force_N));
-    if (app.supervisor.state == SUPERVISOR_RUNNING && app.limits.active == 0) {
-        result.free_motion_m.push_back(app.record.manipulator_position_m);
+    result.overruns += record.missed_ticks;
+    result.peak_force_N = std::max(result.peak_force_N, std::abs(record.force_N));
+    for (int i = 0; i < LIMIT_COUNT && record.limits >> i; i++) {
+        result.limit_ticks[i] += (record.limits >> i) & 1;
+    }
+    if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
+        result.free_motion_m.push_back(record.manipulator_position_m);
+        result.free_motion_tick.push_back(record.index);
     }
 }
 
-void conclude(run_result &result, const rig &rig, const app &app)
+void conclude(run_result &result, const rig &rig, const tick_record &last)
 {
     const double period_s = config_period_s(&rig.firmware);
-    result.simulated_s = period_s * static_cast<double>(app.record.index + 1);
-    result.state = app.supervisor.state;
-    result.cause = app.supervisor.stop_cause;
-    std::copy(std::begin(app.limits.active_ticks), std::end(app.limits.active_ticks), result.limit_ticks);
-    result.frames = app.reception.counts;
-    result.saturated_setpoints = app.robot_channel.saturated_setpoints;
+    result.simulated_s = result.ticks > 0 ? period_s * static_cast<double>(last.index + 1) : 0.0;
+    result.state = static_cast<supervisor_state>(last.state);
+    result.cause = static_cast<stop_cause>(last.stop_cause);
+    result.frames_rejected = last.rejected_frames;
+    result.frames_lost = last.lost_frames;
+    result.error_frames = last.error_frames;
+    result.saturated_setpoints = last.saturated_setpoints;
     result.growth = fit_growth(result.free_motion_m, period_s, growth_floor_m);
     result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
                        result.cause != STOP_FORCE_LIMIT && decays(result);
@@ -106,7 +110,6 @@ void conclude(run_result &result, const rig &rig, const app &app)
 
 void print_summary(const run_result &result, const rig &rig)
 {
-    const reception_counts &frames = result.frames;
     std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
     print_growth(result);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
@@ -117,19 +120,21 @@ void print_summary(const run_result &result, const rig &rig)
                 result.cause != STOP_NONE ? ", because: " : "",
                 result.cause != STOP_NONE ? stop_cause_name(result.cause) : "");
     print_limits(result);
-    std::printf("  %-14s %u taken, %u rejected, %u lost, %u error frames, %u setpoints saturated\n", "frames",
-                frames.accepted, frames.unknown + frames.wrong_length + frames.repeated + frames.out_of_range,
-                frames.lost, frames.error_frames, result.saturated_setpoints);
+    std::printf("  %-14s %lld taken, %u rejected, %u lost, %u error frames, %u setpoints saturated\n", "frames",
+                static_cast<long long>(result.frames_accepted), result.frames_rejected, result.frames_lost,
+                result.error_frames, result.saturated_setpoints);
     print_transfer_behaviour(rig);
-    std::printf("  %-14s %.0f times real time (%.1f ms)\n", "speed", result.simulated_s / result.wall_s,
-                1e3 * result.wall_s);
+    if (result.wall_s > 0.0) {
+        std::printf("  %-14s %.0f times real time (%.1f ms)\n", "speed", result.simulated_s / result.wall_s,
+                    1e3 * result.wall_s);
+    }
     if (!result.log.empty()) {
         std::printf("  %-14s %s\n", "log", result.log.c_str());
     }
     for (const std::string &path : result.candumps) {
         std::printf("  %-14s %s\n", "", path.c_str());
     }
-    std::printf("  %-14s %s, berth %s\n", "configuration", config_hash(rig).c_str(), version());
+    std::printf("  %-14s %s, berth %s\n", "configuration", config_hash(rig).c_str(), result.version.c_str());
 }
 
 nlohmann::json as_json(const run_result &result, const rig &rig)
@@ -138,7 +143,6 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     for (int i = 0; i < LIMIT_COUNT; i++) {
         limits[limit_names[i]] = result.limit_ticks[i];
     }
-    const reception_counts &frames = result.frames;
     nlohmann::json json = {
         {"rig", rig.name},
         {"stable", result.is_stable},
@@ -149,23 +153,26 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"overruns", result.overruns},
         {"peak_force_N", result.peak_force_N},
         {"simulated_s", result.simulated_s},
-        {"speed_x_realtime", result.simulated_s / result.wall_s},
         {"state", supervisor_state_name(result.state)},
         {"stop_cause", stop_cause_name(result.cause)},
         {"limit_ticks", limits},
-        {"frames_accepted", frames.accepted},
-        {"frames_rejected", frames.unknown + frames.wrong_length + frames.repeated + frames.out_of_range},
-        {"frames_lost", frames.lost},
-        {"error_frames", frames.error_frames},
-        {"dropped_records", result.dropped_records},
+        {"frames_accepted", result.frames_accepted},
+        {"frames_rejected", result.frames_rejected},
+        {"frames_lost", result.frames_lost},
+        {"error_frames", result.error_frames},
+        {"saturated_setpoints", result.saturated_setpoints},
         {"log", nullptr},
         {"config_hash", config_hash(rig)},
-        {"version", version()},
+        {"version", result.version},
     };
     if (result.growth) {
         json["growth_per_s"] = result.growth->growth_per_s;
         json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;
         json["frequency_hz"] = result.growth->frequency_Hz;
+    }
+    if (result.wall_s > 0.0) {
+        json["speed_x_realtime"] = result.simulated_s / result.wall_s;
+        json["dropped_records"] = result.dropped_records;
     }
     if (!result.log.empty()) {
         json["log"] = result.log;

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "../../firmware/app.h"
+#include "../../firmware/limits.h"
+#include "../../firmware/recorder.h"
+#include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig.h"
 #include "../stability/growth_fit.h"
 
@@ -15,20 +17,24 @@ namespace berth
 {
 
 struct run_result {
-    double wall_s = 0.0;
+    double wall_s = 0.0; /* 0: read from a log, which does not know */
     double simulated_s = 0.0;
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
-    std::vector<double> free_motion_m; /* manipulator, while running and no limit acted */
+    std::vector<double> free_motion_m;          /* manipulator, while running and no limit acted */
+    std::vector<std::int64_t> free_motion_tick; /* index of each of its ticks */
     supervisor_state state = SUPERVISOR_START;
     stop_cause cause = STOP_NONE;
     uint32_t limit_ticks[LIMIT_COUNT] = {};
-    reception_counts frames{};
+    std::int64_t frames_accepted = 0;
+    uint32_t frames_rejected = 0;
+    uint32_t frames_lost = 0;
+    uint32_t error_frames = 0;
     uint32_t saturated_setpoints = 0;
     uint64_t dropped_records = 0;
-    std::string log_trouble;
     std::string log;
+    std::string version; /* of the program that ran the loop */
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
@@ -36,10 +42,10 @@ struct run_result {
 };
 
 /* Takes one tick into account. */
-void note_tick(run_result &result, const app &app);
+void note_tick(run_result &result, const tick_record &record);
 
-/* Fills in what only the whole run tells: growth, stable, counts. */
-void conclude(run_result &result, const rig &rig, const app &app);
+/* Fills in what only the whole run tells, from its `last` tick: growth, stable, counts. */
+void conclude(run_result &result, const rig &rig, const tick_record &last);
 
 /* For a person. */
 void print_summary(const run_result &result, const rig &rig);

@@ -16,14 +16,13 @@ struct extreme {
     double value;
 };
 
-struct height {
-    double time_s; /* between its two extremes */
-    double value;
-};
-
 struct straight_line {
     double slope;
     double slope_deviation;
+    double mean_x; /* the line passes through the means */
+    double mean_y;
+
+    double at(double x) const { return mean_y + slope * (x - mean_x); }
 };
 
 std::vector<extreme> find_extremes(const std::vector<double> &signal, double period_s)
@@ -63,7 +62,7 @@ straight_line fit_line(std::size_t count, X x_of, Y y_of)
     }
     const double slope = xy / xx;
     const double unexplained = std::max(0.0, yy - slope * xy);
-    return {slope, std::sqrt(unexplained / (static_cast<double>(count) - 2.0) / xx)};
+    return {slope, std::sqrt(unexplained / (static_cast<double>(count) - 2.0) / xx), mean_x, mean_y};
 }
 
 double median(std::vector<double> values)
@@ -74,7 +73,7 @@ double median(std::vector<double> values)
 }
 
 /* The level of a signal that decays no more at its end (noise keeps it going), else 0. */
-double settled_level(const std::vector<height> &heights)
+double settled_level(const std::vector<oscillation_height> &heights)
 {
     const std::size_t part = heights.size() / 4;
     if (part < least_extremes) {
@@ -96,17 +95,23 @@ double settled_level(const std::vector<height> &heights)
 
 } // namespace
 
-std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor)
+std::vector<oscillation_height> oscillation_heights(const std::vector<double> &signal, double period_s)
 {
     const std::vector<extreme> extremes = find_extremes(signal, period_s);
-    std::vector<height> heights;
+    std::vector<oscillation_height> heights;
     for (std::size_t i = 1; i < extremes.size(); i++) {
         heights.push_back({0.5 * (extremes[i].time_s + extremes[i - 1].time_s),
                            std::abs(extremes[i].value - extremes[i - 1].value)});
     }
+    return heights;
+}
+
+std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor)
+{
+    std::vector<oscillation_height> heights = oscillation_heights(signal, period_s);
     const double lowest = std::max(floor, 10.0 * settled_level(heights));
-    const auto first_low =
-        std::find_if(heights.begin(), heights.end(), [&](const height &h) { return h.value < lowest; });
+    const auto first_low = std::find_if(heights.begin(), heights.end(),
+                                        [&](const oscillation_height &height) { return height.value < lowest; });
     heights.erase(first_low, heights.end());
     heights.erase(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 4));
     if (heights.size() < least_extremes) {
@@ -117,8 +122,10 @@ std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double p
     const straight_line growth =
         fit_line(heights.size(), time_s, [&](std::size_t i) { return std::log(heights[i].value); });
     const straight_line half_period_s = fit_line(heights.size(), number, time_s);
-    return growth_fit{growth.slope,           1.96 * growth.slope_deviation, 0.5 / half_period_s.slope,
-                      heights.front().time_s, heights.back().time_s,         heights.size()};
+    const double from_s = heights.front().time_s;
+    return growth_fit{growth.slope,  1.96 * growth.slope_deviation, 0.5 / half_period_s.slope,
+                      from_s,        heights.back().time_s,         std::exp(growth.at(from_s)),
+                      heights.size()};
 }
 
 } // namespace berth

@@ -9,19 +9,29 @@
 namespace berth
 {
 
+/* Distance between two successive extremes, halfway between them in time. */
+struct oscillation_height {
+    double time_s;
+    double value;
+};
+
 struct growth_fit {
     double growth_per_s; /* negative: decays */
     double growth_ci95_per_s;
     double frequency_Hz;
     double from_s; /* part of the signal that was used */
     double to_s;
+    double height_from; /* of the fitted exponential at from_s */
     std::size_t extremes;
 };
 
-/* `signal` sampled every `period_s`. Heights between successive extremes (parabola through three samples) are
- * free of a constant offset; a straight line through their logarithms over time gives the growth. Extremes
- * lower than `floor`, or than ten times a level at which the signal has settled, are left out, and so is the
- * first quarter of the rest, where faster modes still show. Nothing: fewer than 8 extremes remain. */
+/* Heights of `signal`, sampled every `period_s`; a parabola through three samples gives each extreme. */
+std::vector<oscillation_height> oscillation_heights(const std::vector<double> &signal, double period_s);
+
+/* Heights between successive extremes are free of a constant offset; a straight line through their logarithms
+ * over time gives the growth. Heights lower than `floor`, or than ten times a level at which the signal has settled,
+ * are left out, and so is the first quarter of the rest, where faster modes still show. Nothing: fewer than 8
+ * extremes remain. */
 std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor);
 
 } // namespace berth

@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+"""Makes a report of a run beside its log: LOG.html with zoomable plots, LOG.png for a README."""
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from berth_log import InputError, read_log, read_summary
+from report_figure import build_figure
+from report_page import build_page
+
+ROOT = Path(__file__).resolve().parents[1]
+EXIT_INPUT = 2
+
+
+def write_whole(path, content):
+    """Writes a file so that it is there whole or, if writing fails, as it was before."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("log", metavar="LOG", type=Path, help="a .ulg file written by `berth run`")
+    parser.add_argument("--berth", type=Path, default=ROOT / "build" / "berth",
+                        help="the host command, which tells the run's result from the log (default: build/berth)")
+    return parser.parse_args()
+
+
+def main():
+    arguments = parse_arguments()
+    try:
+        summary = read_summary(arguments.log, arguments.berth)
+        log = read_log(arguments.log)
+        reports = {".html": build_page(log, summary).encode(), ".png": build_figure(log, summary)}
+        for suffix, content in reports.items():
+            path = arguments.log.with_suffix(suffix)
+            write_whole(path, content)
+            print(f"{path} ({len(content) / 1e6:.1f} MB)")
+    except InputError as error:
+        print(f"report: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,263 @@
+"""What a report shows of a run: signals with their names and colours, bands over time, and the words about it.
+The page and the figure take everything from here, so that they tell the same."""
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from berth_log import LIMITS, STATES, STOP_CAUSES, intervals, stretches
+
+# Okabe and Ito's colours, distinct to colour-blind readers. A colour is a place in the loop.
+MANIPULATOR = "#0072B2"
+COMMAND = "#E69F00"
+ROBOT = "#D55E00"
+REPORTED = "#CC79A7"
+OBJECT = "#009E73"
+OPERATOR = "#666666"
+GOOD, BAD, NEUTRAL = "#0072B2", "#D55E00", "#666666"
+STATE_COLOURS = dict(zip(STATES, ("#DDDDDD", "#F0E442", "#56B4E9", "#E69F00", "#D55E00", "#888888")))
+BAND_COLOUR = "#888888"
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A curve: times in s, values in the unit of its panel."""
+    label: str
+    colour: str
+    time_s: np.ndarray
+    values: np.ndarray
+    dash: str = "solid"  # solid, dash or dot
+    is_step: bool = False
+    is_second_axis: bool = False
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A stretch of time in a band."""
+    row: str
+    label: str
+    colour: str
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class DeadTime:
+    """Where the command passes a level and the robot follows: times in s, level in mm."""
+    command_s: float
+    robot_s: float
+    level_mm: float
+    from_s: float  # a window worth looking at
+    to_s: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    word: str
+    sentence: str
+    colour: str
+    alarm: str = ""  # what stopped the loop; empty while it runs or ended as it was asked to
+    notes: list = field(default_factory=list)
+
+
+def positions(log):
+    """Positions in mm, from the operator's command to the object."""
+    tick, rig = log.tick, log.rig
+    signals = []
+    if log.config["operator"]["interface"] == "motion":
+        signals.append(Signal("operator", OPERATOR, log.tick_s, 1e3 * tick["operator_position_m"], "dash"))
+    signals.append(Signal("manipulator", MANIPULATOR, log.tick_s, 1e3 * tick["manipulator_position_m"]))
+    if rig:
+        signals.append(Signal("object", OBJECT, log.rig_s, 1e3 * rig["object_position_m"]))
+    return signals + command_and_robot(log)
+
+
+def command_and_robot(log):
+    """Command and robot in mm: what the dead time lies between."""
+    tick, rig = log.tick, log.rig
+    signals = [Signal("command", COMMAND, log.tick_s, 1e3 * tick["command_position_m"], "dash"),
+               Signal("robot, as reported", REPORTED, log.tick_s, 1e3 * tick["robot_position_m"], "dot")]
+    if rig:
+        signals.append(Signal("robot", ROBOT, log.rig_s, 1e3 * rig["robot_position_m"]))
+    return signals
+
+
+def forces(log):
+    """Forces in N, from the sensor spring to the manipulator."""
+    tick, rig = log.tick, log.rig
+    signals = []
+    if log.config["operator"]["interface"] == "force":
+        signals.append(Signal("operator", OPERATOR, log.tick_s, tick["operator_force_N"], "dash"))
+    if rig:
+        signals += [Signal("sensor spring", OBJECT, log.rig_s, rig["spring_force_N"]),
+                    Signal("measured (after low-pass)", REPORTED, log.rig_s, rig["measured_force_N"])]
+    return signals + [Signal("used by the loop", MANIPULATOR, log.tick_s, tick["force_N"], is_step=True)]
+
+
+def timing(log):
+    """Age of the newest force frame in ms, and on a second axis how late the loop woke in us."""
+    tick = log.tick
+    lateness_us = 1e-3 * (tick["woke_ns"] - tick["scheduled_ns"])
+    age_ms = 1e-6 * tick["force_age_ns"]
+    return [Signal("age of the newest force frame", MANIPULATOR, log.tick_s, age_ms, is_step=True),
+            Signal("woke late by (right axis)", ROBOT, log.tick_s, lateness_us, "dot", is_second_axis=True)]
+
+
+def counts(log):
+    """Totals of what went wrong on the way."""
+    tick = log.tick
+    totals = (("missed ticks", ROBOT, "solid", np.cumsum(tick["missed_ticks"], dtype=np.int64)),
+              ("rejected frames", COMMAND, "dash", tick["rejected_frames"]),
+              ("lost frames", MANIPULATOR, "dot", tick["lost_frames"]),
+              ("error frames", REPORTED, "solid", tick["error_frames"]))
+    return [Signal(f"{name}: {total[-1]}", colour, log.tick_s, total.astype(float), dash, is_step=True)
+            for name, colour, dash, total in totals]
+
+
+def bars(log):
+    """State of the supervisor, why it stopped, what limited, contact; in this order of rows."""
+    tick, time_s, period_s = log.tick, log.tick_s, log.period_s
+    found = [Bar("supervisor", name_of(STATES, value), STATE_COLOURS.get(name_of(STATES, value), BAND_COLOUR), *when)
+             for value, *when in stretches(tick["state"], time_s, period_s)]
+    found += [Bar("stopped because", words(name_of(STOP_CAUSES, value)), BAND_COLOUR, *when)
+              for value, *when in stretches(tick["stop_cause"], time_s, period_s) if value != 0]
+    for bit, name in enumerate(LIMITS):
+        found += [Bar(f"limit: {words(name)}", "", COMMAND, *when)
+                  for when in intervals(tick["limits"] >> bit & 1, time_s, period_s)]
+    found += [Bar("emergency stop", "", BAD, *when) for when in intervals(tick["emergency_stop"], time_s, period_s)]
+    found += [Bar("enable off", "", BAND_COLOUR, *when) for when in intervals(1 - tick["enable"], time_s, period_s)]
+    if log.is_contact and log.rig:
+        found += [Bar("contact", "", OBJECT, *when) for when in intervals(in_contact(log), log.rig_s, period_s)]
+    return found
+
+
+def in_contact(log):
+    """The elastic material pushes on the tool."""
+    material, rig = log.config["object"], log.rig
+    depth_m = rig["object_position_m"] - material["surface_position_m"]
+    force_N = (material["stiffness_N_per_m"] * depth_m
+               + material["damping_N_s_per_m"] * rig["object_velocity_m_per_s"])
+    return (depth_m > 0.0) & (force_N > 0.0)
+
+
+def lively_until(log):
+    """When the manipulator's motion has died down to a hundredth of its largest, in s; else the end of the run."""
+    position_m = log.tick["manipulator_position_m"]
+    distance = np.abs(position_m - position_m[-1])
+    end_s = log.tick_s[-1] + log.period_s
+    lively = np.flatnonzero(distance > 0.01 * distance.max())
+    return min(1.1 * log.tick_s[lively[-1]], end_s) if lively.size else end_s
+
+
+def not_running(log):
+    """(start, end) in s of the stretches in which the robot may not move."""
+    return intervals(log.tick["state"] != STATES.index("running"), log.tick_s, log.period_s)
+
+
+def _crossing(time_s, values, level, rising, after_s):
+    """When `values` first pass `level` in the given direction at or after `after_s`; None if they do not."""
+    above = values >= level
+    passes = ~above[:-1] & above[1:] if rising else above[:-1] & ~above[1:]
+    passes &= time_s[1:] >= after_s
+    if not passes.any():
+        return None
+    i = np.flatnonzero(passes)[0]
+    return time_s[i] + (level - values[i]) / (values[i + 1] - values[i]) * (time_s[i + 1] - time_s[i])
+
+
+def dead_time(log):
+    """The command at its fastest while no limit acts, and the robot after it; None where nothing moves or the
+    true motion is not known."""
+    free = (log.tick["state"] == STATES.index("running")) & (log.tick["limits"] == 0)
+    command_mm = 1e3 * log.tick["command_position_m"]
+    in_one_tick = free[:-1] & free[1:] & (np.diff(log.tick_s) < 1.5 * log.period_s)
+    moved_mm = np.where(in_one_tick, np.abs(np.diff(command_mm)), 0.0)
+    if not log.rig or moved_mm.size == 0 or moved_mm.max() < 1e-6:
+        return None
+    i = int(moved_mm.argmax())
+    level_mm = 0.5 * (command_mm[i] + command_mm[i + 1])
+    command_s = 0.5 * (log.tick_s[i] + log.tick_s[i + 1])
+    robot_s = _crossing(log.rig_s, 1e3 * log.rig["robot_position_m"], level_mm,
+                        command_mm[i + 1] > command_mm[i], command_s)
+    width_s = max(1e-3 * log.config["robot"]["dead_time_ms"], 2.0 * log.period_s)
+    if robot_s is None or robot_s - command_s > 5.0 * width_s:
+        return None
+    return DeadTime(command_s, robot_s, level_mm, command_s - 4.0 * width_s, command_s + 5.0 * width_s)
+
+
+def name_of(names, value):
+    return names[value] if value < len(names) else f"unknown ({value})"
+
+
+def words(name):
+    return name.replace("_", " ")
+
+
+def stop_sentence(log, summary):
+    """Where the supervisor ended and since when; empty while it runs."""
+    if len(log.tick_s) == 0 or summary["state"] == "running":
+        return ""
+    cause = summary["stop_cause"]
+    since_s = stretches(log.tick["state"], log.tick_s, log.period_s)[-1][1]
+    because = f", because: {words(cause)}" if cause != "none" else ""
+    return f"Ended in state {summary['state']} (since {since_s:.4g} s){because}."
+
+
+def alarm(summary):
+    """Fault or hold, in a few words."""
+    if summary["state"] not in ("fault", "holding"):
+        return ""
+    return f"{summary['state']}: {words(summary['stop_cause'])}".capitalize()
+
+
+def limit_words(summary):
+    acted = [f"{words(name)} {ticks}" for name, ticks in summary["limit_ticks"].items() if ticks > 0]
+    return ", ".join(acted) if acted else "never"
+
+
+def verdict(log, summary):
+    """Stable or diverging, and what has to be known beside it."""
+    notes = [note for note in (stop_sentence(log, summary),) if note]
+    if summary["limit_ticks"] and any(summary["limit_ticks"].values()):
+        notes.append(f"Limits acted (ticks): {limit_words(summary)}.")
+    if summary["cut"]:
+        notes.append("The log is cut: shown up to its last whole tick.")
+    if summary["missing_ticks"]:
+        notes.append(f"{summary['missing_ticks']} ticks are missing in the log.")
+    if len(log.tick_s) == 0:
+        return Verdict("No ticks", "The log holds no whole tick.", NEUTRAL, "", notes)
+    if not (log.tick["state"] == STATES.index("running")).any():
+        return Verdict("Never ran", "The loop never reached the state running: there is no motion to judge.",
+                       NEUTRAL, alarm(summary), notes)
+    word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)
+    growth_per_s = summary["growth_per_s"]
+    if growth_per_s is None:
+        sentence = "There is too little free oscillation to measure a growth rate."
+    else:
+        does, doubles = ("decays", "halves") if growth_per_s < 0.0 else ("grows", "doubles")
+        sentence = (f"The oscillation {does} by {abs(growth_per_s):.6f} /s at {summary['frequency_hz']:.4f} Hz: "
+                    f"it {doubles} every {np.log(2.0) / abs(growth_per_s):.2f} s.")
+    return Verdict(word, sentence, colour, alarm(summary), notes)
+
+
+def facts(log, summary):
+    """(name, value, remark): the run in numbers."""
+    growth = summary["growth_per_s"]
+    rate_Hz = log.config["loop"]["rate_Hz"]
+    found = dead_time(log) if len(log.tick_s) else None
+    cause = summary["stop_cause"]
+    return [
+        ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
+         "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
+        ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
+        ("peak force", f"{summary['peak_force_N']:.2f} N", "as used by the loop"),
+        ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
+         f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),
+        ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz} Hz, {summary['simulated_s']:.2f} s"),
+        ("overruns", str(summary["overruns"]), "missed ticks"),
+        ("supervisor", summary["state"], "" if cause == "none" else f"because: {words(cause)}"),
+        ("limits acted", limit_words(summary), "ticks" if any(summary["limit_ticks"].values()) else ""),
+        ("frames", f"{summary['frames_accepted']:,} taken".replace(",", " "),
+         f"{summary['frames_rejected']} rejected, {summary['frames_lost']} lost, {summary['error_frames']} error "
+         f"frames; {summary['saturated_setpoints']} setpoints saturated"),
+        ("configuration", log.config_hash, f"berth {log.version}"),
+    ]

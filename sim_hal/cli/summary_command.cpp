@@ -1,0 +1,99 @@
+#include <cstdio>
+
+#include "../log/ulog_reader.h"
+#include "commands.h"
+#include "run_result.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* What a log tells beside the run's result. */
+struct log_state {
+    bool is_cut = false;
+    std::int64_t missing_ticks = 0; /* not in the log, though the loop ran them */
+};
+
+run_result read_result(const std::string &path, rig &rig, log_state &state)
+{
+    ulog_reader log(path);
+    rig = log.recorded_rig();
+    run_result result;
+    tick_record last{};
+    std::int64_t frames_received = 0;
+    std::int64_t frames_of_tick = 0; /* they come before it */
+    std::int64_t next_index = 0;
+    std::uint16_t id = 0;
+    std::string_view bytes;
+    while (log.next(id, bytes)) {
+        if (id == ULOG_FRAME_ID) {
+            frames_of_tick += record_as<frame_record>(bytes).direction == 0;
+        } else if (id == ULOG_TICK_ID) {
+            last = record_as<tick_record>(bytes);
+            note_tick(result, last);
+            frames_received += frames_of_tick;
+            frames_of_tick = 0;
+            state.missing_ticks += last.index - last.missed_ticks - next_index;
+            next_index = last.index + 1;
+        }
+    }
+    conclude(result, rig, last);
+    result.frames_accepted = frames_received - result.frames_rejected - result.error_frames;
+    result.log = path;
+    const auto recorded_version = log.infos().find("ver_sw");
+    result.version = recorded_version != log.infos().end() ? recorded_version->second : "unknown";
+    state.is_cut = log.is_cut();
+    return result;
+}
+
+/* Heights of the free motion's oscillation over the time of the run, and the fitted exponential through them. */
+nlohmann::json envelope_as_json(const run_result &result, double period_s)
+{
+    const auto run_time_s = [&](double free_motion_s) {
+        const auto sample = static_cast<std::size_t>(free_motion_s / period_s);
+        return period_s * static_cast<double>(result.free_motion_tick[sample]) +
+               (free_motion_s - period_s * static_cast<double>(sample));
+    };
+    nlohmann::json times = nlohmann::json::array();
+    nlohmann::json heights = nlohmann::json::array();
+    for (const oscillation_height &height : oscillation_heights(result.free_motion_m, period_s)) {
+        times.push_back(run_time_s(height.time_s));
+        heights.push_back(height.value);
+    }
+    nlohmann::json json = {{"time_s", times}, {"height_m", heights}};
+    if (result.growth) {
+        json["fit_from_s"] = run_time_s(result.growth->from_s);
+        json["fit_to_s"] = run_time_s(result.growth->to_s);
+        json["fit_height_from_m"] = result.growth->height_from;
+    }
+    return json;
+}
+
+} // namespace
+
+int summary_command(const std::string &path, bool json)
+{
+    rig rig;
+    log_state state;
+    const run_result result = read_result(path, rig, state);
+    if (json) {
+        nlohmann::json object = as_json(result, rig);
+        object["cut"] = state.is_cut;
+        object["missing_ticks"] = state.missing_ticks;
+        object["envelope"] = envelope_as_json(result, config_period_s(&rig.firmware));
+        std::printf("%s\n", object.dump().c_str());
+        return 0;
+    }
+    print_summary(result, rig);
+    if (state.is_cut) {
+        std::printf("the file is cut: told up to the last whole tick\n");
+    }
+    if (state.missing_ticks > 0) {
+        std::printf("%lld ticks are missing in the log\n", static_cast<long long>(state.missing_ticks));
+    }
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,251 @@
+"""The report of a run: made for every kind of log, complete in itself, telling what `berth summary` tells."""
+import base64
+import json
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from test_summary import BERTH, CASES, run, summary
+
+ROOT = Path(__file__).resolve().parents[2]
+SIZE_MAX_BYTES = 8e6
+CASES = CASES | {"concept-foam": ("concept-foam", []), "force interface": ("ess", ["operator.interface=force",
+                                                                                  "run.duration_s=10"])}
+VERDICTS = {"concept-copper": "Diverging", "never released": "Never ran", "one tick": "Never ran"}
+
+
+def report(*arguments):
+    words = [sys.executable, ROOT / "scripts" / "report.py", *arguments]
+    return subprocess.run(list(map(str, words)), capture_output=True, text=True)
+
+
+class Page(HTMLParser):
+    """Text and elements of a page, and what stands in its scripts and styles."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.elements, self.words, self.scripts, self.inside = [], [], [], ""
+        self.feed(path.read_text(encoding="utf-8"))
+        self.text = " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self.inside = tag
+        if tag in ("script", "style"):
+            self.scripts.append("")
+
+    def handle_endtag(self, tag):
+        self.inside = ""
+
+    def handle_data(self, data):
+        if self.inside in ("script", "style"):
+            self.scripts[-1] += data
+        else:
+            self.words.append(data)
+
+    @property
+    def data(self):
+        """What the page's script draws."""
+        return json.loads(next(text for text in self.scripts if text.startswith('{"clocks"')))
+
+    def curve(self, panel_name, curve_name):
+        """Times and values of one curve, as the page holds them."""
+        panel = next(panel for panel in self.data["panels"] if panel["name"] == panel_name)
+        curve = next(curve for curve in panel["curves"] if curve["trace"]["name"] == curve_name)
+        clock = self.data["clocks"][curve["clock"]]
+        values = np.frombuffer(base64.b64decode(curve["samples"]), "<f4")
+        if "samples" in clock:
+            return np.frombuffer(base64.b64decode(clock["samples"]), "<f8"), values
+        return clock["start"] + clock["step"] * np.arange(clock["count"]), values
+
+
+def png_size(path):
+    content = path.read_bytes()
+    assert content.startswith(b"\x89PNG\r\n\x1a\n")
+    return int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
+
+
+def made(log):
+    done = report(log)
+    assert done.returncode == 0, done.stderr
+    page, picture = log.with_suffix(".html"), log.with_suffix(".png")
+    assert str(page) in done.stdout and str(picture) in done.stdout
+    assert not list(log.parent.glob("*.partial"))
+    return Page(page), picture
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_report_tells_the_run(tmp_path, case):
+    log, _ = run(tmp_path, *CASES[case])
+    told = summary(log)
+    page, picture = made(log)
+    assert png_size(picture) == (1600, 1000)
+    assert log.with_suffix(".html").stat().st_size < SIZE_MAX_BYTES
+
+    assert f" {VERDICTS.get(case, 'Stable')} " in page.text
+    if told["growth_per_s"] is not None:
+        assert f"by {abs(told['growth_per_s']):.6f} /s at {told['frequency_hz']:.4f} Hz" in page.text
+    assert f"peak force {told['peak_force_N']:.2f} N" in page.text
+    assert f"overruns {told['overruns']} missed" in page.text
+    assert f"supervisor {told['state']}" in page.text
+    frames = (told["frames_rejected"], told["frames_lost"], told["error_frames"])
+    assert "{} rejected, {} lost, {} error".format(*frames) in page.text
+    for name, ticks in told["limit_ticks"].items():
+        assert (f"{name.replace('_', ' ')} {ticks}" in page.text) == (ticks > 0)
+    if told["state"] == "fault":
+        assert f"Fault: {told['stop_cause'].replace('_', ' ')}" in page.text
+    assert told["config_hash"] in page.text and told["version"] in page.text
+    assert f"berth replay {log}" in page.text
+    assert f"dead_time_ms {40.0 if case == 'ess-50hz' else 17.5} command to motion" in page.text
+
+
+def test_page_fetches_nothing(tmp_path):
+    """No element and no style sheet names anything outside of the file; our own script asks for nothing."""
+    log, _ = run(tmp_path, "ess", ["run.duration_s=2"])
+    page, _ = made(log)
+    for tag, attributes in page.elements:
+        assert tag not in ("link", "img", "iframe", "object", "embed", "base", "video", "audio"), (tag, attributes)
+        assert not {"src", "href", "srcset", "data", "action", "poster"} & set(attributes), (tag, attributes)
+    ours = [text for text in page.scripts if "plotly.js v" not in text[:400]]
+    assert len(ours) == 3  # style, data, script
+    assert "".join(ours).count("url(") == 0
+    assert not re.search(r"https?:|@import|fetch\(|XMLHttpRequest|import\(", "".join(ours))
+
+
+def test_page_holds_every_sample(tmp_path):
+    """60 s at 400 Hz: all ticks are there, with the values that the log has."""
+    from pyulog import ULog
+    log, told = run(tmp_path, "ess", [])
+    page, _ = made(log)
+    tick = ULog(str(log), ["tick"]).get_dataset("tick").data
+    for panel, curve, field, scale in (("positions", "manipulator", "manipulator_position_m", 1e3),
+                                       ("positions", "command", "command_position_m", 1e3),
+                                       ("forces", "used by the loop", "force_N", 1.0)):
+        time_s, values = page.curve(panel, curve)
+        assert len(values) == told["ticks"] == 24000
+        assert np.allclose(time_s, 1e-9 * tick["scheduled_ns"], atol=1e-9)
+        assert np.array_equal(values, (scale * tick[field]).astype(np.float32))
+
+
+def test_dead_time_is_shown(tmp_path):
+    for rig, dead_time_ms in (("ess", 17.5), ("ess-50hz", 40.0), ("ess-half-dead-time", 7.5)):
+        log, _ = run(tmp_path, rig, ["run.duration_s=3"])
+        page, _ = made(log)
+        assert f"command to motion {dead_time_ms:.2f} ms" in page.text
+
+
+def test_long_run_keeps_extremes(tmp_path):
+    """What is too long is thinned out to lowest and highest, and the page says so."""
+    sys.path.insert(0, str(ROOT / "scripts"))
+    from report_page import SAMPLES_MAX, thinned
+    random = np.random.default_rng(7)
+    values = random.normal(size=5 * SAMPLES_MAX + 123)
+    time_s = 0.0025 * np.arange(len(values))
+    kept_s, kept, stretch = thinned(time_s, values)
+    assert len(kept) <= SAMPLES_MAX + stretch and stretch > 1
+    assert np.all(np.diff(kept_s) > 0.0)
+    for start in range(0, len(values), 1000 * stretch):
+        end = min(start + 1000 * stretch, len(values))
+        inside = (kept_s >= time_s[start]) & (kept_s <= time_s[end - 1])
+        assert kept[inside].max() == values[start:end].max() and kept[inside].min() == values[start:end].min()
+    log, _ = run(tmp_path, "ess", ["run.duration_s=200"])
+    page, _ = made(log)
+    assert "The run is long" in page.text
+
+
+def messages(content):
+    """(start, end) of each ULog message after the file's header."""
+    at = 16
+    while at < len(content):
+        end = at + 3 + int.from_bytes(content[at:at + 2], "little")
+        yield at, end
+        at = end
+
+
+def test_cut_log(tmp_path):
+    """A log that is cut among its records gives a report of what is there, one cut in its header a clear error."""
+    log, told = run(tmp_path, "ess", ["run.duration_s=5"])
+    content = log.read_bytes()
+    log.write_bytes(content[:-1])
+    page, _ = made(log)
+    assert "The log is cut" in page.text and f"ticks {told['ticks'] - 1:,}".replace(",", " ") in page.text
+
+    header_end = next(start for start, _ in messages(content) if content[start + 2:start + 3] == b"D")
+    log.write_bytes(content[:header_end])
+    page, picture = made(log)
+    assert "No ticks" in page.text and png_size(picture) == (1600, 1000)
+
+    for path in tmp_path.glob("ess.[hp]*"):
+        path.unlink()
+    for size in (0, 7, 16, 300):
+        log.write_bytes(content[:size])
+        done = report(log)
+        assert done.returncode == 2 and str(log) in done.stderr and "Traceback" not in done.stderr, size
+    assert sorted(path.suffix for path in tmp_path.glob("ess.*")) == [".candump", ".candump", ".ulg"]
+
+
+def test_missing_ticks(tmp_path):
+    """Records that a full disk cost: the curves have a gap, and the page says so."""
+    log, _ = run(tmp_path, "ess", ["run.duration_s=5"])
+    content = log.read_bytes()
+    kept = bytearray(content[:16])
+    for start, end in messages(content):
+        is_data = content[start + 2:start + 3] == b"D"
+        timestamp_us = int.from_bytes(content[start + 5:start + 13], "little") if is_data else 0
+        if not 2_000_000 <= timestamp_us < 2_500_000:
+            kept += content[start:end]
+    log.write_bytes(kept)
+    page, _ = made(log)
+    assert "200 ticks are missing" in page.text and "command to motion 17.50 ms" in page.text
+    time_s, values = page.curve("positions", "robot")
+    assert np.isnan(values).sum() == 1 and 2.0 < time_s[np.isnan(values)][0] < 2.5
+
+
+@pytest.mark.parametrize("make, word", [
+    (lambda path: None, "cannot be read"),
+    (lambda path: path.mkdir(), "cannot be read"),
+    (lambda path: path.write_bytes(b"no log of any kind, whatever its name says"), "is not a ULog"),
+])
+def test_wrong_file_is_named(tmp_path, make, word):
+    path = tmp_path / "some.ulg"
+    make(path)
+    done = report(path)
+    assert done.returncode == 2 and done.stdout == ""
+    assert str(path) in done.stderr and word in done.stderr and "Traceback" not in done.stderr
+    assert not list(tmp_path.glob("*.html*"))
+
+
+def test_missing_command_is_named(tmp_path):
+    log, _ = run(tmp_path, "ess", ["run.duration_s=1"])
+    done = report(log, "--berth", tmp_path / "no-such-program")
+    assert done.returncode == 2 and "no-such-program" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_rig_text_is_escaped(tmp_path):
+    """A description cannot break out of the page."""
+    rig = subprocess.run([BERTH, "run", "ess", "--print-config"], capture_output=True, text=True).stdout
+    evil = tmp_path / "evil.toml"
+    evil.write_text(re.sub("description = .*", "description = '</script><b id=\"evil\">&amp;'", rig))
+    log, _ = run(tmp_path, evil, ["run.duration_s=1"])
+    page, _ = made(log)
+    assert not any(attributes.get("id") == "evil" for _, attributes in page.elements)
+    assert '</script><b id="evil">&amp;' in page.text
+
+
+def names_of(source, pattern):
+    text = (ROOT / "firmware" / source).read_text()
+    return tuple(re.findall(r'"(\w+)"', re.search(pattern, text, re.DOTALL)[1]))
+
+
+def test_names_are_the_firmware_s():
+    """The tables of names here are copies; the firmware's are the originals."""
+    sys.path.insert(0, str(ROOT / "scripts"))
+    import berth_log
+    assert berth_log.STATES == names_of("supervisor.c", r"state_names\[\] = \{(.*?)\};")
+    assert berth_log.STOP_CAUSES == names_of("supervisor.c", r"cause_names\[\] = \{(.*?)\};")
+    assert berth_log.LIMITS == names_of("limits.c", r"limit_names\[LIMIT_COUNT\] = \{(.*?)\};")
