@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "rig/rig_file.h"
 
@@ -63,9 +62,6 @@ log_file::log_file(const std::string &path, const log_header &header) : storage_
     if (path.empty()) {
         return;
     }
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    std::error_code no_folder; /* open() then says why not */
-    std::filesystem::create_directories(folder.empty() ? "." : folder, no_folder);
     file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file_ < 0) {
         throw input_error(path + ": the log cannot be written (" + std::strerror(errno) +

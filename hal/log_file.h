@@ -30,8 +30,7 @@ std::string ulog_header(const log_header &header);
 class log_file
 {
   public:
-    /* An empty path: records are taken and forgotten. Makes the folder. Throws input_error if the file cannot be
-     * made. */
+    /* An empty path: records are taken and forgotten. Throws input_error if the file cannot be made. */
     log_file(const std::string &path, const log_header &header);
     ~log_file();
     log_file(const log_file &) = delete;

@@ -318,6 +318,15 @@ std::string_view nearest_key(std::string_view path)
         ->path;
 }
 
+std::string_view nearest_section(std::string_view name)
+{
+    const auto section_of = [](const rig_key &key) { return key.path.substr(0, key.path.find('.')); };
+    const auto &keys = rig_keys();
+    return section_of(*std::min_element(keys.begin(), keys.end(), [&](const rig_key &a, const rig_key &b) {
+        return edit_distance(name, section_of(a)) < edit_distance(name, section_of(b));
+    }));
+}
+
 std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text)
 {
     const rig_key *key = find_key(path);
@@ -364,7 +373,8 @@ std::string quoted(std::string_view text)
 
 bool is_control(char c)
 {
-    return (c >= 0 && c < ' ') || c == 0x7f;
+    const auto byte = static_cast<unsigned char>(c); /* char has a sign here and none on arm64 */
+    return byte < ' ' || byte == 0x7f;
 }
 
 std::optional<std::string> text_error(std::string_view text)

@@ -34,6 +34,9 @@ const rig_key *find_key(std::string_view path);
 /* The known path most like `path`, by edit distance; a bare name is compared with names. */
 std::string_view nearest_key(std::string_view path);
 
+/* The section most like `name`, which is `name` itself if there is one. */
+std::string_view nearest_section(std::string_view name);
+
 /* Sets one value from its text as in a rig file (numbers, true/false, bare or quoted words). */
 std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text);
 

@@ -5,6 +5,14 @@
 #include <map>
 #include <sstream>
 
+/* Inputs at which the parser's own checks stop it, such as a line of "[" alone: an error of the file, no abort. */
+struct toml_check_failed {
+};
+[[noreturn]] static void fail_toml_check()
+{
+    throw toml_check_failed{};
+}
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml_check())
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
@@ -102,13 +110,6 @@ void read_top_level(rig &rig, const std::string &name, const toml::node &value, 
     }
 }
 
-bool is_known_section(std::string_view name)
-{
-    const auto &keys = rig_keys();
-    return std::any_of(keys.begin(), keys.end(),
-                       [&](const rig_key &key) { return key.path.substr(0, key.path.find('.')) == name; });
-}
-
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
 {
     for (const auto &[name, value] : table) {
@@ -120,14 +121,40 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                 read_value(rig, path, entry_value, where);
                 places[path] = where;
             }
-            if (!is_known_section(section)) { /* empty, or its keys would have been unknown */
-                const std::string_view nearest = nearest_key(section + ".");
-                fail(place(origin, name.source()), {section, "unknown section; the nearest known one is " +
-                                                                 std::string(nearest.substr(0, nearest.find('.')))});
+            if (const auto nearest = nearest_section(section); nearest != section) {
+                fail(place(origin, name.source()),
+                     {section, "unknown section; the nearest known one is " + std::string(nearest)});
             }
         } else {
             read_top_level(rig, section, value, place(origin, name.source()));
         }
+    }
+}
+
+/* The line at whose end the parser's checks stop it. */
+std::size_t line_of_failed_check(const std::string &text)
+{
+    std::size_t line = 1;
+    for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 1), line++) {
+        try {
+            (void)toml::parse(std::string_view(text).substr(0, end + 1));
+        } catch (const toml::parse_error &) {
+            continue; /* a value that goes on in the next line */
+        } catch (const toml_check_failed &) {
+            break;
+        }
+    }
+    return line;
+}
+
+toml::table parse_toml(const std::string &text, const std::string &origin)
+{
+    try {
+        return toml::parse(text, origin);
+    } catch (const toml::parse_error &error) {
+        throw input_error(place(origin, error.source()) + ": " + std::string(error.description()));
+    } catch (const toml_check_failed &) {
+        throw input_error(origin + ":" + std::to_string(line_of_failed_check(text)) + ": syntax error");
     }
 }
 
@@ -176,11 +203,7 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
 {
     rig rig;
     key_places places;
-    try {
-        read_table(rig, toml::parse(text, origin), origin, places);
-    } catch (const toml::parse_error &error) {
-        throw input_error(place(origin, error.source()) + ": " + std::string(error.description()));
-    }
+    read_table(rig, parse_toml(text, origin), origin, places);
     apply_overrides(rig, overrides, places);
     if (const auto error = complete_and_check(rig)) {
         const auto found = places.find(error->key);

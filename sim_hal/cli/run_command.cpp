@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "../../firmware/loop.h"
+#include "../hil/profile.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
 #include "../version.h"
@@ -32,6 +33,16 @@ std::atomic<bool> stop_wanted{false};
 extern "C" void on_interrupt(int)
 {
     stop_wanted.store(true, std::memory_order_relaxed);
+}
+
+void make_folder(const std::filesystem::path &path)
+{
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error) {
+        throw input_error(path.string() + ": the folder for the log cannot be made (" + error.message() +
+                          "); choose another with --out");
+    }
 }
 
 void show_progress(double share)
@@ -110,6 +121,10 @@ int run_command(const run_arguments &arguments)
     sim_options options;
     options.stop = &stop_wanted;
     if (!arguments.no_log) {
+        const profile readable(rig); /* throws before a folder is made for nothing */
+        if (!arguments.out_folder.empty()) {
+            make_folder(arguments.out_folder);
+        }
         options.log_path = std::filesystem::path(arguments.out_folder) / (rig.name + ".ulg");
     }
     const bool shows_progress = !arguments.json && isatty(STDERR_FILENO);

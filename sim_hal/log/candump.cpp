@@ -71,7 +71,7 @@ std::vector<std::string> export_candump(const std::string &log_path)
             }
         }
     }
-    const std::vector<std::string> paths = candump_paths(log_path);
+    std::vector<std::string> paths = candump_paths(log_path);
     for (int bus = 0; bus < HAL_BUS_COUNT; bus++) {
         std::stable_sort(frames[bus].begin(), frames[bus].end(),
                          [](const hal_frame &a, const hal_frame &b) { return a.time_ns < b.time_ns; });
