@@ -56,8 +56,8 @@ run_result run_loop(const rig &rig, const sim_options &options)
     const auto app = std::make_unique<struct app>();
     run_result result;
     const double expected_ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
-    result.free_motion_m.reserve(static_cast<std::size_t>(expected_ticks));
-    result.free_motion_tick.reserve(static_cast<std::size_t>(expected_ticks));
+    result.newest.position_m.reserve(static_cast<std::size_t>(expected_ticks));
+    result.newest.tick.reserve(static_cast<std::size_t>(expected_ticks));
     struct hal *hal = sim_open(rig, options);
     app_start(app.get(), &rig.firmware);
 

@@ -53,12 +53,12 @@ nlohmann::json envelope_as_json(const run_result &result, double period_s)
 {
     const auto run_time_s = [&](double free_motion_s) {
         const auto sample = static_cast<std::size_t>(free_motion_s / period_s);
-        return period_s * static_cast<double>(result.free_motion_tick[sample]) +
+        return period_s * static_cast<double>(result.longest.tick[sample]) +
                (free_motion_s - period_s * static_cast<double>(sample));
     };
     nlohmann::json times = nlohmann::json::array();
     nlohmann::json heights = nlohmann::json::array();
-    for (const oscillation_height &height : oscillation_heights(result.free_motion_m, period_s)) {
+    for (const oscillation_height &height : oscillation_heights(result.longest.position_m, period_s)) {
         times.push_back(run_time_s(height.time_s));
         heights.push_back(height.value);
     }
