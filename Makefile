@@ -46,6 +46,10 @@ COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS += -fsanitize=address,undefined
 endif
 
+# What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
+TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
+LDFLAGS += -O2 -flto=auto
+
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
@@ -120,6 +124,8 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 	@mkdir -p $(@D)
 	@echo "c++  $<"
 	@$(COMPILED_CXX) -c $< -o $@
+
+$(call object,$(TICK_PATH)): COMMON += -flto
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)

@@ -18,16 +18,19 @@ static double clamp(double value, double low, double high)
     return value < low ? low : value > high ? high : value;
 }
 
-/* The speed from which a stop within `distance_m` is possible at the acceleration limit in whole ticks:
- * v with v T/2 + v^2/(2a) = distance, which covers the tick that the brake comes late. */
+/* The largest speed for the coming tick from which the setpoints can stop within `distance_m` at the acceleration
+ * limit. With a change of aT a tick, k ticks of braking follow where k (k+1) / 2 <= d/(aT^2), and
+ * v = aT (k/2 + d/(aT^2) / (k+1)) uses up the distance exactly. */
 static double stopping_speed(const struct limits *limits, double distance_m)
 {
     if (distance_m <= 0.0) {
         return 0.0;
     }
-    const double acceleration = limits->config->acceleration_m_per_s2;
-    const double half_tick = 0.5 * acceleration * limits->period_s;
-    return __builtin_sqrt(half_tick * half_tick + 2.0 * acceleration * distance_m) - half_tick;
+    const double change = limits->config->acceleration_m_per_s2 * limits->period_s;
+    const double ratio = distance_m / (change * limits->period_s);
+    const double root = 0.5 * (__builtin_sqrt(1.0 + 8.0 * ratio) - 1.0);
+    const double ticks = root < 1e9 ? (double)(int64_t)root : root;
+    return change * (0.5 * ticks + ratio / (ticks + 1.0));
 }
 
 /* The setpoints are where they were asked to be, or so near that one tick's acceleration closes the gap. */
@@ -89,9 +92,10 @@ double limits_step(struct limits *limits, double wanted_m)
     const double wished = wished_velocity(limits, target_m);
 
     double velocity = limited(limits, LIMIT_VELOCITY, wished, -config->velocity_m_per_s, config->velocity_m_per_s);
-    velocity = limited(limits, LIMIT_POSITION, velocity,
-                       -stopping_speed(limits, limits->position_m - config->position_min_m),
-                       stopping_speed(limits, config->position_max_m - limits->position_m));
+    const double room_m =
+        velocity < 0.0 ? limits->position_m - config->position_min_m : config->position_max_m - limits->position_m;
+    const double stoppable = stopping_speed(limits, room_m);
+    velocity = limited(limits, LIMIT_POSITION, velocity, -stoppable, stoppable);
     const double change = config->acceleration_m_per_s2 * limits->period_s;
     velocity = limited(limits, LIMIT_ACCELERATION, velocity, limits->velocity_m_per_s - change,
                        limits->velocity_m_per_s + change);

@@ -18,6 +18,9 @@
      CONDITION_BUS_OFF | CONDITION_NOT_FINITE)
 #define FRESH (CONDITION_FEEDBACK_FRESH | CONDITION_SENSOR_FRESH | CONDITION_OPERATOR_FRESH)
 
+/* In the table: the cause of an earlier stop stays. */
+#define STOP_KEPT STOP_CAUSE_COUNT
+
 struct transition {
     uint32_t from;    /* set of states */
     uint32_t all_of;  /* conditions that must hold */
@@ -27,7 +30,7 @@ struct transition {
 };
 
 static const struct transition transitions[] = {
-    {FROM_START | FROM_FAULT, CONDITION_STOP, 0, SUPERVISOR_STOPPED, STOP_REQUESTED},
+    {FROM_START, CONDITION_STOP, 0, SUPERVISOR_STOPPED, STOP_REQUESTED},
 
     {FROM_ALIVE, CONDITION_EMERGENCY_STOP, 0, SUPERVISOR_FAULT, STOP_EMERGENCY_STOP},
     {FROM_ALIVE, CONDITION_BUS_OFF, 0, SUPERVISOR_FAULT, STOP_BUS_OFF},
@@ -39,7 +42,8 @@ static const struct transition transitions[] = {
     {FROM_ACTIVE, CONDITION_POSITION_LIMIT, 0, SUPERVISOR_FAULT, STOP_POSITION_LIMIT},
     {FROM_ACTIVE, CONDITION_MISSED_TICKS, 0, SUPERVISOR_FAULT, STOP_MISSED_TICKS},
 
-    {FROM_READY | FROM_HOLDING, CONDITION_STOP | CONDITION_AT_REST, 0, SUPERVISOR_STOPPED, STOP_REQUESTED},
+    {FROM_READY, CONDITION_STOP | CONDITION_AT_REST, 0, SUPERVISOR_STOPPED, STOP_REQUESTED},
+    {FROM_HOLDING | FROM_FAULT, CONDITION_STOP | CONDITION_AT_REST, 0, SUPERVISOR_STOPPED, STOP_KEPT},
     {FROM_RUNNING, CONDITION_STOP, 0, SUPERVISOR_HOLDING, STOP_REQUESTED},
 
     {FROM_READY | FROM_RUNNING, 0, CONDITION_ENABLE, SUPERVISOR_HOLDING, STOP_ENABLE_OFF},
@@ -48,7 +52,7 @@ static const struct transition transitions[] = {
     {FROM_RUNNING, CONDITION_REQUEST_HOLD, 0, SUPERVISOR_HOLDING, STOP_REQUESTED},
 
     {FROM_START, FRESH | CONDITION_ROBOT_AT_PLACE, CONDITION_STOP | TROUBLE, SUPERVISOR_READY, STOP_NONE},
-    {FROM_READY, FRESH | CONDITION_ENABLE | CONDITION_REQUEST_RUN, 0, SUPERVISOR_RUNNING, STOP_NONE},
+    {FROM_READY, FRESH | CONDITION_ENABLE | CONDITION_REQUEST_RUN, CONDITION_STOP, SUPERVISOR_RUNNING, STOP_NONE},
     {FROM_HOLDING, FRESH | CONDITION_ENABLE | CONDITION_AT_REST, CONDITION_REQUEST_RUN, SUPERVISOR_READY, STOP_NONE},
     {FROM_FAULT, CONDITION_REQUEST_RESET | CONDITION_AT_REST, TROUBLE, SUPERVISOR_START, STOP_NONE},
 };
@@ -92,7 +96,7 @@ void supervisor_step(struct supervisor *supervisor, uint32_t conditions)
         const struct transition *row = &transitions[i];
         if ((row->from & from) && (conditions & row->all_of) == row->all_of && !(conditions & row->none_of)) {
             supervisor->state = row->to;
-            supervisor->stop_cause = row->cause;
+            supervisor->stop_cause = row->cause == STOP_KEPT ? supervisor->stop_cause : row->cause;
             supervisor->settled = 0;
             return;
         }

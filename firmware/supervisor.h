@@ -15,11 +15,12 @@ enum supervisor_state {
     SUPERVISOR_RUNNING, /* the manipulator integrates, the robot follows */
     SUPERVISOR_HOLDING, /* led to rest for a reason that may pass; goes on only by way of ready */
     SUPERVISOR_FAULT,   /* led to rest for a reason that needs a person: leaves on a reset request */
-    SUPERVISOR_STOPPED, /* the run is over */
+    SUPERVISOR_STOPPED, /* the run is over: reached at rest, or from start */
     SUPERVISOR_STATE_COUNT
 };
 
-/* "Stopped because": kept from the moment that the robot was stopped until it is ready again. */
+/* "Stopped because": kept from the moment that the robot was stopped until it is ready again or a person has reset
+ * the fault; the end of the run does not replace it. */
 enum stop_cause {
     STOP_NONE,
     /* holding */

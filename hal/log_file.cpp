@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "rig/rig_file.h"
 
@@ -62,6 +63,9 @@ log_file::log_file(const std::string &path, const log_header &header) : storage_
     if (path.empty()) {
         return;
     }
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code no_folder; /* open() then says why not */
+    std::filesystem::create_directories(folder.empty() ? "." : folder, no_folder);
     file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file_ < 0) {
         throw input_error(path + ": the log cannot be written (" + std::strerror(errno) +
@@ -85,6 +89,9 @@ bool log_file::push(const void *bytes, std::size_t size_bytes)
 {
     if (!log_ring_push(&ring_, bytes, size_bytes)) {
         dropped_records_++;
+        if (trouble_.empty()) {
+            trouble_ = "more in one tick than the ring holds";
+        }
         return false;
     }
     records_in_ring_++;

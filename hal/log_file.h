@@ -30,7 +30,8 @@ std::string ulog_header(const log_header &header);
 class log_file
 {
   public:
-    /* An empty path: records are taken and forgotten. Throws input_error if the file cannot be made. */
+    /* An empty path: records are taken and forgotten. Makes the folder. Throws input_error if the file cannot be
+     * made. */
     log_file(const std::string &path, const log_header &header);
     ~log_file();
     log_file(const log_file &) = delete;
@@ -46,7 +47,7 @@ class log_file
     void drain();
 
     std::uint64_t dropped_records() const { return dropped_records_; }
-    const std::string &trouble() const { return trouble_; } /* the system's word on the first failure, or empty */
+    const std::string &trouble() const { return trouble_; } /* what failed first, or empty */
 
   private:
     bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);

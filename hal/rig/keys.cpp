@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <type_traits>
 
@@ -173,7 +174,8 @@ std::vector<rig_key> make_keys()
 
         KEY("solver.kind", solver.kind, r::any, "of the simulated rig", {"fast", "cvode"}),
         KEY("solver.relative_tolerance", solver.relative_tolerance, r::positive, "cvode"),
-        KEY("solver.absolute_tolerance", solver.absolute_tolerance, r::positive, "cvode"),
+        KEY("solver.absolute_tolerance_m", solver.absolute_tolerance_m, r::positive,
+            "cvode; of the object's position, other states in proportion"),
         KEY("solver.contact_step_us", solver.contact_step_us, r::positive, "fast solver, object.kind = \"contact\""),
     };
 }
@@ -328,6 +330,9 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
     }
     switch (key->type) {
     case key_type::text:
+        if (const auto error = text_error(text)) {
+            return rig_error{std::string(path), *error};
+        }
         *static_cast<std::string *>(key->member(rig)) = std::string(text);
         return {};
     case key_type::choice:
@@ -343,12 +348,32 @@ std::string quoted(std::string_view text)
 {
     std::string result = "\"";
     for (const char c : text) {
+        if (is_control(c)) {
+            char code[8];
+            std::snprintf(code, sizeof code, "\\u%04X", static_cast<unsigned>(c));
+            result += code;
+            continue;
+        }
         if (c == '"' || c == '\\') {
             result += '\\';
         }
         result += c;
     }
     return result + '"';
+}
+
+bool is_control(char c)
+{
+    return (c >= 0 && c < ' ') || c == 0x7f;
+}
+
+std::optional<std::string> text_error(std::string_view text)
+{
+    if (text.size() <= text_bytes_max) {
+        return {};
+    }
+    return "must not be longer than " + std::to_string(text_bytes_max) + " bytes (is " +
+           std::to_string(text.size()) + ")";
 }
 
 std::string value_text(const rig &rig, const rig_key &key)

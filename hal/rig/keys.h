@@ -40,6 +40,13 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
 /* Text in quotes, as TOML wants it. */
 std::string quoted(std::string_view text);
 
+/* A character that neither a name nor TOML text may hold as it is. */
+bool is_control(char c);
+
+/* What is wrong with a text value, if anything: a log carries the whole rig in one message of 64 KiB. */
+constexpr std::size_t text_bytes_max = 2000;
+std::optional<std::string> text_error(std::string_view text);
+
 /* Current value as it stands in a rig file. Numbers read back to the same bits. */
 std::string value_text(const rig &rig, const rig_key &key);
 

@@ -99,9 +99,9 @@ struct bus_rig {
 /* [solver] */
 struct solver_rig {
     solver_kind kind = solver_kind::fast;
-    double relative_tolerance = 1e-11;
-    double absolute_tolerance = 1e-14;
-    double contact_step_us = 25.0; /* fast solver, contact only */
+    double relative_tolerance = 1e-12;
+    double absolute_tolerance_m = 1e-18; /* the other states in proportion */
+    double contact_step_us = 25.0;       /* fast solver, contact only */
 };
 
 struct rig {

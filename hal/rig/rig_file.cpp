@@ -74,6 +74,13 @@ void read_value(rig &rig, const std::string &path, const toml::node &value, cons
     }
 }
 
+bool is_file_name(std::string_view name)
+{
+    constexpr std::size_t bytes_max = 100;
+    return name.size() <= bytes_max && name.substr(0, 1) != "." && name.find('/') == std::string_view::npos &&
+           std::none_of(name.begin(), name.end(), is_control);
+}
+
 void read_top_level(rig &rig, const std::string &name, const toml::node &value, const std::string &where)
 {
     std::string *member = name == "name" ? &rig.name : name == "description" ? &rig.description : nullptr;
@@ -85,6 +92,21 @@ void read_top_level(rig &rig, const std::string &name, const toml::node &value, 
         fail(where, {name, "must be text in quotes"});
     }
     *member = value.as_string()->get();
+    if (const auto error = text_error(*member)) {
+        fail(where, {name, *error});
+    }
+    if (member == &rig.name && !is_file_name(rig.name)) {
+        fail(where,
+             {name, "names the log file: it must have at most 100 bytes, no \"/\" and no control characters, and "
+                    "must not start with \".\""});
+    }
+}
+
+bool is_known_section(std::string_view name)
+{
+    const auto &keys = rig_keys();
+    return std::any_of(keys.begin(), keys.end(),
+                       [&](const rig_key &key) { return key.path.substr(0, key.path.find('.')) == name; });
 }
 
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
@@ -97,6 +119,11 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                 const std::string where = place(origin, entry.source());
                 read_value(rig, path, entry_value, where);
                 places[path] = where;
+            }
+            if (!is_known_section(section)) { /* empty, or its keys would have been unknown */
+                const std::string_view nearest = nearest_key(section + ".");
+                fail(place(origin, name.source()), {section, "unknown section; the nearest known one is " +
+                                                                 std::string(nearest.substr(0, nearest.find('.')))});
             }
         } else {
             read_top_level(rig, section, value, place(origin, name.source()));
@@ -120,17 +147,6 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
     }
 }
 
-std::string read_file(const std::string &path)
-{
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (!file || text.fail()) {
-        throw input_error(path + ": cannot be read; is it a file?");
-    }
-    return text.str();
-}
-
 std::string names_of_shipped_rigs()
 {
     std::string names;
@@ -141,6 +157,20 @@ std::string names_of_shipped_rigs()
 }
 
 } // namespace
+
+std::string read_file(const std::string &path)
+{
+    std::ifstream file(path, std::ios::binary);
+    const bool is_empty = file.peek() == std::ifstream::traits_type::eof() && file.eof() && !file.bad();
+    std::ostringstream text;
+    if (!is_empty) {
+        text << file.rdbuf();
+    }
+    if (!file.is_open() || file.bad() || text.fail()) {
+        throw input_error(path + ": cannot be read; is it a file?");
+    }
+    return text.str();
+}
 
 rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides)
 {
@@ -177,6 +207,10 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
         const std::size_t slash = name_or_path.rfind('/');
         const std::string file = slash == std::string::npos ? name_or_path : name_or_path.substr(slash + 1);
         rig.name = file.substr(0, file.rfind('.'));
+        if (!is_file_name(rig.name)) {
+            throw input_error(name_or_path +
+                              ": its name cannot name the log; give the rig another with name = \"...\"");
+        }
     }
     return rig;
 }
@@ -202,8 +236,13 @@ std::string print_rig(const rig &rig)
 
 std::string config_hash(const rig &rig)
 {
+    return text_hash(print_rig(rig));
+}
+
+std::string text_hash(std::string_view bytes)
+{
     std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : print_rig(rig)) {
+    for (const char c : bytes) {
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
     }
     char text[17];

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rig.h"
@@ -35,8 +36,14 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
 /* The resolved rig as a rig file with every key and what it means; reads back to the same rig. */
 std::string print_rig(const rig &rig);
 
-/* FNV-1a of print_rig(): 16 hexadecimal digits that name a configuration. */
+/* text_hash() of print_rig(): names a configuration. */
 std::string config_hash(const rig &rig);
+
+/* FNV-1a, 64 bits, as 16 hexadecimal digits. */
+std::string text_hash(std::string_view bytes);
+
+/* All of a file. Throws input_error. */
+std::string read_file(const std::string &path);
 
 } // namespace berth
 

@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_CLI_COMMANDS_H
 #define SIM_HAL_CLI_COMMANDS_H
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,15 @@ struct run_arguments : rig_arguments {
     bool print_config = false;
 };
 
+/* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
+void print_json(const nlohmann::json &object);
+
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
 int summary_command(const std::string &log, bool json);
-int candump_command(const std::string &log);
+int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
+int eigen_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth

@@ -38,12 +38,10 @@ int deadtime_command(const rig_arguments &arguments)
         return 3;
     }
     if (arguments.json) {
-        std::printf("%s\n", nlohmann::json{{"rig", rig.name},
-                                           {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
-                                           {"first_motion_ms", 1e3 * measured.first_motion_s},
-                                           {"configured_ms", rig.robot.dead_time_ms}}
-                                .dump()
-                                .c_str());
+        print_json({{"rig", rig.name},
+                    {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
+                    {"first_motion_ms", 1e3 * measured.first_motion_s},
+                    {"configured_ms", rig.robot.dead_time_ms}});
     } else {
         std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms)\n", rig.name.c_str(),
                     1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms);

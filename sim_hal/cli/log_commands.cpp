@@ -13,6 +13,11 @@ namespace
 constexpr int exit_different = 1;
 }
 
+void print_json(const nlohmann::json &object)
+{
+    std::printf("%s\n", object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
 int replay_command(const std::string &log, bool json)
 {
     const replay_result result = replay_log(log);
@@ -28,7 +33,7 @@ int replay_command(const std::string &log, bool json)
                                           {"recorded", result.recorded},
                                           {"replayed", result.replayed}};
         }
-        std::printf("%s\n", object.dump().c_str());
+        print_json(object);
         return result.is_equal ? 0 : exit_different;
     }
     if (!result.is_equal) {
@@ -48,9 +53,14 @@ int replay_command(const std::string &log, bool json)
     return 0;
 }
 
-int candump_command(const std::string &log)
+int candump_command(const std::string &log, bool json)
 {
-    for (const std::string &path : export_candump(log)) {
+    const std::vector<std::string> paths = export_candump(log);
+    if (json) {
+        print_json({{"log", log}, {"candumps", paths}});
+        return 0;
+    }
+    for (const std::string &path : paths) {
         std::printf("%s\n", path.c_str());
     }
     return 0;
@@ -67,7 +77,7 @@ int rigs_command(bool json)
         }
     }
     if (json) {
-        std::printf("%s\n", nlohmann::json{{"rigs", list}}.dump().c_str());
+        print_json({{"rigs", list}});
     }
     return 0;
 }

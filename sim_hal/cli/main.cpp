@@ -23,6 +23,19 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
+/* The parser only says that there is no subcommand. */
+std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
+{
+    if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') {
+        return error.what();
+    }
+    std::string message = std::string(argv[1]) + ": no such subcommand; there are";
+    for (const CLI::App *const known : app.get_subcommands(nullptr)) {
+        message += (known == app.get_subcommands(nullptr).front() ? " " : ", ") + known->get_name();
+    }
+    return message;
+}
+
 int run(int argc, char **argv)
 {
     CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
@@ -56,12 +69,18 @@ int run(int argc, char **argv)
     CLI::App *candump_app =
         app.add_subcommand("candump", "write a log's frames as candump -L text, one file per bus");
     candump_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
-    candump_app->callback([&] { exit_code = berth::candump_command(log); });
+    candump_app->add_flag("--json", json, "print one JSON object and nothing else");
+    candump_app->callback([&] { exit_code = berth::candump_command(log, json); });
 
     berth::rig_arguments deadtime;
     CLI::App *deadtime_app = app.add_subcommand("deadtime", "measure command to motion from a step of the setpoint");
     add_rig_options(*deadtime_app, deadtime);
     deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
+
+    berth::rig_arguments eigen;
+    CLI::App *eigen_app = app.add_subcommand("eigen", "eigenvalues of the loop over one period, and what they mean");
+    add_rig_options(*eigen_app, eigen);
+    eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
@@ -70,7 +89,11 @@ int run(int argc, char **argv)
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : exit_usage_or_input;
+        if (error.get_exit_code() == 0) { /* --help, --version */
+            return app.exit(error);
+        }
+        std::fprintf(stderr, "berth: %s; see berth --help\n", usage_error(app, error, argc, argv).c_str());
+        return exit_usage_or_input;
     }
     return exit_code;
 }
@@ -80,7 +103,11 @@ int run(int argc, char **argv)
 int main(int argc, char **argv)
 {
     try {
-        return run(argc, argv);
+        const int exit_code = run(argc, argv);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+            throw berth::input_error("standard output cannot be written; is its disk full?");
+        }
+        return exit_code;
     } catch (const berth::input_error &error) {
         std::fprintf(stderr, "berth: %s\n", error.what());
         return exit_usage_or_input;

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -23,21 +24,14 @@ namespace
 constexpr int exit_input = 2;
 constexpr int exit_interrupted = 130; /* 128 + SIGINT, as shells have it */
 
+/* Memory for the motion of a run as long as this is taken beforehand; longer ones take more as they go. */
+constexpr double reserved_ticks_max = 1e6;
+
 std::atomic<bool> stop_wanted{false};
 
 extern "C" void on_interrupt(int)
 {
     stop_wanted.store(true, std::memory_order_relaxed);
-}
-
-void make_folder(const std::string &path)
-{
-    std::error_code error;
-    std::filesystem::create_directories(path, error);
-    if (error || access(path.c_str(), W_OK) != 0) {
-        throw input_error(path + ": the folder for the log cannot be written" +
-                          (error ? " (" + error.message() + ")" : "") + "; choose another with --out");
-    }
 }
 
 void show_progress(double share)
@@ -55,10 +49,11 @@ run_result run_loop(const rig &rig, const sim_options &options)
 {
     const auto app = std::make_unique<struct app>();
     run_result result;
-    const double expected_ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
-    result.newest.position_m.reserve(static_cast<std::size_t>(expected_ticks));
-    result.newest.tick.reserve(static_cast<std::size_t>(expected_ticks));
-    struct hal *hal = sim_open(rig, options);
+    const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    result.newest.position_m.reserve(static_cast<std::size_t>(std::min(ticks, reserved_ticks_max)));
+    result.newest.tick.reserve(result.newest.position_m.capacity());
+    const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);
+    struct hal *hal = open_hal.get();
     app_start(app.get(), &rig.firmware);
 
     const auto begin = std::chrono::steady_clock::now();
@@ -72,8 +67,25 @@ run_result run_loop(const rig &rig, const sim_options &options)
     result.frames_accepted = app->reception.counts.accepted;
     result.version = version();
     result.dropped_records = sim_log(hal).dropped_records();
-    hal_close(hal); /* says what is wrong with the log */
-    return result;
+    return result; /* closing says what is wrong with the log */
+}
+
+/* The frames as text beside a complete log; what an earlier run left there is not of this one. */
+bool write_candumps(run_result &result)
+{
+    for (const std::string &path : candump_paths(result.log)) {
+        std::remove(path.c_str());
+    }
+    if (result.dropped_records > 0) {
+        return false;
+    }
+    try {
+        result.candumps = export_candump(result.log);
+    } catch (const input_error &error) {
+        std::fprintf(stderr, "berth: %s\n", error.what());
+        return false;
+    }
+    return true;
 }
 
 rig rig_of(const run_arguments &arguments)
@@ -98,8 +110,7 @@ int run_command(const run_arguments &arguments)
     sim_options options;
     options.stop = &stop_wanted;
     if (!arguments.no_log) {
-        make_folder(arguments.out_folder);
-        options.log_path = arguments.out_folder + "/" + rig.name + ".ulg";
+        options.log_path = std::filesystem::path(arguments.out_folder) / (rig.name + ".ulg");
     }
     const bool shows_progress = !arguments.json && isatty(STDERR_FILENO);
     if (shows_progress) {
@@ -114,19 +125,18 @@ int run_command(const run_arguments &arguments)
         end_progress();
     }
     result.log = options.log_path;
-    if (!arguments.no_log && result.dropped_records == 0) {
-        result.candumps = export_candump(result.log);
-    }
+    const bool is_logged = arguments.no_log || write_candumps(result);
     if (arguments.json) {
-        std::printf("%s\n", as_json(result, rig).dump().c_str());
+        print_json(as_json(result, rig));
     } else {
         print_summary(result, rig);
     }
     if (stop_wanted) {
-        std::fprintf(stderr, "berth: interrupted; the robot was brought to rest and the log is complete\n");
+        std::fprintf(stderr, "berth: interrupted; the robot was brought to rest%s\n",
+                     is_logged ? " and the log is complete" : "");
         return exit_interrupted;
     }
-    return result.dropped_records > 0 ? exit_input : 0;
+    return is_logged ? 0 : exit_input;
 }
 
 } // namespace berth

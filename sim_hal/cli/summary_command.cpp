@@ -83,7 +83,7 @@ int summary_command(const std::string &path, bool json)
         object["cut"] = state.is_cut;
         object["missing_ticks"] = state.missing_ticks;
         object["envelope"] = envelope_as_json(result, config_period_s(&rig.firmware));
-        std::printf("%s\n", object.dump().c_str());
+        print_json(object);
         return 0;
     }
     print_summary(result, rig);

@@ -150,6 +150,7 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
     }
     hal->next_tick++;
     berth::record_truth(*hal, now_ns);
+    hal->log.drain_if_due();
     return HAL_OK;
 }
 
@@ -184,8 +185,6 @@ enum hal_status hal_gpio_set(struct hal *hal, enum hal_line line, uint8_t level)
 
 enum hal_status hal_record(struct hal *hal, const void *bytes, size_t size_bytes)
 {
-    const bool is_recorded = hal->log.push(bytes, size_bytes);
-    hal->log.drain_if_due();
-    return is_recorded ? HAL_OK : HAL_NO_BUFFER;
+    return hal->log.push(bytes, size_bytes) ? HAL_OK : HAL_NO_BUFFER;
 }
 }

@@ -46,6 +46,17 @@ void write_whole(const std::string &path, const std::string &text)
 
 } // namespace
 
+std::vector<std::string> candump_paths(const std::string &log_path)
+{
+    const std::size_t dot = log_path.rfind('.');
+    const std::string stem = log_path.substr(0, dot > log_path.rfind('/') + 1 ? dot : std::string::npos);
+    std::vector<std::string> paths;
+    for (const char *const bus : bus_names) {
+        paths.push_back(stem + "." + bus + ".candump");
+    }
+    return paths;
+}
+
 std::vector<std::string> export_candump(const std::string &log_path)
 {
     std::vector<hal_frame> frames[HAL_BUS_COUNT];
@@ -60,9 +71,7 @@ std::vector<std::string> export_candump(const std::string &log_path)
             }
         }
     }
-    const std::size_t dot = log_path.rfind('.');
-    const std::string stem = log_path.substr(0, dot > log_path.rfind('/') + 1 ? dot : std::string::npos);
-    std::vector<std::string> paths;
+    const std::vector<std::string> paths = candump_paths(log_path);
     for (int bus = 0; bus < HAL_BUS_COUNT; bus++) {
         std::stable_sort(frames[bus].begin(), frames[bus].end(),
                          [](const hal_frame &a, const hal_frame &b) { return a.time_ns < b.time_ns; });
@@ -70,8 +79,7 @@ std::vector<std::string> export_candump(const std::string &log_path)
         for (const hal_frame &frame : frames[bus]) {
             append_line(text, frame);
         }
-        paths.push_back(stem + "." + bus_names[bus] + ".candump");
-        write_whole(paths.back(), text);
+        write_whole(paths[static_cast<std::size_t>(bus)], text);
     }
     return paths;
 }

@@ -13,6 +13,9 @@ namespace berth
  * Interfaces are named can0 (robot) and can1 (sensor). A file appears whole or not at all. Throws input_error. */
 std::vector<std::string> export_candump(const std::string &log_path);
 
+/* Those paths, robot before sensor. */
+std::vector<std::string> candump_paths(const std::string &log_path);
+
 } // namespace berth
 
 #endif

@@ -1,5 +1,6 @@
 #include "replay.h"
 
+#include <array>
 #include <charconv>
 #include <memory>
 #include <vector>
@@ -22,11 +23,20 @@ std::string text_of(T value)
     return std::string(text, end);
 }
 
+/* Every bit counts: two NaN can be equal, 0 and -0 are not. */
+template <typename T>
+std::array<unsigned char, sizeof(T)> bits_of(const T &value)
+{
+    std::array<unsigned char, sizeof(T)> bits;
+    std::memcpy(bits.data(), &value, sizeof value);
+    return bits;
+}
+
 /* Sets the first difference, if there is none yet. */
 template <typename T>
 void compare(replay_result &result, const std::string &field, const T &recorded, const T &replayed)
 {
-    if (result.is_equal && std::memcmp(&recorded, &replayed, sizeof(T)) != 0) {
+    if (result.is_equal && bits_of(recorded) != bits_of(replayed)) {
         result.is_equal = false;
         result.field = field;
         result.recorded = text_of(recorded);

@@ -1,7 +1,6 @@
 #include "ulog_reader.h"
 
-#include <fstream>
-#include <sstream>
+#include <set>
 
 #include "../../hal/rig/rig_file.h"
 
@@ -13,22 +12,23 @@ namespace
 
 constexpr std::size_t file_header_bytes = 16;
 constexpr std::size_t message_header_bytes = 3;
+constexpr std::string_view known_messages = "BFIADO"; /* those that log_file writes */
+constexpr std::size_t can_data_bytes_max = 8;
 
 } // namespace
 
 ulog_reader::ulog_reader(const std::string &path) : path_(path)
 {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream content;
-    content << file.rdbuf();
-    if (!file || content.fail()) {
-        throw input_error(path + ": cannot be read; is it a file?");
-    }
-    bytes_ = content.str();
+    bytes_ = read_file(path);
     if (bytes_.size() < file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
         throw input_error(path + ": is not a ULog file");
     }
     read_header();
+}
+
+void ulog_reader::fail_damaged(std::size_t at_byte) const
+{
+    throw input_error(path_ + ": is damaged at byte " + std::to_string(at_byte));
 }
 
 bool ulog_reader::next_message(char &type, std::string_view &content)
@@ -43,21 +43,12 @@ bool ulog_reader::next_message(char &type, std::string_view &content)
         return false;
     }
     type = bytes_[at_ + 2];
+    if (known_messages.find(type) == std::string_view::npos) {
+        fail_damaged(at_);
+    }
     content = std::string_view(bytes_).substr(at_ + message_header_bytes, size);
     at_ += message_header_bytes + size;
     return true;
-}
-
-void ulog_reader::check_format(std::string_view format) const
-{
-    for (const char *const ours : {tick_record_format, frame_record_format}) {
-        const std::string_view expected(ours);
-        const std::string_view name = expected.substr(0, expected.find(':') + 1);
-        if (format.substr(0, name.size()) == name && format != expected) {
-            throw input_error(path_ + ": its \"" + std::string(name.substr(0, name.size() - 1)) +
-                              "\" records have other fields than this program's; it was written by another version");
-        }
-    }
 }
 
 void ulog_reader::read_header()
@@ -65,11 +56,15 @@ void ulog_reader::read_header()
     at_ = file_header_bytes;
     char type = 0;
     std::string_view content;
+    std::set<std::string_view> formats;
     for (std::size_t before = at_; next_message(type, content); before = at_) {
         if (type == 'F') {
-            check_format(content);
+            formats.insert(content);
         } else if (type == 'I') {
-            const auto key_size = static_cast<unsigned char>(content[0]);
+            const std::size_t key_size = content.empty() ? 0 : static_cast<unsigned char>(content[0]);
+            if (content.size() < 1 + key_size) {
+                fail_damaged(before);
+            }
             const std::string_view typed_key = content.substr(1, key_size);
             infos_[std::string(typed_key.substr(typed_key.find(' ') + 1))] = content.substr(1 + key_size);
         } else if (type == 'D' || type == 'O') {
@@ -80,6 +75,13 @@ void ulog_reader::read_header()
     if (infos_.count("berth_config") == 0) {
         throw input_error(path_ +
                           ": carries no configuration; is it a log of this program, and not cut in its header?");
+    }
+    if (formats.count(tick_record_format) + formats.count(frame_record_format) < 2) {
+        throw input_error(path_ + ": its records have other fields than this program's; it was written by another "
+                                  "version, or is damaged");
+    }
+    if (text_hash(infos_["berth_config"]) != infos_["berth_config_hash"]) {
+        throw input_error(path_ + ": is damaged: the recorded configuration does not have the recorded hash");
     }
 }
 
@@ -97,9 +99,9 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
         const std::size_t expected = id == ULOG_TICK_ID    ? sizeof(tick_record)
                                      : id == ULOG_FRAME_ID ? sizeof(frame_record)
                                                            : record.size();
-        if (record.size() != expected) {
-            throw input_error(path_ + ": a record has the wrong size; the file is damaged at byte " +
-                              std::to_string(at_));
+        if (record.size() != expected ||
+            (id == ULOG_FRAME_ID && record_as<frame_record>(record).length > can_data_bytes_max)) {
+            fail_damaged(at_ - content.size() - message_header_bytes);
         }
         return true;
     }

@@ -37,7 +37,7 @@ class ulog_reader
   private:
     bool next_message(char &type, std::string_view &content);
     void read_header();
-    void check_format(std::string_view format) const;
+    [[noreturn]] void fail_damaged(std::size_t at_byte) const;
 
     std::string path_;
     std::string bytes_;

@@ -3,9 +3,11 @@
 #include <sundials/sundials_context.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
-#include <stdexcept>
+#include <algorithm>
+#include <cmath>
 #include <string>
 
+#include "../../hal/rig/rig_file.h"
 #include "solver.h"
 
 namespace berth
@@ -17,7 +19,8 @@ namespace
 void require(int flag, const char *what)
 {
     if (flag < 0) {
-        throw std::runtime_error(std::string("CVODE: ") + what + " failed with " + std::to_string(flag));
+        throw input_error(std::string("solver.kind = \"cvode\": ") + what + " failed with " + std::to_string(flag) +
+                          "; loosen solver.relative_tolerance, look for extreme values in the rig, or use \"fast\"");
     }
 }
 
@@ -30,9 +33,11 @@ class cvode_solver final : public solver
         vector_ = N_VNew_Serial(plant_state_count, context_);
         N_VConst(0.0, vector_);
         memory_ = CVodeCreate(CV_ADAMS, context_);
+        require(CVodeSetErrFile(memory_, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
-        require(CVodeSStolerances(memory_, rig.solver.relative_tolerance, rig.solver.absolute_tolerance),
-                "CVodeSStolerances");
+        tolerances_ = N_VClone(vector_);
+        state_of(tolerances_) = rig.solver.absolute_tolerance_m * natural_scales();
+        require(CVodeSVtolerances(memory_, rig.solver.relative_tolerance, tolerances_), "CVodeSVtolerances");
         iteration_ = SUNNonlinSol_FixedPoint(vector_, 0, context_);
         require(CVodeSetNonlinearSolver(memory_, iteration_), "CVodeSetNonlinearSolver");
         require(CVodeSetUserData(memory_, this), "CVodeSetUserData");
@@ -46,6 +51,7 @@ class cvode_solver final : public solver
     {
         CVodeFree(&memory_);
         SUNNonlinSolFree(iteration_);
+        N_VDestroy(tolerances_);
         N_VDestroy(vector_);
         SUNContext_Free(&context_);
     }
@@ -63,6 +69,17 @@ class cvode_solver final : public solver
     }
 
   private:
+    /* What each state reaches where the object swings by 1 m on the sensor spring: the absolute tolerance is given
+     * in m, and none of the states is held to more than the others when it passes through zero. */
+    plant_state natural_scales() const
+    {
+        const double w = std::sqrt(plant_.sensor_stiffness_N_per_m / plant_.mass_kg);
+        const double force_N = plant_.sensor_stiffness_N_per_m;
+        plant_state scales;
+        scales << 1.0, w, force_N, force_N * std::max(1.0, plant_.filter_w), 1.0, std::max(1.0, plant_.robot_w);
+        return scales;
+    }
+
     static Eigen::Map<plant_state> state_of(N_Vector vector) { return Eigen::Map<plant_state>(NV_DATA_S(vector)); }
 
     static int right_hand_side(double time_s, N_Vector state, N_Vector rate, void *self)
@@ -78,6 +95,7 @@ class cvode_solver final : public solver
     reference_line line_;
     SUNContext context_ = nullptr;
     N_Vector vector_ = nullptr;
+    N_Vector tolerances_ = nullptr;
     void *memory_ = nullptr;
     SUNNonlinearSolver iteration_ = nullptr;
 };

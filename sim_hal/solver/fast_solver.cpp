@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "exponential.h"
+#include "generator.h"
 #include "solver.h"
 
 namespace berth
@@ -10,52 +11,23 @@ namespace berth
 namespace
 {
 
-/* Inputs: u at the start of the interval, its slope, and 1 (the surface's position enters as a constant). */
-constexpr int input_count = 3;
-constexpr int augmented_count = plant_state_count + input_count;
-using augmented_matrix = Eigen::Matrix<double, augmented_count, augmented_count>;
-
 /* state(t + dt) = columns * (state, u, u', 1), with only the first `rows` states in use. */
 template <int rows>
 struct transition {
     std::int64_t duration_ns = -1;
-    double columns[rows + input_count][rows];
+    double columns[rows + plant_input_count][rows];
 };
-
-/* The right-hand side is affine in (state, u, u'): its matrix is found by asking it for unit vectors, so the
- * equations stand in one place only. */
-augmented_matrix generator(const plant &original, contact_mode mode)
-{
-    plant linear = original; /* within a mode the contact force is affine */
-    linear.one_sided = false;
-    linear.surface_m = original.surface_m;
-    if (mode == contact_mode::free) {
-        linear.stiffness_N_per_m = 0.0;
-        linear.damping_N_s_per_m = 0.0;
-    }
-    const plant_state zero = plant_state::Zero();
-    const plant_state constant = linear.derivative(zero, {});
-    augmented_matrix a = augmented_matrix::Zero();
-    for (int i = 0; i < plant_state_count; i++) {
-        a.block<plant_state_count, 1>(0, i) = linear.derivative(plant_state::Unit(i), {}) - constant;
-    }
-    a.block<plant_state_count, 1>(0, plant_state_count) = linear.derivative(zero, {1.0, 0.0}) - constant;
-    a.block<plant_state_count, 1>(0, plant_state_count + 1) = linear.derivative(zero, {0.0, 1.0}) - constant;
-    a.block<plant_state_count, 1>(0, plant_state_count + 2) = constant;
-    a(plant_state_count, plant_state_count + 1) = 1.0; /* u grows by its slope */
-    return a;
-}
 
 template <int rows>
 class exact_steps
 {
   public:
-    exact_steps(const plant &plant, contact_mode mode) : generator_(generator(plant, mode)) {}
+    exact_steps(const plant &plant, contact_mode mode) : generator_(make_generator(plant, mode)) {}
 
     void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns)
     {
         const transition<rows> &step = for_duration(duration_ns);
-        double in[rows + input_count];
+        double in[rows + plant_input_count];
         for (int i = 0; i < rows; i++) {
             in[i] = state(i);
         }
@@ -63,7 +35,7 @@ class exact_steps
         in[rows + 1] = line.velocity_m_per_s;
         in[rows + 2] = 1.0;
         double out[rows] = {};
-        for (int column = 0; column < rows + input_count; column++) {
+        for (int column = 0; column < rows + plant_input_count; column++) {
             for (int row = 0; row < rows; row++) {
                 out[row] += step.columns[column][row] * in[column];
             }
@@ -74,7 +46,8 @@ class exact_steps
     }
 
   private:
-    /* A regular run has one or two durations that come again and again; jitter makes new ones all the time. */
+    /* A regular run has few durations that come again and again, halves of contact steps included; jitter makes new
+     * ones all the time. */
     const transition<rows> &for_duration(std::int64_t duration_ns)
     {
         for (transition<rows> &known : known_) {
@@ -90,15 +63,15 @@ class exact_steps
             for (int column = 0; column < rows; column++) {
                 made.columns[column][row] = e(row, column);
             }
-            for (int input = 0; input < input_count; input++) {
+            for (int input = 0; input < plant_input_count; input++) {
                 made.columns[rows + input][row] = e(row, plant_state_count + input);
             }
         }
         return made;
     }
 
-    augmented_matrix generator_;
-    std::array<transition<rows>, 8> known_{};
+    plant_generator generator_;
+    std::array<transition<rows>, 64> known_{};
     std::size_t next_ = 0;
 };
 
@@ -142,33 +115,21 @@ class contact_solver final : public solver
     }
 
   private:
+    /* Exact within a mode. A step in which the mode changes is halved until the change lies in the last nanosecond:
+     * what is left of it there, the wrong mode for so short a time, is all the error there is. */
     void substep(plant_state &state, const reference_line &line, std::int64_t step_ns)
     {
         const contact_mode before = plant_.mode(state);
         plant_state tried = state;
         (before == contact_mode::free ? free_ : attached_).advance(tried, line, step_ns);
-        if (plant_.mode(tried) == before) {
+        if (step_ns == 1 || plant_.mode(tried) == before) {
             state = tried;
-        } else {
-            across_mode_change(state, line, step_ns);
+            return;
         }
-    }
-
-    void across_mode_change(plant_state &state, const reference_line &line, std::int64_t step_ns) const
-    {
-        constexpr int parts = 32;
-        const double h = static_cast<double>(step_ns) * 1e-9 / parts;
-        const auto at = [&](double s) {
-            return reference_line{line.position_m + line.velocity_m_per_s * s, line.velocity_m_per_s};
-        };
-        for (int i = 0; i < parts; i++) {
-            const double s = i * h;
-            const plant_state k1 = plant_.derivative(state, at(s));
-            const plant_state k2 = plant_.derivative(state + 0.5 * h * k1, at(s + 0.5 * h));
-            const plant_state k3 = plant_.derivative(state + 0.5 * h * k2, at(s + 0.5 * h));
-            const plant_state k4 = plant_.derivative(state + h * k3, at(s + h));
-            state += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-        }
+        const std::int64_t half_ns = step_ns / 2;
+        const double middle_m = line.position_m + line.velocity_m_per_s * static_cast<double>(half_ns) * 1e-9;
+        substep(state, line, half_ns);
+        substep(state, {middle_m, line.velocity_m_per_s}, step_ns - half_ns);
     }
 
     plant plant_;

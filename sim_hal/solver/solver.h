@@ -22,7 +22,7 @@ class solver
 };
 
 /* Exact discretisation where the plant is linear. With contact: exact in each mode over fixed sub-steps, and a
- * sub-step in which the mode changes is repeated in small Runge-Kutta steps. */
+ * sub-step in which the mode changes is halved down to the instant of the change. */
 std::unique_ptr<solver> make_fast_solver(const rig &rig);
 
 /* SUNDIALS CVODE (Adams), stopped and started again at every known discontinuity. Throws input_error if the

@@ -12,6 +12,7 @@ namespace berth
 namespace
 {
 
+constexpr int band_steps = 100;
 constexpr double pi = 3.14159265358979323846;
 using complex = std::complex<double>;
 
@@ -51,7 +52,8 @@ inverse_filter_response respond(const rig &rig)
     inverse_filter filter;
     inverse_filter_start(&filter, &rig.firmware);
     inverse_filter_response response{0.0, 0.0, 0.0, noise_gain(filter)};
-    for (double f = 0.0; f <= corrected_band_Hz + 1e-9; f += 0.05) {
+    for (int i = 0; i <= band_steps; i++) {
+        const double f = corrected_band_Hz * i / band_steps;
         const double robot = std::abs(robot_response(rig.robot, f));
         const double both = robot * std::abs(filter_response(filter, f, period_s));
         response.amplitude_error_without = std::max(response.amplitude_error_without, std::abs(robot - 1.0));

@@ -1,0 +1,89 @@
+#include "spectrum.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "../solver/balance.h"
+#include "period_map.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+
+mode mode_of(std::complex<double> z, double period_s)
+{
+    const std::complex<double> s = std::log(z) / period_s;
+    const double magnitude = std::abs(s);
+    return {z, s.real(), std::abs(s.imag()) / two_pi, magnitude > 0.0 ? -s.real() / magnitude : 0.0};
+}
+
+bool comes_first(const mode &a, const mode &b)
+{
+    const double larger_a = std::abs(a.z);
+    const double larger_b = std::abs(b.z);
+    return larger_a != larger_b ? larger_a > larger_b : a.z.imag() > b.z.imag();
+}
+
+spectrum make_spectrum(const std::vector<std::complex<double>> &eigenvalues, double period_s)
+{
+    spectrum result{};
+    for (const auto z : eigenvalues) {
+        result.modes.push_back(mode_of(z, period_s));
+    }
+    std::sort(result.modes.begin(), result.modes.end(), comes_first);
+    result.spectral_radius = std::abs(result.modes.front().z);
+    result.growth_per_s = std::log(result.spectral_radius) / period_s;
+    result.is_stable = result.spectral_radius < 1.0;
+    return result;
+}
+
+/* mass s^2 + damping s + stiffness = 0, sampled. */
+spectrum oscillator_spectrum(double mass, double damping, double stiffness, double period_s)
+{
+    const std::complex<double> root = std::sqrt(std::complex<double>(damping * damping - 4.0 * mass * stiffness));
+    return make_spectrum({std::exp((-damping + root) / (2.0 * mass) * period_s),
+                          std::exp((-damping - root) / (2.0 * mass) * period_s)},
+                         period_s);
+}
+
+} // namespace
+
+spectrum loop_spectrum(const rig &rig)
+{
+    const period_map map(rig);
+    Eigen::MatrixXd matrix = map.matrix();
+    balance(matrix);
+    const Eigen::VectorXcd eigenvalues = matrix.eigenvalues();
+    return make_spectrum({eigenvalues.begin(), eigenvalues.end()}, map.period_s());
+}
+
+spectrum manipulator_spectrum(const rig &rig)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    return oscillator_spectrum(m.mass_kg, m.damping_N_s_per_m, m.stiffness_N_per_m, config_period_s(&rig.firmware));
+}
+
+spectrum coupled_spectrum(const rig &rig)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    const object_rig &o = rig.object;
+    return oscillator_spectrum(m.mass_kg + o.mass_kg, m.damping_N_s_per_m + o.damping_N_s_per_m,
+                               m.stiffness_N_per_m + o.stiffness_N_per_m, config_period_s(&rig.firmware));
+}
+
+map_point map_point_of(const rig &rig)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    const double mass = m.mass_kg + rig.object.mass_kg;
+    const double stiffness = m.stiffness_N_per_m + rig.object.stiffness_N_per_m;
+    const double damping = m.damping_N_s_per_m + rig.object.damping_N_s_per_m;
+    return {std::sqrt(stiffness / mass / (m.stiffness_N_per_m / m.mass_kg)),
+            damping / (2.0 * std::sqrt(stiffness * mass))};
+}
+
+} // namespace berth

@@ -1,0 +1,46 @@
+/* Eigenvalues of the one-period map and what they mean. */
+#ifndef SIM_HAL_STABILITY_SPECTRUM_H
+#define SIM_HAL_STABILITY_SPECTRUM_H
+
+#include <complex>
+#include <vector>
+
+#include "../../hal/rig/rig.h"
+
+namespace berth
+{
+
+/* What an eigenvalue z does from period to period: z = exp(s T). */
+struct mode {
+    std::complex<double> z;
+    double growth_per_s; /* ln|z| / T: Re s */
+    double frequency_Hz; /* |arg z| / (2 pi T): Im s / 2 pi */
+    double damping_ratio; /* -Re s / |s| */
+};
+
+struct spectrum {
+    std::vector<mode> modes; /* by falling |z|; of a pair, the one with positive imaginary part first */
+    double spectral_radius;
+    double growth_per_s;
+    bool is_stable; /* every |z| < 1 */
+};
+
+/* Of the whole loop. Throws input_error where the rig has no one-period map. */
+spectrum loop_spectrum(const rig &rig);
+
+/* Of the manipulator alone, and of manipulator and object rigidly coupled without dead time, sampled. */
+spectrum manipulator_spectrum(const rig &rig);
+spectrum coupled_spectrum(const rig &rig);
+
+/* Eigenfrequency ratio w/w_M and damping ratio of the coupled system without dead time: the axes of the maps.
+ * w^2 = (K + k)/(M + m), zeta = (D + d)/(2 sqrt((K + k)(M + m))), w_M^2 = K/M. */
+struct map_point {
+    double frequency_ratio;
+    double damping_ratio;
+};
+
+map_point map_point_of(const rig &rig);
+
+} // namespace berth
+
+#endif

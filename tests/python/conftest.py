@@ -1,0 +1,193 @@
+"""What the tests of the programs share. They see the programs from outside only: command line, files, exit codes.
+
+Run from the repository root: .venv/bin/python -m pytest -q tests
+"""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from pyulog import ULog
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BERTH = ROOT / "build" / "berth"
+ARM64_BUILD = ROOT / "build" / "aarch64-linux-gnu"
+DBC = ROOT / "firmware" / "can" / "berth.dbc"
+RIG_FOLDER = ROOT / "sim_hal" / "rigs"
+RIGS = sorted(path.stem for path in RIG_FOLDER.glob("*.toml"))
+TIMEOUT_s = 120
+
+EXIT_DONE, EXIT_DIFFERENT, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+
+# Numbers of supervisor states in the log (VAL_ 17 state in berth.dbc).
+STATE_RUNNING, STATE_STOPPED = 2, 5
+
+# Everything that can go wrong on the way, at once.
+DISTURBED = {
+    "sensor.noise_N": 5,
+    "sensor.bias_N": 0.5,
+    "sensor.loss_probability": 0.02,
+    "sensor.stale_probability": 0.02,
+    "bus.loss_probability": 0.02,
+    "bus.burst_probability": 0.002,
+    "bus.burst_length_frames": 3,
+    "bus.error_probability": 0.01,
+    "robot.jitter_ms": 0.3,
+}
+
+
+def pytest_collection_modifyitems(items):
+    """Puts every test that needs the programs built for arm64 behind its mark."""
+    for item in items:
+        if "arm64" in item.fixturenames:
+            item.add_marker(pytest.mark.arm64)
+
+
+def settings(values):
+    """`--set` arguments for a mapping of keys to values."""
+    return [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+
+
+def command(*arguments, program=(BERTH,), **options):
+    """Runs a program of ours to its end; never raises on its exit code."""
+    words = [str(word) for word in (*program, *arguments)]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, timeout=TIMEOUT_s, **options)
+
+
+def one_json_object(stdout):
+    """The object on standard output, which must hold it and nothing else."""
+    text = stdout.decode()
+    value, end = json.JSONDecoder().raw_decode(text)
+    assert isinstance(value, dict)
+    assert text[end:] == "\n"
+    return value
+
+
+def run_json(rig, folder, *arguments, exit_code=EXIT_DONE, program=(BERTH,), **options):
+    """`berth run RIG --json` with its log in `folder`: the object."""
+    done = command("run", rig, "--out", folder, "--json", *arguments, program=program, **options)
+    assert done.returncode == exit_code, done.stderr.decode()
+    return one_json_object(done.stdout)
+
+
+def replay_json(log, exit_code=EXIT_DONE, program=(BERTH,)):
+    """`berth replay LOG --json`: the object."""
+    done = command("replay", log, "--json", program=program)
+    assert done.returncode == exit_code, done.stdout.decode() + done.stderr.decode()
+    return one_json_object(done.stdout)
+
+
+def topic(log, name="tick"):
+    """The columns of one topic of a log: {field: array}."""
+    return ULog(str(log)).get_dataset(name).data
+
+
+@dataclass
+class Message:
+    """One ULog message: where it starts in the file, its type, and its content."""
+
+    at: int
+    type: str
+    content: bytes
+
+    @property
+    def end(self):
+        """The first byte after it."""
+        return self.at + 3 + len(self.content)
+
+
+def ulog_messages(data):
+    """The whole messages of a ULog file's bytes, by the file format's definition and not by any reader's."""
+    at = 16
+    while at + 3 <= len(data):
+        size = int.from_bytes(data[at : at + 2], "little")
+        if at + 3 + size > len(data):
+            return
+        yield Message(at, chr(data[at + 2]), data[at + 3 : at + 3 + size])
+        at += 3 + size
+
+
+def data_id(message):
+    """Which topic a data message belongs to; None for other messages."""
+    return int.from_bytes(message.content[:2], "little") if message.type == "D" else None
+
+
+TICK, FRAME, RIG = 0, 1, 2  # message ids of the topics
+
+
+def record_type(data, name):
+    """The numpy type of a topic's records, from the format that the log carries."""
+    kinds = {"uint64_t": "<u8", "int64_t": "<i8", "uint32_t": "<u4", "uint8_t": "u1", "double": "<f8"}
+    for message in ulog_messages(data):
+        text = message.content.decode(errors="replace")
+        if message.type == "F" and text.startswith(name + ":"):
+            fields = [field.split() for field in text.split(":")[1].split(";") if field]
+            return np.dtype([(field, kinds[kind]) for kind, field in fields])
+    raise AssertionError(f"the log does not describe {name}")
+
+
+def patched(data, message, dtype, field, change):
+    """The bytes of a log with one field of one record changed by `change(value)`."""
+    start = message.at + 5
+    record = np.frombuffer(data[start : start + dtype.itemsize], dtype).copy()
+    record[field] = change(record[field])
+    return data[:start] + record.tobytes() + data[start + dtype.itemsize :]
+
+
+@pytest.fixture(scope="session")
+def logs(tmp_path_factory):
+    """A function (rig, **overrides) -> (JSON object, path of the log), one run per case and session."""
+    made = {}
+
+    def make(rig, overrides=None):
+        overrides = overrides or {}
+        case = (rig, tuple(sorted(overrides.items())))
+        if case not in made:
+            folder = tmp_path_factory.mktemp(str(rig).rsplit("/", 1)[-1])
+            result = run_json(rig, folder, *settings(overrides))
+            made[case] = result, pathlib.Path(result["log"])
+        return made[case]
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def arm64():
+    """How to start the host command built for arm64. Absent is a failure, not a skip: deselect with -m "not arm64"."""
+    program = ARM64_BUILD / "berth"
+    assert program.exists(), "build it: make CROSS_COMPILE=aarch64-linux-gnu- all"
+    return "qemu-aarch64-static", program
+
+
+def limit_file_size(size_bytes):
+    """For preexec_fn: from here on no file can grow beyond this."""
+    import resource
+
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, size_bytes))
+
+
+def interrupt_when(process, condition, number=signal.SIGINT, timeout_s=TIMEOUT_s):
+    """Sends a signal to a running process once `condition()` holds; its stdout, stderr and exit code."""
+    import time
+
+    deadline_s = time.monotonic() + timeout_s
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline_s, "the run never got that far"
+        time.sleep(0.005)
+    process.send_signal(number)
+    stdout, stderr = process.communicate(timeout=timeout_s)
+    return stdout, stderr, process.returncode
+
+
+def data_folder():
+    """Measured data: $BERTH_DATA, or shared/data beside the repository; None where there is none."""
+    for folder in (os.environ.get("BERTH_DATA"), ROOT.parent / "shared" / "data"):
+        if folder and pathlib.Path(folder).is_dir():
+            return pathlib.Path(folder)
+    return None

@@ -1,0 +1,195 @@
+#include <doctest/doctest.h>
+
+#include "firmware/reception.h"
+#include "tick_builder.h"
+
+namespace
+{
+
+reception started()
+{
+    reception reception;
+    const app_config config = config_default();
+    reception_start(&reception, &config);
+    reception_begin_tick(&reception);
+    return reception;
+}
+
+/* Checks, and takes if it passes: as the app does with a frame whose signals are in range. */
+bool take(reception &reception, const hal_frame &frame)
+{
+    const received_message message = reception_check(&reception, &frame);
+    if (message == RECEIVED_NONE) {
+        return false;
+    }
+    reception_accept(&reception, message, &frame);
+    return true;
+}
+
+std::uint32_t rejected(const reception &reception)
+{
+    const reception_counts &counts = reception.counts;
+    return counts.unknown + counts.wrong_length + counts.repeated + counts.out_of_range;
+}
+
+} // namespace
+
+TEST_CASE("reception: every row takes its frame, on its bus and nowhere else")
+{
+    const struct {
+        received_message message;
+        hal_frame frame;
+    } rows[] = {
+        {RECEIVED_ROBOT_FEEDBACK, bench::feedback_frame(0.0, 1)},
+        {RECEIVED_OPERATOR_MOTION, bench::motion_frame(0.0, 0.0, 0, 1)},
+        {RECEIVED_OPERATOR_FORCE, bench::operator_force_frame(0.0, 0, 1)},
+        {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
+    };
+    CHECK(sizeof rows / sizeof rows[0] == RECEIVED_COUNT);
+    for (const auto &row : rows) {
+        CAPTURE(row.message);
+        reception reception = started();
+        CHECK(reception_check(&reception, &row.frame) == row.message);
+        hal_frame elsewhere = row.frame;
+        elsewhere.bus ^= 1;
+        CHECK(reception_check(&reception, &elsewhere) == RECEIVED_NONE);
+        CHECK(reception.counts.unknown == 1);
+    }
+}
+
+TEST_CASE("reception: of all 11-bit identifiers only the table's are known")
+{
+    reception reception = started();
+    int known = 0;
+    for (std::uint32_t id = 0; id < 2048; id++) {
+        for (const hal_bus bus : {HAL_BUS_ROBOT, HAL_BUS_SENSOR}) {
+            const hal_frame frame = bench::frame_of(id, bus, 0);
+            known += reception_check(&reception, &frame) != RECEIVED_NONE;
+        }
+    }
+    CHECK(known == RECEIVED_COUNT);
+    CHECK(reception.counts.unknown == 2 * 2048 - RECEIVED_COUNT);
+}
+
+TEST_CASE("reception: a frame of any other length than its row's is rejected and counted")
+{
+    for (unsigned length = 0; length <= 255; length++) {
+        CAPTURE(length);
+        reception reception = started();
+        hal_frame frame = bench::force_frame(1.0, 1);
+        frame.length = static_cast<std::uint8_t>(length);
+        CHECK(take(reception, frame) == (length == 8));
+        CHECK(reception.counts.wrong_length == (length == 8 ? 0 : 1));
+    }
+}
+
+TEST_CASE("reception: a repeated counter is rejected, a skipped one counts as lost frames")
+{
+    reception reception = started();
+    CHECK(take(reception, bench::force_frame(1.0, 7)));
+    CHECK(reception.counts.lost == 0); /* the first counter may be any */
+    CHECK_FALSE(take(reception, bench::force_frame(2.0, 7)));
+    CHECK(reception.counts.repeated == 1);
+    CHECK(take(reception, bench::force_frame(3.0, 8)));
+    CHECK(reception.counts.lost == 0);
+    CHECK(take(reception, bench::force_frame(4.0, 12)));
+    CHECK(reception.counts.lost == 3);
+    CHECK(take(reception, bench::force_frame(5.0, 11))); /* one step back is 254 lost: there is no other reading */
+    CHECK(reception.counts.lost == 3 + 254);
+    CHECK(reception.counts.accepted == 4);
+    CHECK(rejected(reception) == 1);
+}
+
+TEST_CASE("reception: counters of 8 and of 4 bits wrap around without a loss")
+{
+    reception reception = started();
+    for (int i = 0; i < 1000; i++) {
+        REQUIRE(take(reception, bench::feedback_frame(0.0, static_cast<std::uint8_t>(i))));
+        REQUIRE(take(reception, bench::motion_frame(0.0, 0.0, i % 4, static_cast<std::uint8_t>(i % 16))));
+    }
+    CHECK(reception.counts.lost == 0);
+    CHECK(rejected(reception) == 0);
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, 0, 1000 % 16 + 2))); /* 8, 9 are missing */
+    CHECK(reception.counts.lost == 2);
+}
+
+TEST_CASE("reception: the 4-bit counter is apart from the request beside it")
+{
+    reception reception = started();
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, OPERATOR_HOLD, 3)));
+    CHECK_FALSE(take(reception, bench::motion_frame(0.0, 0.0, OPERATOR_RUN, 3)));
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, OPERATOR_HOLD, 4)));
+}
+
+TEST_CASE("reception: counters of different messages do not touch each other")
+{
+    reception reception = started();
+    CHECK(take(reception, bench::feedback_frame(0.0, 9)));
+    CHECK(take(reception, bench::force_frame(0.0, 9)));
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, 0, 9)));
+    CHECK(take(reception, bench::operator_force_frame(0.0, 0, 9)));
+}
+
+TEST_CASE("reception: a message is stale before its first frame and once its row's age is exceeded")
+{
+    const struct {
+        received_message message;
+        double stale_after_ms;
+        hal_frame frame;
+    } rows[] = {
+        {RECEIVED_ROBOT_FEEDBACK, 30.0, bench::feedback_frame(0.0, 1, 1000)},
+        {RECEIVED_OPERATOR_MOTION, 40.0, bench::motion_frame(0.0, 0.0, 0, 1, 1000)},
+        {RECEIVED_OPERATOR_FORCE, 40.0, bench::operator_force_frame(0.0, 0, 1, 1000)},
+        {RECEIVED_FORCE, 20.0, bench::force_frame(0.0, 1, 1000)},
+    };
+    app_config config = config_default();
+    config.robot_channel.stale_after_ms = 30.0;
+    config.operator_command.stale_after_ms = 40.0;
+    config.sensor_channel.stale_after_ms = 20.0;
+    reception reception;
+    reception_start(&reception, &config);
+    for (const auto &row : rows) {
+        CAPTURE(row.message);
+        const std::int64_t age_ns = ns_from_ms(row.stale_after_ms);
+        CHECK(reception_is_stale(&reception, row.message, 0));
+        CHECK(take(reception, row.frame));
+        CHECK_FALSE(reception_is_stale(&reception, row.message, 1000));
+        CHECK_FALSE(reception_is_stale(&reception, row.message, 1000 + age_ns));
+        CHECK(reception_is_stale(&reception, row.message, 1001 + age_ns));
+    }
+}
+
+TEST_CASE("reception: a rejected frame does not refresh the age of its message")
+{
+    reception reception = started();
+    CHECK(take(reception, bench::force_frame(0.0, 1, 0)));
+    CHECK_FALSE(take(reception, bench::force_frame(0.0, 1, 60000000)));
+    CHECK(reception_is_stale(&reception, RECEIVED_FORCE, 60000000));
+    const hal_frame out_of_range = bench::force_frame(0.0, 2, 60000000);
+    CHECK(reception_check(&reception, &out_of_range) == RECEIVED_FORCE);
+    reception_reject_range(&reception);
+    CHECK(reception.counts.out_of_range == 1);
+    CHECK(reception_is_stale(&reception, RECEIVED_FORCE, 60000000));
+    CHECK(take(reception, bench::force_frame(0.0, 3, 60000000)));
+    CHECK(reception.counts.lost == 1); /* the one out of range carried nothing */
+}
+
+TEST_CASE("reception: error frames are counted, a bus-off holds for its tick, their data are no signal")
+{
+    reception reception = started();
+    hal_frame frame = bench::force_frame(1.0, 1);
+    frame.flags = HAL_FRAME_ERROR;
+    CHECK_FALSE(take(reception, frame));
+    CHECK(reception.counts.error_frames == 1);
+    CHECK(reception.bus_off == 0);
+    frame.flags = HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF;
+    CHECK_FALSE(take(reception, frame));
+    CHECK(reception.bus_off == 1);
+    frame.flags = HAL_FRAME_ERROR;
+    CHECK_FALSE(take(reception, frame)); /* a later error frame of the same tick does not take it back */
+    CHECK(reception.bus_off == 1);
+    reception_begin_tick(&reception);
+    CHECK(reception.bus_off == 0);
+    CHECK(reception.counts.error_frames == 3);
+    CHECK(reception_is_stale(&reception, RECEIVED_FORCE, 0));
+}

@@ -1,0 +1,178 @@
+/* Frames and ticks as the outside world makes them: packed with the generated codec, rounded with the C library. */
+#ifndef TESTS_UNIT_TICK_BUILDER_H
+#define TESTS_UNIT_TICK_BUILDER_H
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "firmware/app.h"
+#include "firmware/can/berth_can.h"
+
+namespace bench
+{
+
+inline hal_frame frame_of(std::uint32_t id, hal_bus bus, std::int64_t time_ns)
+{
+    hal_frame frame{};
+    frame.time_ns = time_ns;
+    frame.id = id;
+    frame.bus = static_cast<std::uint8_t>(bus);
+    frame.length = 8;
+    return frame;
+}
+
+inline hal_frame feedback_frame(double position_m, std::uint8_t counter, std::int64_t time_ns = 0,
+                                bool fault = false)
+{
+    hal_frame frame = frame_of(BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, HAL_BUS_ROBOT, time_ns);
+    berth_can_robot_feedback_t raw{};
+    raw.position_m = std::llround(position_m * 1e11);
+    raw.fault = fault;
+    raw.counter = counter;
+    berth_can_robot_feedback_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+inline hal_frame force_frame(double force_N, std::uint8_t counter, std::int64_t time_ns = 0, bool saturated = false)
+{
+    hal_frame frame = frame_of(BERTH_CAN_FORCE_FRAME_ID, HAL_BUS_SENSOR, time_ns);
+    berth_can_force_t raw{};
+    raw.force_n = std::llround(force_N * 1e7);
+    raw.saturated = saturated;
+    raw.counter = counter;
+    berth_can_force_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+inline hal_frame motion_frame(double position_m, double velocity_m_per_s, int request, std::uint8_t counter,
+                              std::int64_t time_ns = 0)
+{
+    hal_frame frame = frame_of(BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT, time_ns);
+    berth_can_operator_motion_t raw{};
+    raw.position_m = static_cast<std::int32_t>(std::lround(position_m * 1e9));
+    raw.velocity_m_per_s = static_cast<std::int32_t>(std::lround(velocity_m_per_s * 1e6));
+    raw.request = static_cast<std::uint8_t>(request);
+    raw.counter = counter & 0x0f;
+    berth_can_operator_motion_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+inline hal_frame operator_force_frame(double force_N, int request, std::uint8_t counter, std::int64_t time_ns = 0)
+{
+    hal_frame frame = frame_of(BERTH_CAN_OPERATOR_FORCE_FRAME_ID, HAL_BUS_ROBOT, time_ns);
+    berth_can_operator_force_t raw{};
+    raw.force_n = std::llround(force_N * 1e7);
+    raw.request = static_cast<std::uint8_t>(request);
+    raw.counter = counter & 0x0f;
+    berth_can_operator_force_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+/* The reference manipulator, 10 mm off its rest: it moves as soon as it may. */
+inline app_config moving_config()
+{
+    app_config config = config_default();
+    config.manipulator.stiffness_N_per_m = 7895.6835208714865;
+    config.manipulator.damping_N_s_per_m = 125.66370614359172;
+    config.manipulator.initial_position_m = 0.01;
+    return config;
+}
+
+/* A whole loop around one app: a robot that is always where it was sent, a sensor and an operator, each of which
+ * can be made to fail from one tick to the next. */
+class app_bench
+{
+  public:
+    explicit app_bench(const app_config &config = moving_config())
+        : app_(std::make_unique<struct app>()), period_ns_(config_period_ns(&config)),
+          robot_position_m(config.manipulator.initial_position_m)
+    {
+        app_start(app_.get(), &config);
+    }
+
+    /* Builds the input of the next tick and steps the app. */
+    void tick()
+    {
+        const std::int64_t now_ns = index_ * period_ns_;
+        in_ = {};
+        in_.tick = {index_, now_ns, now_ns, missed, stop};
+        in_.enable = enable;
+        in_.emergency_stop = emergency_stop;
+        if (has_feedback) {
+            add(feedback_frame(robot_position_m, feedback_counter++, now_ns, robot_fault));
+        }
+        if (has_force) {
+            add(force_frame(force_N, force_counter++, now_ns, saturated));
+        }
+        if (has_operator) {
+            add(motion_frame(operator_position_m, 0.0, request, operator_counter++, now_ns));
+        }
+        for (const hal_frame &frame : extra) {
+            add(frame);
+        }
+        app_step(app_.get(), &in_, &out_);
+        if (has_robot) {
+            robot_position_m = app_->record.command_position_m;
+        }
+        index_++;
+    }
+
+    void run(int ticks)
+    {
+        for (int i = 0; i < ticks; i++) {
+            tick();
+        }
+    }
+
+    /* Ticks until `state` is reached; false if it is not within `ticks_max`. */
+    bool run_until(supervisor_state state, int ticks_max = 400)
+    {
+        for (int i = 0; i < ticks_max && app_->supervisor.state != state; i++) {
+            tick();
+        }
+        return app_->supervisor.state == state;
+    }
+
+    struct app &app() { return *app_; }
+    supervisor_state state() const { return app_->supervisor.state; }
+    stop_cause cause() const { return app_->supervisor.stop_cause; }
+    const tick_input &in() const { return in_; }
+    const tick_output &out() const { return out_; }
+    std::int64_t now_ns() const { return index_ * period_ns_; } /* of the next tick */
+
+  private:
+    void add(hal_frame frame)
+    {
+        if (corrupt) {
+            corrupt(frame);
+        }
+        in_.frames[in_.frame_count++] = frame;
+    }
+
+    std::unique_ptr<struct app> app_;
+    std::int64_t period_ns_;
+    std::int64_t index_ = 0;
+    tick_input in_{};
+    tick_output out_{};
+
+  public: /* what the next tick is made of */
+    double robot_position_m;
+    double force_N = 0.0;
+    double operator_position_m = 0.0;
+    int request = OPERATOR_NONE;
+    bool has_feedback = true, has_force = true, has_operator = true;
+    bool has_robot = true; /* the robot follows its setpoints */
+    bool robot_fault = false, saturated = false;
+    std::uint8_t enable = 1, emergency_stop = 0;
+    std::uint32_t missed = 0, stop = 0;
+    std::uint8_t feedback_counter = 0, force_counter = 0, operator_counter = 0;
+    std::vector<hal_frame> extra;
+    std::function<void(hal_frame &)> corrupt; /* changes frames on their way */
+};
+
+} // namespace bench
+
+#endif
