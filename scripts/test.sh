@@ -5,7 +5,7 @@
 #   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
 #                    qemu-user; the committed codec is what the DBC gives; lint
 set -uo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/.." || exit
 mode=${1:?usage: test.sh quick|full}
 passed=0 failed=0 skipped=0 failures=()
 
