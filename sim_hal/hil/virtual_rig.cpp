@@ -39,10 +39,11 @@ void virtual_rig::advance_to(std::int64_t now_ns)
             report_robot_position();
         } else if (operator_station_.next_frame_ns() == next_ns) {
             operator_station_.send(buses_[HAL_BUS_ROBOT]);
-        } else if (next_ns < now_ns) {
+        } else { /* the robot stops, unless the loop is about to send where to go on */
+            if (next_ns == now_ns) {
+                break;
+            }
             move_reference();
-        } else {
-            break; /* the robot stops now, unless the loop is about to send where to go on */
         }
     }
     integrate_to(now_ns);

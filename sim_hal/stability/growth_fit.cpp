@@ -29,13 +29,16 @@ std::vector<extreme> find_extremes(const std::vector<double> &signal, double per
 {
     std::vector<extreme> extremes;
     for (std::size_t i = 1; i + 1 < signal.size(); i++) {
-        const double before = signal[i] - signal[i - 1];
+        const std::size_t first = i;
+        const double before = signal[first] - signal[first - 1];
+        while (i + 2 < signal.size() && signal[i + 1] == signal[i]) {
+            i++; /* an extreme may be flat, and be it for two equal samples to either side of it */
+        }
         const double after = signal[i + 1] - signal[i];
         if (before * after < 0.0) {
-            const double curvature = after - before;
-            const double shift = -0.5 * (after + before) / curvature; /* in samples, from i */
-            extremes.push_back(
-                {(static_cast<double>(i) + shift) * period_s, signal[i] + 0.5 * shift * (0.5 * (after + before))});
+            const double middle = 0.5 * static_cast<double>(first + i);
+            const double shift = i > first ? 0.0 : -0.5 * (after + before) / (after - before); /* in samples */
+            extremes.push_back({(middle + shift) * period_s, signal[i] + 0.5 * shift * (0.5 * (after + before))});
         }
     }
     return extremes;

@@ -20,7 +20,7 @@ const std::vector<std::string> noisy = {
     "bus.loss_probability=0.01", "bus.error_probability=0.01", "robot.jitter_ms=0.3",
 };
 
-std::string log_of(std::vector<std::string> overrides)
+std::string log_of(const std::vector<std::string> &overrides)
 {
     const temporary_folder folder;
     const rig rig = load_rig("ess", overrides);
@@ -138,6 +138,7 @@ TEST_CASE("64 different loops tick by tick in one process are the same 64 loops 
     }
 
     std::vector<std::unique_ptr<closed_loop>> loops;
+    loops.reserve(count);
     for (const rig &rig : rigs) {
         loops.push_back(std::make_unique<closed_loop>(rig));
     }

@@ -65,10 +65,10 @@ TEST_CASE("bus: frames to the loop arrive in order, not before their end of fram
 {
     can_bus bus = make_bus({});
     for (std::uint8_t i = 0; i < 200; i++) {
-        bus.transmit_to_loop(numbered_frame(i), 1000 * i);
+        bus.transmit_to_loop(numbered_frame(i), std::int64_t{1000} * i);
     }
     hal_frame frame;
-    for (std::uint8_t i = 0; i < 200; i++) {
+    for (std::int64_t i = 0; i < 200; i++) {
         const std::int64_t arrival_ns = (i + 1) * frame_ns;
         CHECK_FALSE(bus.receive(arrival_ns - 1, frame));
         REQUIRE(bus.receive(arrival_ns, frame)); /* exactly at its arrival it counts */

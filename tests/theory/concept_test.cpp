@@ -25,7 +25,7 @@ struct contact_run {
     stop_cause cause = STOP_NONE;
 };
 
-contact_run run(const std::string &name, std::vector<std::string> overrides = {})
+contact_run run(const std::string &name, const std::vector<std::string> &overrides = {})
 {
     const rig rig = load_rig(name, overrides);
     closed_loop loop(rig);

@@ -53,12 +53,14 @@ void receive_force(struct hal *hal, double &force_N)
     }
 }
 
-/* Energy in J that the loop gives to the prescribed motion per cycle of `ticks` ticks, after `settle` cycles. */
-double energy_per_cycle_J(const rig &rig, double amplitude_m, int ticks, int settle = 3, int cycles = 4)
+/* Energy in J that the loop gives to the prescribed motion per cycle of `ticks` ticks, once it has settled. */
+double energy_per_cycle_J(const rig &rig, double amplitude_m, std::int64_t ticks)
 {
+    constexpr std::int64_t settle = 3;
+    constexpr std::int64_t cycles = 4;
     struct hal *hal = sim_open(rig);
     const auto position_m = [&](std::int64_t n) {
-        return amplitude_m * std::sin(2.0 * M_PI * static_cast<double>(n % ticks) / ticks);
+        return amplitude_m * std::sin(2.0 * M_PI * static_cast<double>(n % ticks) / static_cast<double>(ticks));
     };
     double energy_J = 0.0;
     double force_N = 0.0;
@@ -73,7 +75,7 @@ double energy_per_cycle_J(const rig &rig, double amplitude_m, int ticks, int set
         }
     }
     CHECK(hal_close(hal) == HAL_OK);
-    return energy_J / cycles;
+    return energy_J / static_cast<double>(cycles);
 }
 
 struct energy_case {
@@ -141,7 +143,7 @@ TEST_CASE("a dead time in a spring gives pi k tau w A^2 a cycle")
         REQUIRE(rig.firmware.loop.rate_Hz == c.rate_Hz);
         for (const double amplitude_m : {0.5e-3, 10e-3}) {
             for (const double frequency_Hz : {0.25, 0.5, 1.0}) {
-                const int ticks = static_cast<int>(std::lround(static_cast<double>(c.rate_Hz) / frequency_Hz));
+                const std::int64_t ticks = std::llround(static_cast<double>(c.rate_Hz) / frequency_Hz);
                 const double w = 2.0 * M_PI * frequency_Hz;
                 const double tau_s = c.dead_time_s + low_pass_delay_s(c.low_pass_order);
                 CAPTURE(c.what);

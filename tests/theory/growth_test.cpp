@@ -62,4 +62,26 @@ TEST_CASE("growth rates of the shipped runs of 60 s")
     }
 }
 
+/* Neighbouring samples are often equal at an extreme of a signal in steps, and exactly so where it lies between two.
+ */
+TEST_CASE("the growth fit finds extremes that are flat")
+{
+    constexpr double period_s = 2.5e-3;
+    constexpr double growth_per_s = -0.3;
+    std::vector<double> steps;
+    std::vector<double> symmetric;
+    for (int i = 0; i < 16000; i++) {
+        const double t = i * period_s;
+        steps.push_back(1e-11 * std::round(1e9 * std::exp(growth_per_s * t) * std::cos(5.83 * t)));
+        symmetric.push_back(std::cos(2.0 * M_PI * ((i % 400) + 0.5) / 400.0));
+    }
+    const auto fit = fit_growth(steps, period_s, floor_m);
+    REQUIRE(fit.has_value());
+    CHECK(std::abs(fit->growth_per_s - growth_per_s) < 1e-4);
+    const auto flat = fit_growth(symmetric, period_s, floor_m);
+    REQUIRE(flat.has_value());
+    CHECK(std::abs(flat->growth_per_s) < 1e-9);
+    CHECK(flat->frequency_Hz == doctest::Approx(1.0));
+}
+
 } // namespace berth

@@ -33,7 +33,9 @@ double slope(const profile &p, double time_s)
 /* Where the profile is smooth: away from start, end and the corners of a file. */
 void check_rate(const profile &p, double from_s, double to_s, double tolerance)
 {
-    for (double t = from_s + 1e-3; t < to_s - 1e-3; t += 0.00731) {
+    constexpr int points = 200;
+    for (int i = 1; i < points; i++) {
+        const double t = from_s + (to_s - from_s) * i / points;
         CAPTURE(t);
         CHECK(std::abs(p.at(t).rate - slope(p, t)) < tolerance);
     }
@@ -80,7 +82,8 @@ TEST_CASE("profile: the minimum-jerk move starts and ends at rest, without accel
     CHECK(std::abs(acceleration(2.5, -1e-6)) < 1e-6);
     CHECK(move.at(1.5).value == doctest::Approx(0.11));
     CHECK(move.at(1.5).rate == doctest::Approx(15.0 / 8.0 * 0.02 / 2.0)); /* the well-known peak velocity */
-    for (double s = 0.0; s < 1.0; s += 0.01) {
+    for (int i = 0; i < 100; i++) {
+        const double s = 0.01 * i;
         CHECK(move.at(1.5 + s).value + move.at(1.5 - s).value == doctest::Approx(0.22));
         CHECK(move.at(1.5 + s).rate == doctest::Approx(move.at(1.5 - s).rate));
     }
@@ -111,7 +114,8 @@ TEST_CASE("profile: the multisine starts without a step, repeats, and depends on
     check_rate(sines, 0.5, 4.5, 1e-7);
     CHECK(sines.at(0.5).value == doctest::Approx(0.1));
     double largest = 0.0;
-    for (double t = 0.5; t < 2.5; t += 0.013) {
+    for (int i = 0; i < 150; i++) {
+        const double t = 0.5 + 0.013 * i;
         CHECK(sines.at(t).value == doctest::Approx(sines.at(t + 2.0).value));
         largest = std::max(largest, std::abs(sines.at(t).value - sines.at(0.5).value));
     }

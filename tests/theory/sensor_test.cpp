@@ -77,13 +77,13 @@ TEST_CASE("sensor: a sample arrives one delay after it was taken, at its phase i
         for (const double delay_ms : {0.2, 2.5, 11.3}) {
             sampled_sensor sensor({"sensor.sample_phase_ms=" + std::to_string(phase_ms),
                                    "sensor.delay_ms=" + std::to_string(delay_ms)});
-            for (int i = 0; i < 10; i++) {
+            for (std::int64_t i = 0; i < 10; i++) {
                 CHECK(sensor.get().next_sample_ns() == ns_from_ms(phase_ms) + i * 2500000);
                 sensor.sample(1.0);
             }
             const auto samples = sensor.received();
             REQUIRE(samples.size() == 10);
-            for (int i = 0; i < 10; i++) {
+            for (std::int64_t i = 0; i < 10; i++) {
                 const received_sample &sample = samples[static_cast<std::size_t>(i)];
                 CHECK(sample.time_ns == ns_from_ms(phase_ms) + i * 2500000 + ns_from_ms(delay_ms));
                 CHECK(sample.counter == i);
