@@ -31,7 +31,9 @@ static int receive_frame(struct app *app, enum received_message message, const s
 
 static void receive_frames(struct app *app, const struct tick_input *in)
 {
-    reception_begin_tick(&app->reception);
+    reception_begin_tick(&app->reception, in->tick.missed);
+    sensor_channel_begin_tick(&app->sensor_channel);
+    robot_channel_begin_tick(&app->robot_channel);
     for (uint32_t i = 0; i < in->frame_count; i++) {
         const struct hal_frame *frame = &in->frames[i];
         const enum received_message message = reception_check(&app->reception, frame);
@@ -148,7 +150,7 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->index = in->tick.index;
     record->scheduled_ns = in->tick.scheduled_ns;
     record->woke_ns = in->tick.woke_ns;
-    record->force_age_ns = in->tick.scheduled_ns - app->sensor_channel.received_ns;
+    record->force_frame_age_ns = in->tick.scheduled_ns - app->sensor_channel.received_ns;
     record->operator_position_m = command->position_m;
     record->operator_velocity_m_per_s = command->velocity_m_per_s;
     record->operator_force_N = command->force_N;

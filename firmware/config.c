@@ -3,6 +3,8 @@
 #include <float.h>
 #include <stdbool.h>
 
+#include "can/codec.h"
+
 struct app_config config_default(void)
 {
     return (struct app_config){
@@ -41,10 +43,16 @@ static bool non_negative(double value)
     return finite(value) && value >= 0.0;
 }
 
+static bool within(double value, double limit)
+{
+    return value >= -limit && value <= limit;
+}
+
 struct config_error config_validate(const struct app_config *config)
 {
     static const char *const must_be_positive = "must be a finite number greater than 0";
     static const char *const must_not_be_negative = "must be a finite number, 0 or more";
+    static const char *const must_fit_frame = "must be within +-5.4 m, the range of the setpoint frame";
     static const char *const must_be_finite = "must be a finite number";
     const struct loop_config *loop = &config->loop;
     const struct manipulator_config *manipulator = &config->manipulator;
@@ -79,8 +87,8 @@ struct config_error config_validate(const struct app_config *config)
         {!positive(config->sensor_channel.stale_after_ms), {"sensor_channel.stale_after_ms", must_be_positive}},
         {!positive(config->robot_channel.stale_after_ms), {"robot_channel.stale_after_ms", must_be_positive}},
         {!positive(config->robot_channel.start_tolerance_m), {"robot_channel.start_tolerance_m", must_be_positive}},
-        {!finite(limits->position_min_m), {"limits.position_min_m", must_be_finite}},
-        {!finite(limits->position_max_m), {"limits.position_max_m", must_be_finite}},
+        {!within(limits->position_min_m, CAN_POSITION_MAX_m), {"limits.position_min_m", must_fit_frame}},
+        {!within(limits->position_max_m, CAN_POSITION_MAX_m), {"limits.position_max_m", must_fit_frame}},
         {limits->position_min_m >= limits->position_max_m,
          {"limits.position_min_m", "must be smaller than limits.position_max_m"}},
         {!positive(limits->velocity_m_per_s), {"limits.velocity_m_per_s", must_be_positive}},

@@ -26,6 +26,7 @@ struct reception_counts {
     uint32_t wrong_length; /* shorter or longer than its row says */
     uint32_t repeated;     /* same counter as the frame before: rejected */
     uint32_t out_of_range; /* a signal outside its range: rejected */
+    uint32_t too_frequent; /* more than belong to the time since the last tick: taken, the newest counts */
     uint32_t lost;         /* frames missing between the counters of two accepted ones */
     uint32_t error_frames; /* the bus reported trouble */
 };
@@ -35,14 +36,16 @@ struct reception {
     int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame */
     uint8_t counter[RECEIVED_COUNT];
     uint8_t seen[RECEIVED_COUNT];
-    uint8_t bus_off; /* a controller left its bus in this tick */
+    uint32_t in_tick[RECEIVED_COUNT]; /* frames accepted in this tick */
+    uint32_t periods_waited;          /* since the last tick */
+    uint8_t bus_off;                  /* a controller left its bus in this tick */
     struct reception_counts counts;
 };
 
 void reception_start(struct reception *reception, const struct app_config *config);
 
 /* Call before the first frame of a tick. */
-void reception_begin_tick(struct reception *reception);
+void reception_begin_tick(struct reception *reception, uint32_t missed_ticks);
 
 /* Checks one frame against its row: identifier, bus, length, counter. RECEIVED_NONE if it is rejected. The
  * frame counts as accepted only after reception_accept(). */

@@ -27,6 +27,11 @@ void robot_channel_start(struct robot_channel *channel, const struct app_config 
     *channel = (struct robot_channel){.status_period_ticks = period_ticks > 0 ? period_ticks : 1};
 }
 
+void robot_channel_begin_tick(struct robot_channel *channel)
+{
+    channel->has_feedback = 0;
+}
+
 int robot_channel_receive(struct robot_channel *channel, const struct hal_frame *frame)
 {
     struct berth_can_robot_feedback_t raw;
@@ -35,7 +40,8 @@ int robot_channel_receive(struct robot_channel *channel, const struct hal_frame 
         return 0;
     }
     channel->position_m = berth_can_robot_feedback_position_m_decode(raw.position_m);
-    channel->fault = raw.fault;
+    channel->fault = raw.fault || (channel->has_feedback && channel->fault);
+    channel->has_feedback = 1;
     return 1;
 }
 

@@ -12,8 +12,9 @@ extern "C" {
 #endif
 
 struct robot_channel {
-    double position_m; /* where the robot says it is */
-    uint8_t fault;     /* the robot's controller reports a fault */
+    double position_m;    /* where the robot says it is */
+    uint8_t fault;        /* the robot's controller reports a fault: in a frame of this tick, or in the newest one */
+    uint8_t has_feedback; /* a frame has come in this tick */
     uint8_t setpoint_counter;
     uint8_t status_counter;
     int64_t status_period_ticks;
@@ -21,6 +22,9 @@ struct robot_channel {
 };
 
 void robot_channel_start(struct robot_channel *channel, const struct app_config *config);
+
+/* Call before the first frame of a tick. */
+void robot_channel_begin_tick(struct robot_channel *channel);
 
 /* Takes a checked feedback frame. 0 if a signal is out of range: the frame is to be rejected. */
 int robot_channel_receive(struct robot_channel *channel, const struct hal_frame *frame);

@@ -97,7 +97,7 @@ def timing(log):
     """Age of the newest force frame in ms, and on a second axis how late the loop woke in us."""
     tick = log.tick
     lateness_us = 1e-3 * (tick["woke_ns"] - tick["scheduled_ns"])
-    age_ms = 1e-6 * tick["force_age_ns"]
+    age_ms = 1e-6 * tick["force_frame_age_ns"]
     return [Signal("age of the newest force frame", MANIPULATOR, log.tick_s, age_ms, is_step=True),
             Signal("woke late by (right axis)", ROBOT, log.tick_s, lateness_us, "dot", is_second_axis=True)]
 

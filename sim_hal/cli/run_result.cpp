@@ -47,17 +47,20 @@ void end_free_motion(run_result &result)
 
 void print_growth(const run_result &result)
 {
+    if (!result.is_stable) {
+        std::printf("  %-14s the supervisor never came to running\n", "NEVER RAN");
+        return;
+    }
+    const char *const verdict = *result.is_stable ? "stable" : "DIVERGING";
     if (!result.growth) {
-        std::printf("  %-14s too little oscillation to measure a growth rate\n",
-                    result.is_stable ? "stable" : "DIVERGING");
+        std::printf("  %-14s too little oscillation to measure a growth rate\n", verdict);
         return;
     }
     const growth_fit &fit = *result.growth;
     const double factor_time_s = std::log(2.0) / std::abs(fit.growth_per_s);
-    std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n",
-                result.is_stable ? "stable" : "DIVERGING", fit.growth_per_s < 0.0 ? "decays" : "grows",
-                std::abs(fit.growth_per_s), fit.growth_ci95_per_s, fit.frequency_Hz,
-                fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
+    std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n", verdict,
+                fit.growth_per_s < 0.0 ? "decays" : "grows", std::abs(fit.growth_per_s), fit.growth_ci95_per_s,
+                fit.frequency_Hz, fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
 }
 
 void print_limits(const run_result &result)
@@ -96,6 +99,7 @@ void note_tick(run_result &result, const tick_record &record)
     for (int i = 0; i < LIMIT_COUNT && record.limits >> i; i++) {
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
+    result.ran = result.ran || record.state == SUPERVISOR_RUNNING;
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
         result.newest.position_m.push_back(record.manipulator_position_m);
         result.newest.tick.push_back(record.index);
@@ -116,8 +120,10 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.error_frames = last.error_frames;
     result.saturated_setpoints = last.saturated_setpoints;
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
-    result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
-                       result.cause != STOP_FORCE_LIMIT && decays(result);
+    if (result.ran) {
+        result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
+                           result.cause != STOP_FORCE_LIMIT && decays(result);
+    }
 }
 
 void print_summary(const run_result &result, const rig &rig)
@@ -157,7 +163,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     nlohmann::json json = {
         {"rig", rig.name},
-        {"stable", result.is_stable},
+        {"stable", nullptr},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
         {"frequency_hz", nullptr},
@@ -177,6 +183,9 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"config_hash", config_hash(rig)},
         {"version", result.version},
     };
+    if (result.is_stable) {
+        json["stable"] = *result.is_stable;
+    }
     if (result.growth) {
         json["growth_per_s"] = result.growth->growth_per_s;
         json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;

@@ -28,6 +28,7 @@ struct run_result {
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
+    bool ran = false; /* the supervisor was in running */
     free_motion newest;
     free_motion longest; /* what growth is measured from */
     supervisor_state state = SUPERVISOR_START;
@@ -44,7 +45,7 @@ struct run_result {
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
-    bool is_stable = false;
+    std::optional<bool> is_stable; /* nothing: the loop never ran */
 };
 
 /* Takes one tick into account. */

@@ -44,24 +44,48 @@ std::vector<extreme> find_extremes(const std::vector<double> &signal, double per
     return extremes;
 }
 
-template <typename X, typename Y>
-straight_line fit_line(std::size_t count, X x_of, Y y_of)
+/* Drops swings that are small beside both their neighbours: wiggles of noise on the way from one extreme of the
+ * oscillation to the next. A decaying or growing oscillation has no such swings. */
+std::vector<extreme> without_wiggles(const std::vector<extreme> &all)
 {
+    constexpr double small = 0.95;
+    std::vector<extreme> kept;
+    for (const extreme &next : all) {
+        kept.push_back(next);
+        while (kept.size() >= 4) {
+            const extreme *const last = &kept[kept.size() - 4];
+            const auto swing = [&](int i) { return std::abs(last[i + 1].value - last[i].value); };
+            if (swing(1) >= small * std::min(swing(0), swing(2))) {
+                break;
+            }
+            kept.erase(kept.end() - 3, kept.end() - 1);
+        }
+    }
+    return kept;
+}
+
+template <typename X, typename Y, typename W>
+straight_line fit_line(std::size_t count, X x_of, Y y_of, W weight_of)
+{
+    double weight = 0.0;
     double mean_x = 0.0;
     double mean_y = 0.0;
     for (std::size_t i = 0; i < count; i++) {
-        mean_x += x_of(i) / static_cast<double>(count);
-        mean_y += y_of(i) / static_cast<double>(count);
+        weight += weight_of(i);
+        mean_x += weight_of(i) * x_of(i);
+        mean_y += weight_of(i) * y_of(i);
     }
+    mean_x /= weight;
+    mean_y /= weight;
     double xx = 0.0;
     double xy = 0.0;
     double yy = 0.0;
     for (std::size_t i = 0; i < count; i++) {
         const double x = x_of(i) - mean_x;
         const double y = y_of(i) - mean_y;
-        xx += x * x;
-        xy += x * y;
-        yy += y * y;
+        xx += weight_of(i) * x * x;
+        xy += weight_of(i) * x * y;
+        yy += weight_of(i) * y * y;
     }
     const double slope = xy / xx;
     const double unexplained = std::max(0.0, yy - slope * xy);
@@ -82,6 +106,7 @@ double settled_level(const std::vector<oscillation_height> &heights)
     if (part < least_extremes) {
         return 0.0;
     }
+    const auto is_lower = [](const auto &a, const auto &b) { return a.value < b.value; };
     const auto level_of = [&](std::size_t from) {
         std::vector<double> values;
         for (std::size_t i = from; i < from + part; i++) {
@@ -89,18 +114,22 @@ double settled_level(const std::vector<oscillation_height> &heights)
         }
         return median(values);
     };
-    const double third_quarter = level_of(heights.size() - 2 * part);
-    const double last_quarter = level_of(heights.size() - part);
-    const double first_quarter = level_of(0);
-    const bool has_settled = last_quarter > 0.7 * third_quarter && last_quarter < 0.1 * first_quarter;
-    return has_settled ? last_quarter : 0.0;
+    const double first = level_of(0);
+    const double second = level_of(part);
+    const double third = level_of(heights.size() - 2 * part);
+    const double last = level_of(heights.size() - part);
+    const double start = std::max_element(heights.begin(), heights.begin() + least_extremes, is_lower)->value;
+    /* An exponential loses the same share from quarter to quarter, and if that is little it has not come far. */
+    const bool has_settled =
+        (last < 0.3 * first && last / third > 1.5 * (second / first)) || (last < 0.25 * start && last / third > 0.7);
+    return has_settled ? last : 0.0;
 }
 
 } // namespace
 
 std::vector<oscillation_height> oscillation_heights(const std::vector<double> &signal, double period_s)
 {
-    const std::vector<extreme> extremes = find_extremes(signal, period_s);
+    const std::vector<extreme> extremes = without_wiggles(find_extremes(signal, period_s));
     std::vector<oscillation_height> heights;
     for (std::size_t i = 1; i < extremes.size(); i++) {
         heights.push_back({0.5 * (extremes[i].time_s + extremes[i - 1].time_s),
@@ -112,7 +141,8 @@ std::vector<oscillation_height> oscillation_heights(const std::vector<double> &s
 std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor)
 {
     std::vector<oscillation_height> heights = oscillation_heights(signal, period_s);
-    const double lowest = std::max(floor, 10.0 * settled_level(heights));
+    const double noise = settled_level(heights);
+    const double lowest = std::max(floor, 4.0 * noise);
     const auto first_low = std::find_if(heights.begin(), heights.end(),
                                         [&](const oscillation_height &height) { return height.value < lowest; });
     heights.erase(first_low, heights.end());
@@ -122,9 +152,13 @@ std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double p
     }
     const auto time_s = [&](std::size_t i) { return heights[i].time_s; };
     const auto number = [](std::size_t i) { return static_cast<double>(i); };
-    const straight_line growth =
-        fit_line(heights.size(), time_s, [&](std::size_t i) { return std::log(heights[i].value); });
-    const straight_line half_period_s = fit_line(heights.size(), number, time_s);
+    const auto logarithm = [&](std::size_t i) { return std::log(heights[i].value); };
+    /* Noise of a given level disturbs the logarithm of a height in proportion to noise / height. */
+    const auto weight = [&](std::size_t i) {
+        return noise > 0.0 ? heights[i].value * heights[i].value / (noise * noise) : 1.0;
+    };
+    const straight_line growth = fit_line(heights.size(), time_s, logarithm, weight);
+    const straight_line half_period_s = fit_line(heights.size(), number, time_s, [](std::size_t) { return 1.0; });
     const double from_s = heights.front().time_s;
     return growth_fit{growth.slope,  1.96 * growth.slope_deviation, 0.5 / half_period_s.slope,
                       from_s,        heights.back().time_s,         std::exp(growth.at(from_s)),

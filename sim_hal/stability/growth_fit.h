@@ -29,9 +29,9 @@ struct growth_fit {
 std::vector<oscillation_height> oscillation_heights(const std::vector<double> &signal, double period_s);
 
 /* Heights between successive extremes are free of a constant offset; a straight line through their logarithms
- * over time gives the growth. Heights lower than `floor`, or than ten times a level at which the signal has settled,
- * are left out, and so is the first quarter of the rest, where faster modes still show. Nothing: fewer than 8
- * extremes remain. */
+ * over time gives the growth. Heights lower than `floor`, or than four times a level at which the signal has
+ * settled, are left out, and so is the first quarter of the rest, where faster modes still show. Nothing: fewer than
+ * 8 extremes remain. */
 std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double period_s, double floor);
 
 } // namespace berth

@@ -37,6 +37,11 @@ def test_no_oscillation_gives_null_and_not_a_number_made_up(tmp_path):
     assert result["stable"] is True and result["peak_force_N"] == 0.0
 
 
+def test_a_loop_that_never_ran_is_neither_stable_nor_not(tmp_path):
+    result = run_json("ess", tmp_path, *settings({"run.emergency_stop_s": 0.0, "run.duration_s": 2.0}))
+    assert result["stable"] is None and result["growth_per_s"] is None and result["state"] == "fault"
+
+
 def test_no_log_writes_nothing(tmp_path):
     result = run_json("ess", tmp_path / "folder", "--no-log", *settings(SHORT))
     assert result["log"] is None

@@ -41,7 +41,7 @@ def test_every_field_name_ends_in_its_unit(logs):
 
 
 INPUTS = {"index", "scheduled_ns", "woke_ns", "missed_ticks", "stop", "enable", "emergency_stop"}
-OUTPUTS = {"operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_age_ns",
+OUTPUTS = {"operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_frame_age_ns",
            "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m", "command_position_m",
            "robot_position_m", "state", "stop_cause", "limits", "heartbeat"}
 

@@ -52,7 +52,7 @@ def test_the_variants_do_what_their_names_say(logs):
 
 # --- tampering ----------------------------------------------------------------------------------------------------
 AT_TICK = 200
-OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_age_ns",
+OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_frame_age_ns",
                  "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m", "command_position_m",
                  "robot_position_m", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints",
                  "conditions", "state", "stop_cause", "limits", "operator_request", "heartbeat", "timestamp"]
@@ -133,10 +133,10 @@ def test_a_recorded_input_of_the_tick(field, change, first, tampered):
 
 @pytest.mark.parametrize("identifier, field, change, first", [
     (0x40, "data", lambda value: value + 1, "force_N"),
-    (0x40, "id", lambda value: value + 1, "force_age_ns"),
-    (0x40, "time_ns", lambda value: value - 1, "force_age_ns"),
-    (0x40, "length", lambda value: value - 1, "force_age_ns"),
-    (0x40, "flags", lambda value: value | 1, "force_age_ns"),
+    (0x40, "id", lambda value: value + 1, "force_frame_age_ns"),
+    (0x40, "time_ns", lambda value: value - 1, "force_frame_age_ns"),
+    (0x40, "length", lambda value: value - 1, "force_frame_age_ns"),
+    (0x40, "flags", lambda value: value | 1, "force_frame_age_ns"),
     (0x20, "data", lambda value: value + 1, "robot_position_m"),
     (0x30, "data", lambda value: value + 1, "operator_position_m"),
     (0x30, "bus", lambda value: value + 1, "rejected_frames"),

@@ -84,4 +84,26 @@ TEST_CASE("the growth fit finds extremes that are flat")
     CHECK(flat->frequency_Hz == doctest::Approx(1.0));
 }
 
+/* Noise of the sensor drives the manipulator to a random oscillation of its own: heights near that level say nothing
+ * of the growth, and its wiggles are no extremes. */
+TEST_CASE("growth under sensor noise")
+{
+    const struct {
+        const char *noise_N;
+        double tolerance; /* relative: about twice the worst of eight seeds */
+    } levels[] = {{"0.1", 0.003}, {"0.5", 0.02}, {"2", 0.15}};
+    for (const auto &level : levels) {
+        for (const char *seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
+            CAPTURE(level.noise_N);
+            CAPTURE(seed);
+            closed_loop loop("ess",
+                             {std::string("sensor.noise_N=") + level.noise_N, std::string("run.seed=") + seed});
+            const double period_s = config_period_s(&loop.app().config);
+            const auto fit = fit_growth(free_motion_m(loop), period_s, floor_m);
+            REQUIRE(fit.has_value());
+            CHECK(std::abs(fit->growth_per_s / -0.298369 - 1.0) < level.tolerance);
+        }
+    }
+}
+
 } // namespace berth

@@ -117,6 +117,7 @@ TEST_CASE("sensor_channel: the force, its time, saturation and the limit")
     sensor_channel_start(&channel, &config);
     const auto receive = [&](double force_N, bool saturated) {
         const hal_frame frame = bench::force_frame(force_N, 0, 1234, saturated);
+        sensor_channel_begin_tick(&channel);
         return sensor_channel_receive(&channel, &frame) != 0;
     };
     CHECK(receive(-123.4567891, false));
@@ -164,6 +165,7 @@ TEST_CASE("robot_channel: feedback gives position and fault; outside the range o
     robot_channel_start(&channel, &config);
     const auto receive = [&](double position_m, bool fault) {
         const hal_frame frame = bench::feedback_frame(position_m, 0, 0, fault);
+        robot_channel_begin_tick(&channel);
         return robot_channel_receive(&channel, &frame) != 0;
     };
     CHECK(receive(-1.23456789012, true));
@@ -175,4 +177,42 @@ TEST_CASE("robot_channel: feedback gives position and fault; outside the range o
     CHECK_FALSE(receive(-5.4001, true));
     CHECK(channel.position_m == doctest::Approx(5.4));
     CHECK(channel.fault == 0);
+}
+
+TEST_CASE("sensor_channel, robot_channel: of several frames in one tick none hides the trouble of another")
+{
+    app_config config = config_default();
+    config.sensor_channel.force_limit_N = 100.0;
+    sensor_channel sensor;
+    sensor_channel_start(&sensor, &config);
+    const auto sense = [&](double force_N, bool saturated) {
+        const hal_frame frame = bench::force_frame(force_N, 0, 0, saturated);
+        REQUIRE(sensor_channel_receive(&sensor, &frame));
+    };
+    sensor_channel_begin_tick(&sensor);
+    sense(50.0, true);
+    sense(200.0, false);
+    sense(1.0, false);
+    CHECK(sensor.force_N == doctest::Approx(1.0));
+    CHECK(sensor.saturated);
+    CHECK(sensor.over_limit);
+    sensor_channel_begin_tick(&sensor);
+    CHECK(sensor.saturated); /* no news */
+    sense(2.0, false);
+    CHECK(!sensor.saturated);
+    CHECK(!sensor.over_limit);
+
+    robot_channel robot;
+    robot_channel_start(&robot, &config);
+    const auto report = [&](bool fault) {
+        const hal_frame frame = bench::feedback_frame(0.0, 0, 0, fault);
+        REQUIRE(robot_channel_receive(&robot, &frame));
+    };
+    robot_channel_begin_tick(&robot);
+    report(true);
+    report(false);
+    CHECK(robot.fault);
+    robot_channel_begin_tick(&robot);
+    report(false);
+    CHECK(!robot.fault);
 }

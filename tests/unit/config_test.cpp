@@ -73,6 +73,8 @@ std::vector<config_case> value_cases()
 }
 
 const std::vector<config_case> relation_cases = {
+    {"limits.position_max_m", "beyond the setpoint frame", [](app_config &c) { c.limits.position_max_m = 5.5; }},
+    {"limits.position_min_m", "beyond the setpoint frame", [](app_config &c) { c.limits.position_min_m = -5.5; }},
     {"loop.rate_Hz", "zero", [](app_config &c) { c.loop.rate_Hz = 0; }},
     {"loop.rate_Hz", "negative", [](app_config &c) { c.loop.rate_Hz = -400; }},
     {"loop.rate_Hz", "too high", [](app_config &c) { c.loop.rate_Hz = 2000000; }},

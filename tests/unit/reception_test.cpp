@@ -11,7 +11,7 @@ reception started()
     reception reception;
     const app_config config = config_default();
     reception_start(&reception, &config);
-    reception_begin_tick(&reception);
+    reception_begin_tick(&reception, 0);
     return reception;
 }
 
@@ -195,8 +195,28 @@ TEST_CASE("reception: error frames are counted, a bus-off holds for its tick, th
     frame.flags = HAL_FRAME_ERROR;
     CHECK_FALSE(take(reception, frame)); /* a later error frame of the same tick does not take it back */
     CHECK(reception.bus_off == 1);
-    reception_begin_tick(&reception);
+    reception_begin_tick(&reception, 0);
     CHECK(reception.bus_off == 0);
     CHECK(reception.counts.error_frames == 3);
     CHECK(reception_is_stale(&reception, RECEIVED_FORCE, 0));
+}
+
+TEST_CASE(
+    "reception: more frames than belong to the time since the last tick are counted, and the newest still counts")
+{
+    reception reception = started();
+    const auto take_force_frames = [&](std::uint32_t missed_ticks, int first, int count) {
+        reception_begin_tick(&reception, missed_ticks);
+        for (int i = 0; i < count; i++) {
+            hal_frame frame = bench::force_frame(1.0, first + i);
+            frame.time_ns = 1000 * (first + i);
+            CHECK(take(reception, frame));
+        }
+        return reception.counts.too_frequent;
+    };
+    CHECK(take_force_frames(0, 0, 2) == 0); /* one held up by the bus comes together with its successor */
+    CHECK(take_force_frames(0, 2, 5) == 3);
+    CHECK(take_force_frames(3, 7, 5) == 3); /* four periods have passed: five frames are no flood */
+    CHECK(take_force_frames(3, 12, 6) == 4);
+    CHECK(reception.received_ns[RECEIVED_FORCE] == 17000);
 }

@@ -188,7 +188,7 @@ TEST_CASE("recorder: what app_step records is what went in and came out")
     CHECK(last.get<std::int64_t>(tick, "index") == 2);
     CHECK(last.get<std::int64_t>(tick, "scheduled_ns") == 5000000);
     CHECK(last.get<std::uint64_t>(tick, "timestamp") == 5000);
-    CHECK(last.get<std::int64_t>(tick, "force_age_ns") == 0);
+    CHECK(last.get<std::int64_t>(tick, "force_frame_age_ns") == 0);
     CHECK(last.get<double>(tick, "force_N") == doctest::Approx(2.5));
     CHECK(last.get<double>(tick, "operator_position_m") == doctest::Approx(0.005));
     CHECK(last.get<double>(tick, "robot_position_m") == doctest::Approx(0.0105));
