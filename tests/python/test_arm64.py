@@ -1,4 +1,7 @@
-"""The firmware gives the same bits on arm64, under qemu-user. Build first: make CROSS_COMPILE=aarch64-linux-gnu- all"""
+"""The firmware gives the same bits on arm64, under qemu-user.
+
+Build first: make CROSS_COMPILE=aarch64-linux-gnu- all
+"""
 
 import re
 import subprocess
@@ -59,8 +62,8 @@ def test_a_difference_is_found_there_too(logs, tmp_path, arm64):
 FUSED_A64 = re.compile(r"\s(fn?m(add|sub|la|ls)\w*|fcmla|bf?fmla\w*|fmlal\w*|fmlsl\w*)\s")
 FUSED_X86 = re.compile(r"\svf(n?m(add|sub)|maddsub|msubadd)\w*\s")
 LIBM = re.compile(r"^(a?(sin|cos|tan)h?|sincos|atan2|exp(2|10|m1)?|log(2|10|1p|b)?|pow|sqrt|cbrt|hypot|fma|fmod|"
-                  r"remainder|remquo|floor|ceil|l?l?round|trunc|l?l?rint|nearbyint|fmin|fmax|fdim|fabs|copysign|frexp|"
-                  r"ldexp|scalbl?n|modf|ilogb|nextafter|tgamma|lgamma|erfc?)[fl]?$")
+                  r"remainder|remquo|floor|ceil|l?l?round|trunc|l?l?rint|nearbyint|fmin|fmax|fdim|fabs|copysign|"
+                  r"frexp|ldexp|scalbl?n|modf|ilogb|nextafter|tgamma|lgamma|erfc?)[fl]?$")
 
 
 def tool(*words):

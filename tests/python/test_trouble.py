@@ -1,4 +1,4 @@
-"""Trouble while a run is under way: a full disk, an interruption. The loop goes on or stops in order; the log holds."""
+"""Trouble while a run is under way: a full disk, an interruption. The loop goes on or stops in order."""
 
 import contextlib
 import os
@@ -177,7 +177,8 @@ def test_a_killed_run_leaves_whole_ticks(tmp_path):
     process = subprocess.Popen([BERTH, "run", "ess", "--out", tmp_path, "--set", "run.duration_s=100000"], cwd=ROOT,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     log = tmp_path / "ess.ulg"
-    _, _, exit_code = interrupt_when(process, lambda: log.exists() and log.stat().st_size > 1_000_000, signal.SIGKILL)
+    far_enough = lambda: log.exists() and log.stat().st_size > 1_000_000  # noqa: E731
+    _, _, exit_code = interrupt_when(process, far_enough, signal.SIGKILL)
     assert exit_code == -signal.SIGKILL
     replayed = replay_json(log)
     assert replayed["equal"] and replayed["ticks"] > 1000
