@@ -98,10 +98,10 @@ static void enter_state(struct app *app, enum supervisor_state from)
     }
     if (from == SUPERVISOR_RUNNING) {
         manipulator_rest_at(&app->manipulator, app->limits.position_m);
+        inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m); /* its past may be not finite */
     }
     if (to == SUPERVISOR_START) {
         app->missed_ticks = 0;
-        inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m);
     }
 }
 

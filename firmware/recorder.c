@@ -11,15 +11,34 @@ _Static_assert(sizeof(struct tick_record) == 0 TICK_RECORD_FIELDS(FIELD_SIZE), "
 _Static_assert(sizeof(struct frame_record) == 0 FRAME_RECORD_FIELDS(FIELD_SIZE), "the frame record has no padding");
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "ULog is little-endian, records are copied as they are");
 
-static void append(struct recorder *recorder, uint16_t message_id, const void *record, uint16_t record_bytes)
+/* Starts a message and returns where its record goes. */
+static uint8_t *begin_message(struct recorder *recorder, uint16_t message_id, uint16_t record_bytes)
 {
     uint8_t *to = recorder->bytes + recorder->size_bytes;
     const uint16_t size_bytes = (uint16_t)(sizeof message_id + record_bytes);
     memcpy(to, &size_bytes, sizeof size_bytes);
     to[2] = 'D';
     memcpy(to + 3, &message_id, sizeof message_id);
-    memcpy(to + ULOG_DATA_HEADER_BYTES, record, record_bytes);
     recorder->size_bytes += ULOG_DATA_HEADER_BYTES + record_bytes;
+    return to + ULOG_DATA_HEADER_BYTES;
+}
+
+/* Field by field: a copy of a whole record that has just been written waits until its fields have left the
+ * processor's store queue. */
+#define PUT_FIELD(type, name)                                                                                       \
+    memcpy(to, &record->name, sizeof record->name);                                                                 \
+    to += sizeof record->name;
+
+static void append_frame(struct recorder *recorder, const struct frame_record *record)
+{
+    uint8_t *to = begin_message(recorder, ULOG_FRAME_ID, sizeof *record);
+    FRAME_RECORD_FIELDS(PUT_FIELD)
+}
+
+static void append_tick(struct recorder *recorder, const struct tick_record *record)
+{
+    uint8_t *to = begin_message(recorder, ULOG_TICK_ID, sizeof *record);
+    TICK_RECORD_FIELDS(PUT_FIELD)
 }
 
 static void append_frames(struct recorder *recorder, const struct hal_frame *frames, uint32_t count,
@@ -37,7 +56,7 @@ static void append_frames(struct recorder *recorder, const struct hal_frame *fra
             .direction = direction,
         };
         memcpy(&record.data, frame->data, sizeof frame->data);
-        append(recorder, ULOG_FRAME_ID, &record, sizeof record);
+        append_frame(recorder, &record);
     }
 }
 
@@ -47,5 +66,5 @@ void recorder_write(struct recorder *recorder, const struct tick_input *in, cons
     recorder->size_bytes = 0;
     append_frames(recorder, in->frames, in->frame_count, record->timestamp, 0);
     append_frames(recorder, out->frames, out->frame_count, record->timestamp, 1);
-    append(recorder, ULOG_TICK_ID, record, sizeof *record);
+    append_tick(recorder, record);
 }

@@ -157,7 +157,7 @@ def print_profile(out_file, *command):
     callgrind(out_file, *command)
     lines = output_of("callgrind_annotate", "--auto=no", out_file).splitlines()
     start = next(i for i, line in enumerate(lines) if "file:function" in line)
-    print(f"\nprofile of {' '.join(command)} (instructions, callgrind)")
+    print(f"\nprofile of {' '.join(command)} (instructions, callgrind; the kernel's are not in it)")
     print("\n".join(line[:117] for line in lines[start:start + 17]))
 
 

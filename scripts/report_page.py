@@ -239,7 +239,7 @@ def add_health(page):
 def config_table(log):
     """The resolved configuration as HTML."""
     lines = []
-    section = None
+    section = ""
     for row in log.config_rows:
         if row.section != section:
             section = row.section

@@ -21,6 +21,22 @@ std::string near_rates(std::int64_t rate_Hz)
     return "; the nearest rates that do are " + std::to_string(below) + " and " + std::to_string(above) + " Hz";
 }
 
+/* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. */
+constexpr std::int64_t robot_frames_a_tick = 3;
+constexpr std::int64_t status_frames_a_second = 10;
+
+std::optional<rig_error> check_bus(const rig &rig)
+{
+    const std::int64_t frames_a_second = robot_frames_a_tick * rig.firmware.loop.rate_Hz + status_frames_a_second;
+    if (frames_a_second * frame_time_ns(rig.bus, 8) > NS_PER_S) {
+        return rig_error{"bus.bit_rate_bit_per_s",
+                         "is too low for " + std::to_string(frames_a_second) +
+                             " frames a second on the robot's bus (feedback, operator command and setpoint in each "
+                             "tick): they would queue up; lower loop.rate_Hz or set bus.ideal = true"};
+    }
+    return {};
+}
+
 std::optional<rig_error> check_robot(const rig &rig)
 {
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
@@ -32,9 +48,11 @@ std::optional<rig_error> check_robot(const rig &rig)
                              " ms) with robot.interpolation = \"linear\": the robot must know the next setpoint to "
                              "move towards it; use \"hold\" for shorter dead times"};
     }
-    if (robot.interpolation == interpolation::hold && ns_from_ms(robot.dead_time_ms) < frame_time_ns(rig.bus, 8)) {
+    if (robot.interpolation == interpolation::hold &&
+        ns_from_ms(robot.dead_time_ms) < robot_frames_a_tick * frame_time_ns(rig.bus, 8)) {
         return rig_error{"robot.dead_time_ms",
-                         "is shorter than the setpoint's time on the bus, which it includes; set bus.ideal = true"};
+                         "is shorter than the setpoint's time on the bus, which it includes (feedback and operator "
+                         "command go first); set bus.ideal = true"};
     }
     if (robot.dead_time_ms > 1e5) {
         return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
@@ -112,7 +130,7 @@ std::optional<rig_error> complete_and_check(rig &rig)
                              rig.firmware.loop.rate_Hz <= 1000000;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
     }
-    for (const auto check : {check_robot, check_sensor, check_others}) {
+    for (const auto check : {check_bus, check_robot, check_sensor, check_others}) {
         if (auto found = check(rig)) {
             return found;
         }

@@ -28,12 +28,21 @@ bool decays(const run_result &result)
     if (result.growth) {
         return result.growth->growth_per_s < 0.0;
     }
-    const auto &x = result.free_motion_m;
+    const auto &x = result.longest.position_m;
     if (x.size() < 2) {
         return true;
     }
     const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
     return range(middle, x.end()) <= range(x.begin(), middle);
+}
+
+void end_free_motion(run_result &result)
+{
+    if (result.newest.tick.size() > result.longest.tick.size()) {
+        std::swap(result.newest, result.longest);
+    }
+    result.newest.position_m.clear();
+    result.newest.tick.clear();
 }
 
 void print_growth(const run_result &result)
@@ -88,14 +97,17 @@ void note_tick(run_result &result, const tick_record &record)
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
-        result.free_motion_m.push_back(record.manipulator_position_m);
-        result.free_motion_tick.push_back(record.index);
+        result.newest.position_m.push_back(record.manipulator_position_m);
+        result.newest.tick.push_back(record.index);
+    } else {
+        end_free_motion(result);
     }
 }
 
 void conclude(run_result &result, const rig &rig, const tick_record &last)
 {
     const double period_s = config_period_s(&rig.firmware);
+    end_free_motion(result);
     result.simulated_s = result.ticks > 0 ? period_s * static_cast<double>(last.index + 1) : 0.0;
     result.state = static_cast<supervisor_state>(last.state);
     result.cause = static_cast<stop_cause>(last.stop_cause);
@@ -103,7 +115,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.frames_lost = last.lost_frames;
     result.error_frames = last.error_frames;
     result.saturated_setpoints = last.saturated_setpoints;
-    result.growth = fit_growth(result.free_motion_m, period_s, growth_floor_m);
+    result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
                        result.cause != STOP_FORCE_LIMIT && decays(result);
 }

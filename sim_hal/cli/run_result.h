@@ -16,14 +16,20 @@
 namespace berth
 {
 
+/* Motion of the manipulator while it runs and no limit acts, without interruption. */
+struct free_motion {
+    std::vector<double> position_m;
+    std::vector<std::int64_t> tick; /* index of each sample's tick */
+};
+
 struct run_result {
     double wall_s = 0.0; /* 0: read from a log, which does not know */
     double simulated_s = 0.0;
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
-    std::vector<double> free_motion_m;          /* manipulator, while running and no limit acted */
-    std::vector<std::int64_t> free_motion_tick; /* index of each of its ticks */
+    free_motion newest;
+    free_motion longest; /* what growth is measured from */
     supervisor_state state = SUPERVISOR_START;
     stop_cause cause = STOP_NONE;
     uint32_t limit_ticks[LIMIT_COUNT] = {};

@@ -53,12 +53,12 @@ nlohmann::json envelope_as_json(const run_result &result, double period_s)
 {
     const auto run_time_s = [&](double free_motion_s) {
         const auto sample = static_cast<std::size_t>(free_motion_s / period_s);
-        return period_s * static_cast<double>(result.free_motion_tick[sample]) +
+        return period_s * static_cast<double>(result.longest.tick[sample]) +
                (free_motion_s - period_s * static_cast<double>(sample));
     };
     nlohmann::json times = nlohmann::json::array();
     nlohmann::json heights = nlohmann::json::array();
-    for (const oscillation_height &height : oscillation_heights(result.free_motion_m, period_s)) {
+    for (const oscillation_height &height : oscillation_heights(result.longest.position_m, period_s)) {
         times.push_back(run_time_s(height.time_s));
         heights.push_back(height.value);
     }
@@ -83,7 +83,7 @@ int summary_command(const std::string &path, bool json)
         object["cut"] = state.is_cut;
         object["missing_ticks"] = state.missing_ticks;
         object["envelope"] = envelope_as_json(result, config_period_s(&rig.firmware));
-        std::printf("%s\n", object.dump().c_str());
+        print_json(object);
         return 0;
     }
     print_summary(result, rig);

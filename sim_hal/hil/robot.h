@@ -29,6 +29,15 @@ class robot
     /* When the reference next changes its course, or the robot's own clock next looks for a setpoint. */
     std::int64_t next_event_ns() const { return next_event_ns_; }
 
+    /* The next event is the end of a line after which the robot does not know yet where to go, as it is at every
+     * setpoint with a dead time of one period. Whoever looks at that very instant still sees it move. */
+    bool stops_next() const
+    {
+        const knot &goal = knots_[first_];
+        return is_moving_ && next_event_ns_ == goal.end_ns && next_event_ns_ != next_latch_ns_ &&
+               (count_ == 1 || knots_[(first_ + 1) % knots_.size()].begin_ns > goal.end_ns);
+    }
+
     /* Does what is due at next_event_ns(). Returns the jump of the reference in m: 0 but for "hold". */
     double handle_event();
 

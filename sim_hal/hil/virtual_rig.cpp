@@ -31,20 +31,29 @@ void virtual_rig::advance_to(std::int64_t now_ns)
             break;
         }
         integrate_to(next_ns);
-        if (robot_.next_event_ns() == next_ns) {
-            const double jump_m = robot_.handle_event();
-            if (jump_m != 0.0) {
-                plant_.apply_reference_jump(state_, jump_m);
-            }
+        if (robot_.next_event_ns() == next_ns && !robot_.stops_next()) {
+            move_reference();
         } else if (sensor_.next_sample_ns() == next_ns) {
             sensor_.sample(plant_.measured_force_N(state_, robot_.line(now_ns_)), buses_[HAL_BUS_SENSOR]);
         } else if (next_report_ns_ == next_ns) {
             report_robot_position();
-        } else {
+        } else if (operator_station_.next_frame_ns() == next_ns) {
             operator_station_.send(buses_[HAL_BUS_ROBOT]);
+        } else if (next_ns < now_ns) {
+            move_reference();
+        } else {
+            break; /* the robot stops now, unless the loop is about to send where to go on */
         }
     }
     integrate_to(now_ns);
+}
+
+void virtual_rig::move_reference()
+{
+    const double jump_m = robot_.handle_event();
+    if (jump_m != 0.0) {
+        plant_.apply_reference_jump(state_, jump_m);
+    }
 }
 
 void virtual_rig::report_robot_position()

@@ -2,7 +2,8 @@
  * told to, so the firmware on the other side never waits for a clock, and a seed repeats a run bit for bit.
  *
  * Order at one instant: the reference changes first, then the force is sampled, then the robot reports, then the
- * operator sends. So a sample at the instant of a setpoint knows of it. */
+ * operator sends. So a sample at the instant of a setpoint knows of it. Where the robot does not know yet how to go
+ * on after a setpoint, it stops last of all: a sample at that instant sees it moving. */
 #ifndef SIM_HAL_HIL_VIRTUAL_RIG_H
 #define SIM_HAL_HIL_VIRTUAL_RIG_H
 
@@ -53,6 +54,7 @@ class virtual_rig
 
   private:
     void integrate_to(std::int64_t time_ns);
+    void move_reference();
     void report_robot_position();
 
     plant plant_;

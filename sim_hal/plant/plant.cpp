@@ -1,6 +1,7 @@
 #include "plant.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace berth
 {
@@ -24,6 +25,15 @@ plant::plant(const rig &rig)
     if (one_sided) {
         surface_m = rig.object.surface_position_m;
     }
+}
+
+plant_state plant::natural_scales() const
+{
+    const double w = std::sqrt(sensor_stiffness_N_per_m / mass_kg);
+    const double force_N = sensor_stiffness_N_per_m;
+    plant_state scales;
+    scales << 1.0, w, force_N, force_N * std::max(1.0, filter_w), 1.0, std::max(1.0, robot_w);
+    return scales;
 }
 
 plant_state plant::at_rest(double position_m) const

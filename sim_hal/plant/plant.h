@@ -60,6 +60,10 @@ struct plant {
     double filter_w = 0.0; /* rad/s */
     double filter_z = 0.0;
 
+    /* What each state reaches where the object swings by 1 m on the sensor spring: units in which the equations are
+     * of one size. */
+    plant_state natural_scales() const;
+
     /* Everything at rest with the robot at `position_m`, spring forces in balance, low-pass settled. */
     plant_state at_rest(double position_m) const;
 

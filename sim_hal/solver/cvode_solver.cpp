@@ -3,8 +3,6 @@
 #include <sundials/sundials_context.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "../../hal/rig/rig_file.h"
@@ -35,8 +33,9 @@ class cvode_solver final : public solver
         memory_ = CVodeCreate(CV_ADAMS, context_);
         require(CVodeSetErrFile(memory_, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
+        /* None of the states is held to more than the others when it passes through zero. */
         tolerances_ = N_VClone(vector_);
-        state_of(tolerances_) = rig.solver.absolute_tolerance_m * natural_scales();
+        state_of(tolerances_) = rig.solver.absolute_tolerance_m * plant_.natural_scales();
         require(CVodeSVtolerances(memory_, rig.solver.relative_tolerance, tolerances_), "CVodeSVtolerances");
         iteration_ = SUNNonlinSol_FixedPoint(vector_, 0, context_);
         require(CVodeSetNonlinearSolver(memory_, iteration_), "CVodeSetNonlinearSolver");
@@ -69,17 +68,6 @@ class cvode_solver final : public solver
     }
 
   private:
-    /* What each state reaches where the object swings by 1 m on the sensor spring: the absolute tolerance is given
-     * in m, and none of the states is held to more than the others when it passes through zero. */
-    plant_state natural_scales() const
-    {
-        const double w = std::sqrt(plant_.sensor_stiffness_N_per_m / plant_.mass_kg);
-        const double force_N = plant_.sensor_stiffness_N_per_m;
-        plant_state scales;
-        scales << 1.0, w, force_N, force_N * std::max(1.0, plant_.filter_w), 1.0, std::max(1.0, plant_.robot_w);
-        return scales;
-    }
-
     static Eigen::Map<plant_state> state_of(N_Vector vector) { return Eigen::Map<plant_state>(NV_DATA_S(vector)); }
 
     static int right_hand_side(double time_s, N_Vector state, N_Vector rate, void *self)

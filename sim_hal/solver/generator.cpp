@@ -1,6 +1,7 @@
 #include "generator.h"
 
-namespace berth {
+namespace berth
+{
 
 plant_generator make_generator(const plant &original, contact_mode mode)
 {

@@ -4,7 +4,8 @@
 
 #include "../plant/plant.h"
 
-namespace berth {
+namespace berth
+{
 
 /* Inputs: u at the start of the interval, its slope, and 1 (the surface's position enters as a constant). */
 constexpr int plant_input_count = 3;

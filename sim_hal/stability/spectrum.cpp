@@ -1,8 +1,8 @@
 #include "spectrum.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <Eigen/Eigenvalues>
 
 #include "../solver/balance.h"
 #include "period_map.h"

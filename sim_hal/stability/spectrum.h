@@ -13,8 +13,8 @@ namespace berth
 /* What an eigenvalue z does from period to period: z = exp(s T). */
 struct mode {
     std::complex<double> z;
-    double growth_per_s; /* ln|z| / T: Re s */
-    double frequency_Hz; /* |arg z| / (2 pi T): Im s / 2 pi */
+    double growth_per_s;  /* ln|z| / T: Re s */
+    double frequency_Hz;  /* |arg z| / (2 pi T): Im s / 2 pi */
     double damping_ratio; /* -Re s / |s| */
 };
 

@@ -140,10 +140,11 @@ int main(int argc, char **argv)
     }
     const berth::rig rig = berth::load_rig(argv[2], {std::string("run.duration_s=") + argv[3]});
     const std::vector<tick_input> inputs = recorded_inputs(rig);
+    const std::size_t count = std::strtoul(argv[4], nullptr, 10);
     if (std::strcmp(argv[1], "time") == 0) {
-        time_ticks(rig, inputs, std::max(1, std::atoi(argv[4])));
+        time_ticks(rig, inputs, std::max<int>(1, static_cast<int>(count)));
     } else {
-        step(rig, inputs, std::strtoul(argv[4], nullptr, 10));
+        step(rig, inputs, count);
     }
     return 0;
 }

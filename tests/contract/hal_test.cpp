@@ -103,7 +103,7 @@ TEST_CASE("contract: hal_open fills the configuration, or says what is wrong and
     CHECK(bad.status == HAL_INVALID);
     CHECK(bad.hal == nullptr);
 
-    opened_hal unwritable("ess", "/there/is/no/such/folder/log.ulg");
+    opened_hal unwritable("ess", "/proc/no-folder-here/log.ulg");
     CHECK(unwritable.status == HAL_INVALID);
     CHECK(unwritable.hal == nullptr);
 }

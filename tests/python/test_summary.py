@@ -85,3 +85,17 @@ def test_wrong_file_is_named(tmp_path, content, word):
     done = berth("summary", log, "--json")
     assert done.returncode == 2
     assert str(log) in done.stderr and word in done.stderr and done.stdout == ""
+
+
+def test_growth_is_of_motion_without_interruption(tmp_path):
+    """Where limits act on and off, samples from before and after do not make one oscillation: what is fitted lies
+    within one stretch, at the frequency of the free run."""
+    _, free = run(tmp_path / "free", "ess", [])
+    log, limited = run(tmp_path / "limited", "ess", ["limits.velocity_m_per_s=0.03"])
+    assert limited["limit_ticks"]["velocity"] > 0
+    assert limited["frequency_hz"] == pytest.approx(free["frequency_hz"], rel=1e-4)
+    assert limited["growth_per_s"] == pytest.approx(free["growth_per_s"], rel=1e-3)
+
+    _, broken = run(tmp_path / "broken", "ess", ["manipulator.stiffness_N_per_m=1e9", "run.duration_s=5"])
+    assert broken["limit_ticks"]["acceleration"] > 1000
+    assert broken["growth_per_s"] is None

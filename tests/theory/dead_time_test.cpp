@@ -62,7 +62,7 @@ TEST_CASE("with hold the jump comes at the first tick after the dead time")
     REPRODUCIBLE();
     random_stream random(test_seed(), 2);
     for (int i = 0; i < 50; i++) {
-        const double dead_time_ms = std::round(1e6 * (0.2 + 60.0 * random.uniform())) * 1e-6;
+        const double dead_time_ms = std::round(1e6 * (0.405 + 60.0 * random.uniform())) * 1e-6;
         CAPTURE(dead_time_ms);
         const auto measured = measure("ess", {dead_time(dead_time_ms), "robot.interpolation=hold"});
         const double first_tick_s = 2.5e-3 * std::ceil(dead_time_ms / 2.5);
@@ -92,7 +92,19 @@ TEST_CASE("a dead time below one period is refused with straight lines and allow
                          input_error);
     CHECK_NOTHROW(load_rig("ess", {"robot.dead_time_ms=2.5"}));
     CHECK_NOTHROW(load_rig("ess", {"robot.dead_time_ms=1.0", "robot.interpolation=hold"}));
-    CHECK_THROWS_AS(load_rig("ess", {"robot.dead_time_ms=0.1", "robot.interpolation=hold"}), input_error);
+}
+
+/* Feedback and operator command go first on the robot's bus: three frames of 135 us. */
+TEST_CASE("a dead time below the setpoint's time on the bus is refused, and so is a bus that cannot carry the loop")
+{
+    CHECK_THROWS_AS(load_rig("ess", {"robot.dead_time_ms=0.404", "robot.interpolation=hold"}), input_error);
+    CHECK_NOTHROW(load_rig("ess", {"robot.dead_time_ms=0.405", "robot.interpolation=hold"}));
+    CHECK(measure("ess", {"robot.dead_time_ms=0.405", "robot.interpolation=hold"}).command_to_motion_s ==
+          doctest::Approx(2.5e-3));
+    CHECK_THROWS_WITH_AS(load_rig("ess", {"loop.rate_Hz=2500"}), doctest::Contains("bus.bit_rate_bit_per_s"),
+                         input_error);
+    CHECK_NOTHROW(load_rig("ess", {"loop.rate_Hz=2000"}));
+    CHECK_NOTHROW(load_rig("ess", {"loop.rate_Hz=10000", "bus.ideal=true"}));
 }
 
 } // namespace berth

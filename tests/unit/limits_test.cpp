@@ -109,7 +109,8 @@ struct motion_watch {
         return 8.0 * epsilon * (largest_m / config_period_s(&config) + config.limits.velocity_m_per_s);
     }
 
-    /* Every tick of braking towards an end of the range leaves its rounding to the last one. */
+    /* Rounding walks at random through the n ticks of a brake: n^1/2 in the velocity, n^3/2 in the distance that is
+     * left to the last tick. */
     double rounding_of_change_m_per_s() const
     {
         const limits_config &limits = config.limits;
@@ -117,7 +118,7 @@ struct motion_watch {
         const double fastest =
             std::fmin(limits.velocity_m_per_s, std::sqrt(2.0 * limits.acceleration_m_per_s2 * range_m));
         const double braking_ticks = fastest / (limits.acceleration_m_per_s2 * config_period_s(&config));
-        return 4.0 * (1.0 + braking_ticks) * rounding_m_per_s();
+        return std::pow(1.0 + braking_ticks, 1.5) * rounding_m_per_s();
     }
 };
 
@@ -215,6 +216,11 @@ TEST_CASE("limits: each one acts under its own name and is counted")
     CHECK(limits_step(&limits, infinity) == 0.0);
     CHECK(limits_step(&limits, -infinity) == 0.0);
     CHECK(limits.active_ticks[0] == 3);
+    REQUIRE(limits_step(&limits, 1e-5) == 1e-5);
+    REQUIRE(limits_step(&limits, 1e-5) == 1e-5);
+    for (const double wanted_m : {not_a_number, infinity, -infinity}) {
+        CHECK(limits_step(&limits, wanted_m) == 1e-5); /* stays where it was last asked to be */
+    }
 
     restart();
     CHECK(limits_step(&limits, 1e-5) == 1e-5);

@@ -111,6 +111,13 @@ TEST_CASE("reception: counters of 8 and of 4 bits wrap around without a loss")
     CHECK(rejected(reception) == 0);
     CHECK(take(reception, bench::motion_frame(0.0, 0.0, 0, 1000 % 16 + 2))); /* 8, 9 are missing */
     CHECK(reception.counts.lost == 2);
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, 0, 14))); /* 11, 12, 13 */
+    CHECK(reception.counts.lost == 5);
+    CHECK(take(reception, bench::motion_frame(0.0, 0.0, 0, 1))); /* 15, 0: across the wrap-around */
+    CHECK(reception.counts.lost == 7);
+    CHECK(take(reception, bench::feedback_frame(0.0, 254))); /* after 231: 232 to 253 */
+    CHECK(take(reception, bench::feedback_frame(0.0, 1)));   /* 255, 0 */
+    CHECK(reception.counts.lost == 7 + 22 + 2);
 }
 
 TEST_CASE("reception: the 4-bit counter is apart from the request beside it")

@@ -96,9 +96,10 @@ TEST_CASE("recorder: the formats describe the records to the byte, units last")
     CHECK(frame.size_bytes == sizeof(frame_record));
     CHECK(frame.fields.at("direction").offset_bytes == offsetof(frame_record, direction));
 
-    for (const auto &[name, field] : tick.fields) {
+    for (const auto &entry : tick.fields) {
+        const std::string &name = entry.first;
         CAPTURE(name);
-        if (field.type == "double") { /* every physical quantity says its unit */
+        if (entry.second.type == "double") { /* every physical quantity says its unit */
             const bool has_unit = name.find("_m") != std::string::npos || name.find("_N") != std::string::npos;
             CHECK(has_unit);
         }
