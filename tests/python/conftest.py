@@ -158,7 +158,7 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def arm64():
-    """How to start the host command built for arm64. Absent is a failure, not a skip: deselect with -m "not arm64"."""
+    """How to start the host command built for arm64. Absent is a failure, no skip: deselect with -m "not arm64"."""
     program = ARM64_BUILD / "berth"
     assert program.exists(), "build it: make CROSS_COMPILE=aarch64-linux-gnu- all"
     return "qemu-aarch64-static", program

@@ -4,9 +4,10 @@ One tick, period T, tick n at t_n = n T:
   1. F_n is the newest force sample that has arrived by t_n; the sample of t_k arrives at t_k + T_S.
   2. Setpoint x_n goes to the robot, which passes it at t_n + T_R, on a straight line or in a jump.
   3. M x'' + D (x' - v_op) + K (x - x_op) = F_op - F, exactly, with everything on the right held for the tick.
-Sensor spring, object and low-pass are linear. The damper of the sensor spring feels u', the velocity of the robot; the
-state is chosen so that u' does not appear (p = v_o - d_S u / m, q = y' - w^2 d_S u), so that lines and jumps of u need
-the same equations. Time is in s, lengths in m; the force y is kept as the length y / k_S, which scales the matrices.
+Sensor spring, object and low-pass are linear. The damper of the sensor spring feels u', the velocity of the robot;
+the state is chosen so that u' does not appear (p = v_o - d_S u / m, q = y' - w^2 d_S u), so that lines and jumps of
+u need the same equations. Time is in s, lengths in m; the force y is kept as the length y / k_S, which scales the
+matrices.
 """
 
 from dataclasses import dataclass, field
@@ -101,8 +102,8 @@ def dead_ticks(dead_time_s, period_s):
 def simulate(loop, ticks, first_running_tick, x_start, v_start=0.0, operator=None):
     """Manipulator position in m and force F_n in N at each tick.
 
-    `operator`: rows (x_op in m, v_op in m/s, F_op in N), one a tick; at rest at 0 if absent. Before its first running tick
-    the manipulator is held.
+    `operator`: rows (x_op in m, v_op in m/s, F_op in N), one a tick; at rest at 0 if absent. Before its first
+    running tick the manipulator is held.
     """
     T = loop.T
     robot_ticks, robot_rest_s = dead_ticks(loop.T_R, T)

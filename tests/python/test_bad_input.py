@@ -1,4 +1,4 @@
-"""What a user can get wrong: exit code 2, one clear message that names the place, nothing on stdout, nothing written."""
+"""What a user can get wrong: exit code 2, one clear message that names the place, stdout empty, no files."""
 
 import gzip
 import random
@@ -32,9 +32,11 @@ def refused(*arguments, contains=(), out=None):
 # --- rig files ----------------------------------------------------------------------------------------------------
 # name: (text to replace, its replacement, what the message must say); the place is that of the replacement.
 FILES = {
-    "unknown key": ("dead_time_ms = 17.5", "ded_time_ms = 17.5", ["robot.ded_time_ms", "unknown key", "robot.dead_time_ms"]),
+    "unknown key": ("dead_time_ms = 17.5", "ded_time_ms = 17.5",
+                    ["robot.ded_time_ms", "unknown key", "robot.dead_time_ms"]),
     "key without its unit": ("dead_time_ms = 17.5", "dead_time = 17.5", ["robot.dead_time", "robot.dead_time_ms"]),
-    "key with another unit": ("dead_time_ms = 17.5", "dead_time_s = 0.0175", ["robot.dead_time_s", "robot.dead_time_ms"]),
+    "key with another unit": ("dead_time_ms = 17.5", "dead_time_s = 0.0175",
+                              ["robot.dead_time_s", "robot.dead_time_ms"]),
     "unknown section": ("[robot]", "[robbot]", ["robbot", "robot."]),
     "unknown empty section": ("[loop]", "[lop]\n[loop]", ["lop", "unknown section", "loop"]),
     "key outside sections": ("[run]", "rate_Hz = 400\n[run]", ["rate_Hz", "loop.rate_Hz"]),
@@ -54,7 +56,8 @@ FILES = {
     "unknown word": ('interpolation = "linear"', 'interpolation = "cubic"',
                      ["robot.interpolation", '"linear"', '"hold"', "cubic"]),
     "number for a boolean": ("[robot]", "[bus]\nideal = 1\n[robot]", ["bus.ideal", "true or false"]),
-    "fraction for a whole number": ("low_pass_order = 2", "low_pass_order = 1.5", ["sensor.low_pass_order", "whole"]),
+    "fraction for a whole number": ("low_pass_order = 2", "low_pass_order = 1.5",
+                                    ["sensor.low_pass_order", "whole"]),
     "probability above 1": ("[robot]", "[bus]\nloss_probability = 1.5\n[robot]", ["bus.loss_probability", "0 to 1"]),
     "rate that does not divide": ("rate_Hz = 400", "rate_Hz = 399", ["loop.rate_Hz", "320", "400"]),
     "rate of 0": ("rate_Hz = 400", "rate_Hz = 0", ["loop.rate_Hz", "greater than 0"]),
@@ -82,7 +85,8 @@ FILES = {
 }
 # Where the error is noticed in a later line than the one that was changed.
 LINES_LATER = {"unknown section": 1, "key outside sections": 0, "number for a boolean": 1, "probability above 1": 1,
-               "filter without a robot to invert": 1, "duplicate key": 1, "duplicate section": 12, "bracket alone": 13}
+               "filter without a robot to invert": 1, "duplicate key": 1, "duplicate section": 12,
+               "bracket alone": 13}
 NO_LINE = {"profile without a file"}  # the key that is wrong is not there
 
 
@@ -143,11 +147,11 @@ def test_rig_that_is_not_there(name, contains, tmp_path):
     (["replay"], ["LOG", "--help"]),
     (["candump"], ["LOG", "--help"]),
     (["deadtime"], ["RIG", "--help"]),
-    (["frobnicate"], ["frobnicate", "run, replay", "candump", "deadtime", "rigs"]),
+    (["frobnicate"], ["frobnicate", "there are run, replay, "]),
     ([], ["subcommand", "--help"]),
     (["--nonsense"], ["--help"]),
-    (["run", "ess", "--no-log", "--set", "solver.kind=cvode", "--set", "solver.relative_tolerance=1e-300"],
-     ["cvode", "solver.relative_tolerance"]),
+    (["run", "ess", "--no-log", "--set", "solver.kind=cvode", "--set", "solver.relative_tolerance=1e-300",
+      "--set", "solver.absolute_tolerance_m=1e-300"], ["cvode", "solver.relative_tolerance"]),
 ])
 def test_command_line(arguments, contains, tmp_path):
     out = ["--out", tmp_path / "out"] if arguments[:2] == ["run", "ess"] else []
@@ -211,7 +215,8 @@ def test_profile(case, compressed, tmp_path):
 
 def test_profile_that_is_not_there_or_no_file_or_damaged(tmp_path):
     out = tmp_path / "out"
-    refused("run", "ess", "--profile", tmp_path / "no.csv", "--out", out, contains=["no.csv", "cannot be read"], out=out)
+    refused("run", "ess", "--profile", tmp_path / "no.csv", "--out", out, out=out,
+            contains=["no.csv", "cannot be read"])
     refused("run", "ess", "--profile", tmp_path, "--out", out, contains=[str(tmp_path), "cannot be read"], out=out)
     whole = gzip.compress("\n".join(["t_s,x", *(f"{i},{i % 7}" for i in range(5000))]).encode())
     (tmp_path / "cut.csv.gz").write_bytes(whole[: len(whole) // 2])
@@ -269,7 +274,8 @@ def test_mutated_rigs_run_or_are_refused_and_never_crash(rig, tmp_path):
         seed = f"{SEED} {rig} {i}"
         path.write_text(mutate(original, random.Random(seed)))
         done = command("run", path, "--json", "--no-log", *settings({"run.duration_s": 0.3}))
-        what = f"seed {seed!r}: exit code {done.returncode}, {done.stderr.decode(errors='replace')}\n{path.read_text()}"
+        message = done.stderr.decode(errors="replace")
+        what = f"seed {seed!r}: exit code {done.returncode}, {message}\n{path.read_text()}"
         assert done.returncode in counts, what
         counts[done.returncode] += 1
         if done.returncode == EXIT_DONE:

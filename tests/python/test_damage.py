@@ -136,7 +136,7 @@ def test_garbage(kind, original, tmp_path):
         path.write_bytes(data[:at] + stuff + data[at + size :])
         replay(path)
         done = command("candump", path, "--json")
-        assert done.returncode in (EXIT_DONE, EXIT_INPUT), f"seed {SEED} {kind}, at {at}, {size} bytes: {done.stderr}"
+        assert done.returncode in (EXIT_DONE, EXIT_INPUT), f"seed {SEED} {kind}, {size} at {at}: {done.stderr}"
         assert b"internal error" not in done.stderr
 
 

@@ -108,7 +108,8 @@ def test_candump_has_exactly_the_frames_of_the_log(overrides, logs):
         on_bus = [(int(time_ns) // 1000, 0x20000000 if flags & 1 else int(identifier),
                    int(data).to_bytes(8, "little")[:length])
                   for time_ns, identifier, data, length, flags, at in zip(
-                      *(frame[name] for name in ("time_ns", "id", "data", "length", "flags", "bus"))) if at == number]
+                      *(frame[name] for name in ("time_ns", "id", "data", "length", "flags", "bus")))
+                  if at == number]
         assert sorted((line[0], line[2], line[3]) for line in lines) == sorted(on_bus)
     assert any(line[2] == 0x20000000 for line in candump(log, "robot")) == ("bus.error_probability" in overrides)
 

@@ -22,8 +22,8 @@ def write_csv(path, columns):
 
 
 def check_command(tick, t_s, position_m):
-    """At each tick the loop has the command of one tick before: the newest frame that has arrived. The velocity is the
-    slope of the line that the position is on; at a row of the file rounding decides which of the two lines."""
+    """At each tick the loop has the command of one tick before: the newest frame that has arrived. The velocity is
+    the slope of the line that the position is on; at a row of the file rounding decides which of the two lines."""
     sent_s = (tick["scheduled_ns"] - tick["scheduled_ns"][1])[1:] * 1e-9 - RELEASE_s + t_s[0]
     position = np.interp(sent_s, t_s, position_m)
     slopes = np.concatenate([[0.0], np.diff(position_m) / np.diff(t_s), [0.0]])
@@ -34,7 +34,7 @@ def check_command(tick, t_s, position_m):
 
 
 def check_follows(log, t_s, position_m, loop, duration_s):
-    """The command that the loop received is the file; the manipulator does what the independent loop does with it."""
+    """The command that the loop received is the file; the manipulator does what the independent loop does."""
     tick = topic(log)
     assert not tick["limits"].any() and not tick["rejected_frames"].any()
     check_command(tick, t_s, position_m)
@@ -45,7 +45,7 @@ def check_follows(log, t_s, position_m, loop, duration_s):
     error_m = np.abs(tick["manipulator_position_m"] - x).max()
     moved_m = np.ptp(tick["manipulator_position_m"])
     lag_m = np.abs(tick["manipulator_position_m"] - tick["operator_position_m"]).max()
-    print(f"moves {moved_m:.4f} m, up to {lag_m:.4f} m off the command; independent loop: error up to {error_m:.2e} m")
+    print(f"moves {moved_m:.4f} m, up to {lag_m:.4f} m off the command, {error_m:.2e} m off the independent loop")
     assert moved_m > 0.5 * np.ptp(position_m)
     assert error_m < POSITION_TOLERANCE_m
 

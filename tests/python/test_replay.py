@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import (DISTURBED, EXIT_DIFFERENT, EXIT_INPUT, FRAME, RIGS, TICK, command, data_id, patched, record_type,
-                      replay_json, topic, ulog_messages)
+from conftest import (DISTURBED, EXIT_DIFFERENT, EXIT_INPUT, FRAME, RIGS, TICK, command, data_id, patched,
+                      record_type, replay_json, topic, ulog_messages)
 
 VARIANTS = {
     "disturbed": DISTURBED,
@@ -53,9 +53,10 @@ def test_the_variants_do_what_their_names_say(logs):
 # --- tampering ----------------------------------------------------------------------------------------------------
 AT_TICK = 200
 OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_frame_age_ns",
-                 "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m", "command_position_m",
-                 "robot_position_m", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints",
-                 "conditions", "state", "stop_cause", "limits", "operator_request", "heartbeat", "timestamp"]
+                 "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m",
+                 "command_position_m", "robot_position_m", "rejected_frames", "lost_frames", "error_frames",
+                 "saturated_setpoints", "conditions", "state", "stop_cause", "limits", "operator_request", "heartbeat",
+                 "timestamp"]
 
 
 @pytest.fixture(scope="module")
