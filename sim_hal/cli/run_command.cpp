@@ -23,15 +23,17 @@ namespace
 {
 
 constexpr int exit_input = 2;
-constexpr int exit_interrupted = 130; /* 128 + SIGINT, as shells have it */
+constexpr int exit_signal = 128; /* plus the number of the signal that ended the run, as shells have it */
 
 /* Memory for the motion of a run as long as this is taken beforehand; longer ones take more as they go. */
 constexpr double reserved_ticks_max = 1e6;
 
 std::atomic<bool> stop_wanted{false};
+volatile std::sig_atomic_t stop_signal = 0;
 
-extern "C" void on_interrupt(int)
+extern "C" void on_interrupt(int signal)
 {
+    stop_signal = signal;
     stop_wanted.store(true, std::memory_order_relaxed);
 }
 
@@ -149,7 +151,7 @@ int run_command(const run_arguments &arguments)
     if (stop_wanted) {
         std::fprintf(stderr, "berth: interrupted; the robot was brought to rest%s\n",
                      is_logged ? " and the log is complete" : "");
-        return exit_interrupted;
+        return exit_signal + stop_signal;
     }
     return is_logged ? 0 : exit_input;
 }

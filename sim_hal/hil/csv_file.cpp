@@ -78,6 +78,9 @@ std::vector<std::string_view> split(std::string_view line)
 double number(std::string_view cell, const std::string &where)
 {
     double value = 0.0;
+    if (cell.size() > 1 && cell.front() == '+') {
+        cell.remove_prefix(1);
+    }
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
         throw input_error(where + ": \"" + std::string(cell) + "\" is not a finite number");
@@ -107,6 +110,9 @@ void read_csv_columns(const std::string &path, const std::string &column, std::v
     std::istringstream lines(text);
     std::string line;
     std::getline(lines, line);
+    if (line.compare(0, 3, "\xef\xbb\xbf") == 0) {
+        line.erase(0, 3); /* the byte order mark that spreadsheets write */
+    }
     const std::string header_line = line;
     const auto header = split(header_line);
     const std::size_t time_at = column_of(header, "t_s", path);

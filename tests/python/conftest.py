@@ -22,7 +22,7 @@ RIG_FOLDER = ROOT / "sim_hal" / "rigs"
 RIGS = sorted(path.stem for path in RIG_FOLDER.glob("*.toml"))
 TIMEOUT_s = 120
 
-EXIT_DONE, EXIT_DIFFERENT, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+EXIT_DONE, EXIT_DIFFERENT, EXIT_INPUT, EXIT_SIGNAL = 0, 1, 2, 128
 
 # Numbers of supervisor states in the log (VAL_ 17 state in berth.dbc).
 STATE_RUNNING, STATE_STOPPED = 2, 5

@@ -7,7 +7,7 @@ import signal
 import subprocess
 
 import pytest
-from conftest import (BERTH, EXIT_DONE, EXIT_INPUT, EXIT_INTERRUPTED, ROOT, STATE_STOPPED, command, interrupt_when,
+from conftest import (BERTH, EXIT_DONE, EXIT_INPUT, EXIT_SIGNAL, ROOT, STATE_STOPPED, command, interrupt_when,
                       limit_file_size, one_json_object, replay_json, run_json, settings, topic, ulog_messages)
 
 TICKS = 24000  # of a whole run of ess
@@ -130,7 +130,7 @@ def test_interrupted_run_closes_its_log(rig, number, tmp_path):
     log = tmp_path / f"{rig}.ulg"
     stdout, stderr, exit_code = interrupt_when(
         process, lambda: log.exists() and log.stat().st_size > 1_000_000, number)
-    assert exit_code == EXIT_INTERRUPTED, stderr
+    assert exit_code == EXIT_SIGNAL + number, stderr
     assert stderr.startswith(b"berth: interrupted") and stderr.count(b"\n") == 1
     result = one_json_object(stdout)
     assert result["state"] == "stopped" and result["stop_cause"] == "requested" and result["dropped_records"] == 0
@@ -154,7 +154,7 @@ def test_interruption_before_the_release_stops_as_well(tmp_path):
                                stderr=subprocess.PIPE)
     log = tmp_path / "ess.ulg"
     stdout, _, exit_code = interrupt_when(process, lambda: log.exists() and log.stat().st_size > 1_000_000)
-    assert exit_code == EXIT_INTERRUPTED and one_json_object(stdout)["state"] == "stopped"
+    assert exit_code == EXIT_SIGNAL + signal.SIGINT and one_json_object(stdout)["state"] == "stopped"
     assert replay_json(log)["equal"]
 
 
@@ -169,7 +169,7 @@ def test_interruption_without_a_log(tmp_path):
         return int(mask.split()[1], 16) >> (signal.SIGINT - 1) & 1
 
     stdout, stderr, exit_code = interrupt_when(process, catches_interrupts)
-    assert exit_code == EXIT_INTERRUPTED and one_json_object(stdout)["state"] == "stopped"
+    assert exit_code == EXIT_SIGNAL + signal.SIGINT and one_json_object(stdout)["state"] == "stopped"
     assert stderr.startswith(b"berth: interrupted")
 
 

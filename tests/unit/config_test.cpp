@@ -73,6 +73,12 @@ std::vector<config_case> value_cases()
 }
 
 const std::vector<config_case> relation_cases = {
+    {"operator.position_limit_m", "at the end of the frame",
+     [](app_config &c) { c.operator_command.position_limit_m = 2.1; }},
+    {"operator.velocity_limit_m_per_s", "at the end of the frame",
+     [](app_config &c) { c.operator_command.velocity_limit_m_per_s = 8.3; }},
+    {"operator.force_limit_N", "at the end of the frame",
+     [](app_config &c) { c.operator_command.force_limit_N = 54000.0; }},
     {"limits.position_max_m", "beyond the setpoint frame", [](app_config &c) { c.limits.position_max_m = 5.5; }},
     {"limits.position_min_m", "beyond the setpoint frame", [](app_config &c) { c.limits.position_min_m = -5.5; }},
     {"loop.rate_Hz", "zero", [](app_config &c) { c.loop.rate_Hz = 0; }},
