@@ -57,7 +57,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
-.PHONY: all run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench setup setup-test clean help
+.PHONY: all readme run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench setup setup-test clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -68,6 +68,7 @@ help:
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
 	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
+	@echo "make readme         run the commands shown in the README again and write what they print"
 	@echo "make format lint    clang-format in place; clang-format, clang-tidy and shellcheck"
 
 # --- what a user does ---------------------------------------------------------------------------------------------
@@ -81,6 +82,10 @@ test: setup-test
 
 quick-test: setup-test
 	@scripts/test.sh quick
+
+readme: setup
+	@$(MAKE) all
+	@$(PYTHON) scripts/readme.py
 
 bench: setup-test
 	@$(MAKE) all build/tick_bench
