@@ -33,72 +33,114 @@
 
 #include "berth_can.h"
 
-static inline uint8_t pack_left_shift_u8(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_left_shift_u8(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
-static inline uint8_t pack_left_shift_u16(uint16_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_left_shift_u16(
+    uint16_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
-static inline uint8_t pack_left_shift_u32(uint32_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_left_shift_u32(
+    uint32_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
-static inline uint8_t pack_left_shift_u64(uint64_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_left_shift_u64(
+    uint64_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
-static inline uint8_t pack_right_shift_u16(uint16_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_right_shift_u16(
+    uint16_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value >> shift) & mask);
 }
 
-static inline uint8_t pack_right_shift_u32(uint32_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_right_shift_u32(
+    uint32_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value >> shift) & mask);
 }
 
-static inline uint8_t pack_right_shift_u64(uint64_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t pack_right_shift_u64(
+    uint64_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value >> shift) & mask);
 }
 
-static inline uint16_t unpack_left_shift_u16(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint16_t unpack_left_shift_u16(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint16_t)((uint16_t)(value & mask) << shift);
 }
 
-static inline uint32_t unpack_left_shift_u32(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint32_t unpack_left_shift_u32(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint32_t)((uint32_t)(value & mask) << shift);
 }
 
-static inline uint64_t unpack_left_shift_u64(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint64_t unpack_left_shift_u64(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint64_t)((uint64_t)(value & mask) << shift);
 }
 
-static inline uint8_t unpack_right_shift_u8(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint8_t unpack_right_shift_u8(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value & mask) >> shift);
 }
 
-static inline uint16_t unpack_right_shift_u16(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint16_t unpack_right_shift_u16(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint16_t)((uint16_t)(value & mask) >> shift);
 }
 
-static inline uint32_t unpack_right_shift_u32(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint32_t unpack_right_shift_u32(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint32_t)((uint32_t)(value & mask) >> shift);
 }
 
-static inline uint64_t unpack_right_shift_u64(uint8_t value, uint8_t shift, uint8_t mask)
+static inline uint64_t unpack_right_shift_u64(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
 {
     return (uint64_t)((uint64_t)(value & mask) >> shift);
 }
@@ -112,7 +154,10 @@ static uint64_t cantools_unsigned_from_double(double value)
     return (uint64_t)value;
 }
 
-int berth_can_setpoint_pack(uint8_t *dst_p, const struct berth_can_setpoint_t *src_p, size_t size)
+int berth_can_setpoint_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_t *src_p,
+    size_t size)
 {
     uint64_t position_m;
 
@@ -134,7 +179,10 @@ int berth_can_setpoint_pack(uint8_t *dst_p, const struct berth_can_setpoint_t *s
     return (8);
 }
 
-int berth_can_setpoint_unpack(struct berth_can_setpoint_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_setpoint_unpack(
+    struct berth_can_setpoint_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     uint64_t position_m;
 
@@ -161,8 +209,7 @@ int berth_can_setpoint_unpack(struct berth_can_setpoint_t *dst_p, const uint8_t 
 
 int berth_can_setpoint_init(struct berth_can_setpoint_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_setpoint_t));
 
@@ -231,7 +278,10 @@ bool berth_can_setpoint_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
-int berth_can_loop_status_pack(uint8_t *dst_p, const struct berth_can_loop_status_t *src_p, size_t size)
+int berth_can_loop_status_pack(
+    uint8_t *dst_p,
+    const struct berth_can_loop_status_t *src_p,
+    size_t size)
 {
     if (size < 8u) {
         return (-EINVAL);
@@ -249,7 +299,10 @@ int berth_can_loop_status_pack(uint8_t *dst_p, const struct berth_can_loop_statu
     return (8);
 }
 
-int berth_can_loop_status_unpack(struct berth_can_loop_status_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_loop_status_unpack(
+    struct berth_can_loop_status_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     if (size < 8u) {
         return (-EINVAL);
@@ -267,8 +320,7 @@ int berth_can_loop_status_unpack(struct berth_can_loop_status_t *dst_p, const ui
 
 int berth_can_loop_status_init(struct berth_can_loop_status_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_loop_status_t));
 
@@ -383,7 +435,10 @@ bool berth_can_loop_status_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
-int berth_can_robot_feedback_pack(uint8_t *dst_p, const struct berth_can_robot_feedback_t *src_p, size_t size)
+int berth_can_robot_feedback_pack(
+    uint8_t *dst_p,
+    const struct berth_can_robot_feedback_t *src_p,
+    size_t size)
 {
     uint64_t position_m;
 
@@ -406,7 +461,10 @@ int berth_can_robot_feedback_pack(uint8_t *dst_p, const struct berth_can_robot_f
     return (8);
 }
 
-int berth_can_robot_feedback_unpack(struct berth_can_robot_feedback_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_robot_feedback_unpack(
+    struct berth_can_robot_feedback_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     uint64_t position_m;
 
@@ -434,8 +492,7 @@ int berth_can_robot_feedback_unpack(struct berth_can_robot_feedback_t *dst_p, co
 
 int berth_can_robot_feedback_init(struct berth_can_robot_feedback_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_robot_feedback_t));
 
@@ -526,7 +583,10 @@ bool berth_can_robot_feedback_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
-int berth_can_operator_motion_pack(uint8_t *dst_p, const struct berth_can_operator_motion_t *src_p, size_t size)
+int berth_can_operator_motion_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_motion_t *src_p,
+    size_t size)
 {
     uint32_t position_m;
     uint32_t velocity_m_per_s;
@@ -552,7 +612,10 @@ int berth_can_operator_motion_pack(uint8_t *dst_p, const struct berth_can_operat
     return (8);
 }
 
-int berth_can_operator_motion_unpack(struct berth_can_operator_motion_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_operator_motion_unpack(
+    struct berth_can_operator_motion_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     uint32_t position_m;
     uint32_t velocity_m_per_s;
@@ -583,8 +646,7 @@ int berth_can_operator_motion_unpack(struct berth_can_operator_motion_t *dst_p, 
 
 int berth_can_operator_motion_init(struct berth_can_operator_motion_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_operator_motion_t));
 
@@ -671,7 +733,10 @@ bool berth_can_operator_motion_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 15.0));
 }
 
-int berth_can_operator_force_pack(uint8_t *dst_p, const struct berth_can_operator_force_t *src_p, size_t size)
+int berth_can_operator_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_force_t *src_p,
+    size_t size)
 {
     uint64_t force_n;
 
@@ -693,7 +758,10 @@ int berth_can_operator_force_pack(uint8_t *dst_p, const struct berth_can_operato
     return (8);
 }
 
-int berth_can_operator_force_unpack(struct berth_can_operator_force_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_operator_force_unpack(
+    struct berth_can_operator_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     uint64_t force_n;
 
@@ -720,8 +788,7 @@ int berth_can_operator_force_unpack(struct berth_can_operator_force_t *dst_p, co
 
 int berth_can_operator_force_init(struct berth_can_operator_force_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_operator_force_t));
 
@@ -788,7 +855,10 @@ bool berth_can_operator_force_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 15.0));
 }
 
-int berth_can_force_pack(uint8_t *dst_p, const struct berth_can_force_t *src_p, size_t size)
+int berth_can_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_force_t *src_p,
+    size_t size)
 {
     uint64_t force_n;
 
@@ -810,7 +880,10 @@ int berth_can_force_pack(uint8_t *dst_p, const struct berth_can_force_t *src_p, 
     return (8);
 }
 
-int berth_can_force_unpack(struct berth_can_force_t *dst_p, const uint8_t *src_p, size_t size)
+int berth_can_force_unpack(
+    struct berth_can_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
 {
     uint64_t force_n;
 
@@ -837,8 +910,7 @@ int berth_can_force_unpack(struct berth_can_force_t *dst_p, const uint8_t *src_p
 
 int berth_can_force_init(struct berth_can_force_t *msg_p)
 {
-    if (msg_p == NULL)
-        return -1;
+    if (msg_p == NULL) return -1;
 
     memset(msg_p, 0, sizeof(struct berth_can_force_t));
 

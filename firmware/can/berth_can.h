@@ -36,12 +36,12 @@
 extern "C" {
 #endif
 
+#include <stdint.h>
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #ifndef EINVAL
-#define EINVAL 22
+#    define EINVAL 22
 #endif
 
 /* Frame ids. */
@@ -69,6 +69,7 @@ extern "C" {
 #define BERTH_CAN_FORCE_IS_EXTENDED (0)
 
 /* Frame cycle times in milliseconds. */
+
 
 /* Signal choices. */
 #define BERTH_CAN_LOOP_STATUS_STATE_START_CHOICE (0u)
@@ -123,8 +124,7 @@ extern "C" {
 /**
  * Signals in message setpoint.
  *
- * Robot bus, every tick: where the end effector shall be. 10 pm steps, so that the step never shapes a result: a
- * sensor spring of 2e7 N/m makes 0.2 mN of it.
+ * Robot bus, every tick: where the end effector shall be. 10 pm steps, so that the step never shapes a result: a sensor spring of 2e7 N/m makes 0.2 mN of it.
  *
  * All signal values are as on the CAN bus.
  */
@@ -338,7 +338,10 @@ struct berth_can_force_t {
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_setpoint_pack(uint8_t *dst_p, const struct berth_can_setpoint_t *src_p, size_t size);
+int berth_can_setpoint_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_t *src_p,
+    size_t size);
 
 /**
  * Unpack message setpoint.
@@ -349,7 +352,10 @@ int berth_can_setpoint_pack(uint8_t *dst_p, const struct berth_can_setpoint_t *s
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_setpoint_unpack(struct berth_can_setpoint_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_setpoint_unpack(
+    struct berth_can_setpoint_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from setpoint.
@@ -489,7 +495,10 @@ bool berth_can_setpoint_counter_is_in_phys_range(double value);
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_loop_status_pack(uint8_t *dst_p, const struct berth_can_loop_status_t *src_p, size_t size);
+int berth_can_loop_status_pack(
+    uint8_t *dst_p,
+    const struct berth_can_loop_status_t *src_p,
+    size_t size);
 
 /**
  * Unpack message loop_status.
@@ -500,7 +509,10 @@ int berth_can_loop_status_pack(uint8_t *dst_p, const struct berth_can_loop_statu
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_loop_status_unpack(struct berth_can_loop_status_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_loop_status_unpack(
+    struct berth_can_loop_status_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from loop_status.
@@ -720,7 +732,10 @@ bool berth_can_loop_status_counter_is_in_phys_range(double value);
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_robot_feedback_pack(uint8_t *dst_p, const struct berth_can_robot_feedback_t *src_p, size_t size);
+int berth_can_robot_feedback_pack(
+    uint8_t *dst_p,
+    const struct berth_can_robot_feedback_t *src_p,
+    size_t size);
 
 /**
  * Unpack message robot_feedback.
@@ -731,7 +746,10 @@ int berth_can_robot_feedback_pack(uint8_t *dst_p, const struct berth_can_robot_f
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_robot_feedback_unpack(struct berth_can_robot_feedback_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_robot_feedback_unpack(
+    struct berth_can_robot_feedback_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from robot_feedback.
@@ -911,7 +929,10 @@ bool berth_can_robot_feedback_counter_is_in_phys_range(double value);
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_operator_motion_pack(uint8_t *dst_p, const struct berth_can_operator_motion_t *src_p, size_t size);
+int berth_can_operator_motion_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_motion_t *src_p,
+    size_t size);
 
 /**
  * Unpack message operator_motion.
@@ -922,7 +943,10 @@ int berth_can_operator_motion_pack(uint8_t *dst_p, const struct berth_can_operat
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_operator_motion_unpack(struct berth_can_operator_motion_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_operator_motion_unpack(
+    struct berth_can_operator_motion_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from operator_motion.
@@ -1102,7 +1126,10 @@ bool berth_can_operator_motion_counter_is_in_phys_range(double value);
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_operator_force_pack(uint8_t *dst_p, const struct berth_can_operator_force_t *src_p, size_t size);
+int berth_can_operator_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_force_t *src_p,
+    size_t size);
 
 /**
  * Unpack message operator_force.
@@ -1113,7 +1140,10 @@ int berth_can_operator_force_pack(uint8_t *dst_p, const struct berth_can_operato
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_operator_force_unpack(struct berth_can_operator_force_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_operator_force_unpack(
+    struct berth_can_operator_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from operator_force.
@@ -1253,7 +1283,10 @@ bool berth_can_operator_force_counter_is_in_phys_range(double value);
  *
  * @return Size of packed data, or negative error code.
  */
-int berth_can_force_pack(uint8_t *dst_p, const struct berth_can_force_t *src_p, size_t size);
+int berth_can_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_force_t *src_p,
+    size_t size);
 
 /**
  * Unpack message force.
@@ -1264,7 +1297,10 @@ int berth_can_force_pack(uint8_t *dst_p, const struct berth_can_force_t *src_p, 
  *
  * @return zero(0) or negative error code.
  */
-int berth_can_force_unpack(struct berth_can_force_t *dst_p, const uint8_t *src_p, size_t size);
+int berth_can_force_unpack(
+    struct berth_can_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
 
 /**
  * Init message fields to default values from force.
@@ -1394,6 +1430,7 @@ bool berth_can_force_counter_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_force_counter_is_in_phys_range(double value);
+
 
 #ifdef __cplusplus
 }
