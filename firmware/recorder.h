@@ -17,7 +17,7 @@ extern "C" {
     X(int64_t, index)                                                                                               \
     X(int64_t, scheduled_ns)                                                                                        \
     X(int64_t, woke_ns)                                                                                             \
-    X(int64_t, force_frame_age_ns)                                                                                        \
+    X(int64_t, force_frame_age_ns)                                                                                  \
     X(double, operator_position_m)                                                                                  \
     X(double, operator_velocity_m_per_s)                                                                            \
     X(double, operator_force_N)                                                                                     \

@@ -6,6 +6,7 @@
 #                    qemu-user; the committed codec is what the DBC gives; lint
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
+unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
 mode=${1:?usage: test.sh quick|full}
 passed=0 failed=0 skipped=0 failures=()
 
