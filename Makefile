@@ -127,6 +127,9 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 
 $(call object,$(TICK_PATH)): COMMON += -flto
 
+# Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
+$(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-range
+
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
 $(BUILD)/obj/sim_hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'

@@ -23,13 +23,37 @@ struct short_polynomial {
     int degree = 0;
 };
 
+/* c0 + c1 e + c2 e^2 with e = 1 - w: a slow pole or zero sits at w = 1 but for a little, and keeps its digits. */
+struct slow_factor {
+    double c0;
+    double c1;
+    double c2;
+};
+
 struct loop_equation {
+    /* A and B multiplied out. Rounding moves the zeros near w = 1 by more than the factors do: use evaluate(). */
     short_polynomial a;
     short_polynomial b;
     int delay = 0;
 
+    /* A is the product of its factors; B that of two. */
+    std::array<slow_factor, 5> a_factors{};
+    int a_factor_count = 0;
+    slow_factor b_factor{1.0, 0.0, 0.0};
+    short_polynomial b_rest;
+
     int degree() const;
 };
+
+/* A, B and their derivatives by w. */
+struct equation_parts {
+    std::complex<double> a;
+    std::complex<double> a_slope;
+    std::complex<double> b;
+    std::complex<double> b_slope;
+};
+
+equation_parts evaluate_parts(const loop_equation &equation, std::complex<double> w);
 
 /* F, and its derivative by w. */
 struct equation_value {
@@ -38,6 +62,9 @@ struct equation_value {
 };
 
 equation_value evaluate(const loop_equation &equation, std::complex<double> w);
+
+/* w^n. */
+std::complex<double> power(std::complex<double> w, int n);
 
 /* Of a rig that has a one-period map; throws input_error otherwise. Uses no heap. */
 loop_equation make_loop_equation(const rig &rig);
