@@ -59,34 +59,26 @@ slow_factor pole_of(double n)
     return {-n, 1.0 + n, 0.0};
 }
 
-/* 1 + c1 w + c2 w^2, times gain. */
-slow_factor slow_factor_of(double gain, double c1, double c2)
+slow_factor slow_factor_of(const std::array<double, 3> &c)
 {
-    return {gain * (1.0 + c1 + c2), -gain * (c1 + 2.0 * c2), gain * c2};
+    return {c[0] + c[1] + c[2], -c[1] - 2.0 * c[2], c[2]};
 }
 
-/* -F to x: zeros / poles, without the one w that every step takes. */
-struct manipulator_response {
-    short_polynomial zeros;
-    slow_factor poles;
-};
-
-manipulator_response respond(const app_config &config)
+bool is_same(const loop_config &a, const loop_config &b)
 {
-    manipulator m;
-    manipulator_start(&m, &config);
-    const operator_command rest{};
-    const auto step = [&](double position_m, double velocity_m_per_s, double force_N) {
-        m.position_m = position_m;
-        m.velocity_m_per_s = velocity_m_per_s;
-        manipulator_step(&m, &rest, force_N);
-        return pair_vector{m.position_m, m.velocity_m_per_s};
-    };
-    const pair_vector x = step(1.0, 0.0, 0.0);
-    const pair_vector v = step(0.0, 1.0, 0.0);
-    const pair_vector push = step(0.0, 0.0, -1.0);
-    const block change{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}};
-    return {polynomial({push[0], v[0] * push[1] - v[1] * push[0]}), poles_of(change)};
+    return a.rate_Hz == b.rate_Hz;
+}
+
+bool is_same(const manipulator_config &a, const manipulator_config &b)
+{
+    return a.mass_kg == b.mass_kg && a.damping_N_s_per_m == b.damping_N_s_per_m &&
+           a.stiffness_N_per_m == b.stiffness_N_per_m && a.integrator == b.integrator && a.substeps == b.substeps;
+}
+
+bool is_same(const inverse_filter_config &a, const inverse_filter_config &b)
+{
+    return a.enabled == b.enabled && a.robot_frequency_Hz == b.robot_frequency_Hz &&
+           a.robot_damping_ratio == b.robot_damping_ratio && a.bandwidth_Hz == b.bandwidth_Hz;
 }
 
 /* Setpoint to sample, w^(whole dead periods - 1) left out: zeros = poles * (samples after a single setpoint of 1 m),
@@ -159,14 +151,46 @@ equation_value evaluate(const loop_equation &equation, std::complex<double> w)
             parts.a_slope + delayed * parts.b_slope + static_cast<double>(equation.delay) * before * parts.b};
 }
 
-loop_equation make_loop_equation(const rig &rig)
+loop_equation_maker::firmware_response loop_equation_maker::respond(const app_config &config)
 {
-    const hardware_period hardware(rig);
-    const manipulator_response arm = respond(rig.firmware);
-    inverse_filter filter;
-    inverse_filter_start(&filter, &rig.firmware);
+    manipulator m;
+    manipulator_start(&m, &config);
+    const operator_command rest{};
+    const auto step = [&](double position_m, double velocity_m_per_s, double force_N) {
+        m.position_m = position_m;
+        m.velocity_m_per_s = velocity_m_per_s;
+        manipulator_step(&m, &rest, force_N);
+        return pair_vector{m.position_m, m.velocity_m_per_s};
+    };
+    const pair_vector x = step(1.0, 0.0, 0.0);
+    const pair_vector v = step(0.0, 1.0, 0.0);
+    const pair_vector push = step(0.0, 0.0, -1.0);
+    firmware_response made;
+    made.zeros = polynomial({push[0], v[0] * push[1] - v[1] * push[0]});
+    made.poles = poles_of(block{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}});
 
-    /* 1 + w^(sample age) w^(dead periods - 1) w (arm filter hardware) = 0 */
+    inverse_filter filter;
+    inverse_filter_start(&filter, &config);
+    made.has_filter = filter.enabled != 0;
+    made.filter_zeros = {filter.b[0], filter.b[1], filter.b[2]};
+    made.filter_poles = {1.0, filter.a[0], filter.a[1]};
+    return made;
+}
+
+loop_equation loop_equation_maker::make(const rig &rig)
+{
+    const app_config &firmware = rig.firmware;
+    if (!has_response_ || !is_same(firmware.loop, loop_) || !is_same(firmware.manipulator, manipulator_) ||
+        !is_same(firmware.inverse_filter, filter_)) {
+        response_ = respond(firmware);
+        loop_ = firmware.loop;
+        manipulator_ = firmware.manipulator;
+        filter_ = firmware.inverse_filter;
+        has_response_ = true;
+    }
+    const hardware_period hardware(rig);
+
+    /* 1 + w^(sample age) w^(dead periods - 1) w (manipulator filter hardware) = 0 */
     loop_equation made;
     made.delay = hardware.sample_age_ticks() + hardware.whole_dead_periods();
     const auto add_poles = [&](const slow_factor &poles) {
@@ -178,17 +202,24 @@ loop_equation make_loop_equation(const rig &rig)
         add_poles(hardware.link_has_two_states(i) ? poles_of(change) : pole_of(change(0, 0)));
         poles = poles * trimmed(multiplied_out(made.a_factors[static_cast<std::size_t>(i)]));
     }
-    made.b_rest = arm.zeros * hardware_zeros(hardware, poles);
-    made.a = multiplied_out(arm.poles) * poles;
+    made.b_rest = response_.zeros * hardware_zeros(hardware, poles);
     made.b = made.b_rest;
-    add_poles(arm.poles);
-    if (filter.enabled) {
-        add_poles(slow_factor_of(1.0, filter.a[0], filter.a[1]));
-        made.b_factor = slow_factor_of(filter.b[0], filter.b[1] / filter.b[0], filter.b[2] / filter.b[0]);
-        made.a = made.a * polynomial({1.0, filter.a[0], filter.a[1]});
-        made.b = made.b * polynomial({filter.b[0], filter.b[1], filter.b[2]});
+    made.a = multiplied_out(response_.poles) * poles;
+    add_poles(response_.poles);
+    if (response_.has_filter) {
+        const auto &[b0, b1, b2] = response_.filter_zeros;
+        const auto &[a0, a1, a2] = response_.filter_poles;
+        made.b_factor = slow_factor_of(response_.filter_zeros);
+        made.b = made.b * polynomial({b0, b1, b2});
+        made.a = made.a * polynomial({a0, a1, a2});
+        add_poles(slow_factor_of(response_.filter_poles));
     }
     return made;
+}
+
+loop_equation make_loop_equation(const rig &rig)
+{
+    return loop_equation_maker().make(rig);
 }
 
 } // namespace berth

@@ -69,6 +69,30 @@ std::complex<double> power(std::complex<double> w, int n);
 /* Of a rig that has a one-period map; throws input_error otherwise. Uses no heap. */
 loop_equation make_loop_equation(const rig &rig);
 
+/* The same for many rigs of which each differs little from the one before: what depends on the firmware alone is
+ * made again only if its part of the rig has changed. */
+class loop_equation_maker
+{
+  public:
+    loop_equation make(const rig &rig);
+
+  private:
+    struct firmware_response {
+        short_polynomial zeros; /* of the manipulator: -F to x, without the one w that every step takes */
+        slow_factor poles;
+        bool has_filter = false;
+        std::array<double, 3> filter_zeros{}; /* by powers of w */
+        std::array<double, 3> filter_poles{};
+    };
+    static firmware_response respond(const app_config &config);
+
+    bool has_response_ = false;
+    loop_config loop_{};
+    manipulator_config manipulator_{};
+    inverse_filter_config filter_{};
+    firmware_response response_;
+};
+
 } // namespace berth
 
 #endif
