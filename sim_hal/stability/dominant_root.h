@@ -18,6 +18,9 @@ class dominant_root_finder
     /* Largest |z| of the loop. Neighbouring rigs in succession, in equal steps, are fast. */
     double spectral_radius(const loop_equation &equation);
 
+    /* The next rig is not in the row: what is known of the modes stays, but not where they go. */
+    void restart() { before_count_ = 0; }
+
     /* How often roots had to be searched for: at the start, and where a mode that was not followed took over. */
     long searches() const { return searches_; }
 
