@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <unistd.h>
 
+#include "atomic_file.h"
 #include "map_request.h"
 
 namespace berth
@@ -20,29 +22,17 @@ namespace
 constexpr std::size_t large_map_points = 10000000;
 constexpr std::size_t row_bytes = 75; /* of a CSV line, about */
 
-/* x, y, spectral_radius, growth_per_s, wall: a line of the CSV file. */
-class csv_text
+void append(std::string &line, double value, char end)
 {
-  public:
-    explicit csv_text(std::size_t lines) { text_.reserve((lines + 1) * row_bytes); }
-
-    void add(std::string_view text) { text_ += text; }
-    void add(double value, char end)
-    {
-        char digits[32];
-        const auto last = std::to_chars(digits, digits + sizeof digits, value).ptr;
-        if (std::isnan(value)) { /* without a sign, which would be chance */
-            text_ += "nan";
-        } else {
-            text_.append(digits, last);
-        }
-        text_ += end;
+    char digits[32];
+    const char *const last = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    if (std::isnan(value)) { /* without a sign, which would be chance */
+        line += "nan";
+    } else {
+        line.append(digits, static_cast<std::size_t>(last - digits));
     }
-    const std::string &text() const { return text_; }
-
-  private:
-    std::string text_;
-};
+    line += end;
+}
 
 struct summary {
     std::size_t possible = 0;
@@ -55,16 +45,19 @@ struct summary {
     double largest = 0.0;
 };
 
-/* Lines of the file, and what they amount to. */
-std::string csv_of(const map_request &request, const map_result &map, summary &sums)
+/* Hands the lines of the CSV file to `write`, row by row; returns what they amount to. */
+summary write_csv(const map_request &request, const map_result &map,
+                  const std::function<void(std::string_view)> &write)
 {
-    csv_text csv(request.points());
-    csv.add(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall\n");
+    summary sums;
+    write(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall\n");
+    std::string lines;
     map_point_setter setter(request);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     const double *value = map.spectral_radius.data();
     for (int row = 0; row < request.y.count; row++) {
         const double y = request.y.value(row);
+        lines.clear();
         for (int i = 0; i < request.x.count; i++) {
             const double x = request.x.value(i);
             const double radius = *value++;
@@ -84,14 +77,15 @@ std::string csv_of(const map_request &request, const map_result &map, summary &s
             } else {
                 (state == point_state::invalid ? sums.invalid : sums.not_passive)++;
             }
-            csv.add(x, ',');
-            csv.add(y, ',');
-            csv.add(radius, ',');
-            csv.add(growth_per_s, ',');
-            csv.add(wall, '\n');
+            append(lines, x, ',');
+            append(lines, y, ',');
+            append(lines, radius, ',');
+            append(lines, growth_per_s, ',');
+            append(lines, wall, '\n');
         }
+        write(lines);
     }
-    return csv.text();
+    return sums;
 }
 
 class progress_bar
@@ -131,7 +125,16 @@ void ask_if_large(const map_request &request, int threads, bool yes)
     if (request.points() <= large_map_points || yes) {
         return;
     }
-    const double duration_s = estimate_duration_s(request) / threads;
+    /* The map itself with all threads, its file with one. */
+    const map_request sample = sample_of(request);
+    const auto start = std::chrono::steady_clock::now();
+    const map_result map = compute_map(sample, 1);
+    const auto computed = std::chrono::steady_clock::now();
+    write_csv(sample, map, [](std::string_view) {});
+    const std::chrono::duration<double> compute = computed - start;
+    const std::chrono::duration<double> write = std::chrono::steady_clock::now() - computed;
+    const double duration_s = (compute.count() / threads + write.count()) * static_cast<double>(request.points()) /
+                              static_cast<double>(sample.points());
     const double points = static_cast<double>(request.points());
     char text[300];
     std::snprintf(
@@ -139,8 +142,7 @@ void ask_if_large(const map_request &request, int threads, bool yes)
         "map: %.3g points take about %.0f s on %d thread%s, %.1f GB of memory and %.1f GB of disk; say --yes "
         "to go on",
         points, std::ceil(duration_s), threads, threads == 1 ? "" : "s",
-        points * static_cast<double>(sizeof(double) + row_bytes) / 1e9,
-        points * static_cast<double>(row_bytes) / 1e9);
+        points * static_cast<double>(sizeof(double)) / 1e9, points * static_cast<double>(row_bytes) / 1e9);
     throw input_error(text);
 }
 
@@ -237,10 +239,13 @@ int map_command(const map_arguments &arguments)
 
     const std::string what = request.kind == map_kind::keys ? request.x.name + "-" + request.y.name : arguments.vary;
     const std::string stem = arguments.out_folder + "/" + request.rig.name + "-" + what;
-    summary sums;
-    write_atomically(stem + ".csv", csv_of(request, map, sums));
+    atomic_file csv(stem + ".csv");
+    const summary sums = write_csv(request, map, [&](std::string_view text) { csv.write(text); });
+    csv.finish();
     nlohmann::json json = as_json(request, sums);
-    write_atomically(stem + ".json", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    atomic_file beside(stem + ".json");
+    beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    beside.finish();
     json["csv"] = stem + ".csv";
     json["compute_s"] = taken.count();
     json["threads"] = threads;

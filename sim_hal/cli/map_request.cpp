@@ -213,16 +213,4 @@ std::string axis_title(const map_axis &axis)
     return axis.name == frequency_ratio_axis ? "omega/omega_M" : axis.name;
 }
 
-void write_atomically(const std::string &path, const std::string &text)
-{
-    const std::string partial = path + ".partial";
-    std::FILE *file = std::fopen(partial.c_str(), "wb");
-    bool is_written = file != nullptr && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-    is_written = (file != nullptr && std::fclose(file) == 0) && is_written;
-    if (!is_written || std::rename(partial.c_str(), path.c_str()) != 0) {
-        std::remove(partial.c_str());
-        throw input_error(path + ": cannot be written; is the folder writable and the disk not full?");
-    }
-}
-
 } // namespace berth

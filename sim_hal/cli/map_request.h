@@ -1,4 +1,4 @@
-/* The arguments of `berth map` as a map, and maps as files. */
+/* The arguments of `berth map` as a map. */
 #ifndef SIM_HAL_CLI_MAP_REQUEST_H
 #define SIM_HAL_CLI_MAP_REQUEST_H
 
@@ -19,9 +19,6 @@ double coupled_damped_frequency_Hz(const rig &rig);
 
 /* "object.mass_kg", "omega/omega_M" ...: what a person reads at the axis. */
 std::string axis_title(const map_axis &axis);
-
-/* Writes a whole file or none. Throws input_error. */
-void write_atomically(const std::string &path, const std::string &text);
 
 } // namespace berth
 

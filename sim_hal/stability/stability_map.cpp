@@ -1,7 +1,6 @@
 #include "stability_map.h"
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -134,20 +133,21 @@ map_result compute_map(const map_request &request, int threads, const std::funct
     return result;
 }
 
-double estimate_duration_s(const map_request &request)
+map_request sample_of(const map_request &request)
 {
-    constexpr int rows = 4;
+    constexpr int rows = 8;
+    constexpr int columns = 500;
     map_request sample = request;
-    sample.x.count = std::min(request.x.count, 500);
-    sample.y.count = std::min(request.y.count, rows);
-    /* Neighbours as near as on the whole map. */
+    sample.x.count = std::min(request.x.count, columns);
     const int first = (request.x.count - sample.x.count) / 2;
     sample.x.from = request.x.value(first);
     sample.x.to = request.x.value(first + sample.x.count - 1);
-    const auto start = std::chrono::steady_clock::now();
-    compute_map(sample, 1);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    return taken.count() * static_cast<double>(request.points()) / static_cast<double>(sample.points());
+    if (request.y.count > rows) {
+        sample.y.count = rows;
+        sample.y.from = request.y.value(request.y.count / rows);
+        sample.y.to = request.y.value(request.y.count - 1 - request.y.count / rows);
+    }
+    return sample;
 }
 
 } // namespace berth

@@ -73,8 +73,8 @@ struct map_result {
 };
 map_result compute_map(const map_request &request, int threads, const std::function<void(int)> &rows_done = {});
 
-/* How long compute_map() takes on one core, in s, from some rows. */
-double estimate_duration_s(const map_request &request);
+/* A few pieces of rows of a map, with neighbours as near as on the whole of it: to time. */
+map_request sample_of(const map_request &request);
 
 } // namespace berth
 
