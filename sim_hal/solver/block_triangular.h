@@ -14,7 +14,7 @@ namespace berth
 using pair_vector = double __attribute__((vector_size(16)));
 
 struct block {
-    std::array<pair_vector, 2> columns{};
+    std::array<pair_vector, 2> columns; /* not set to 0 by itself */
 
     double operator()(int row, int column) const { return columns[static_cast<std::size_t>(column)][row]; }
     double trace() const { return columns[0][0] + columns[1][1]; }
@@ -28,16 +28,14 @@ inline pair_vector operator*(const block &a, pair_vector x)
 
 template <int count>
 struct block_triangular {
-    std::array<std::array<block, count>, count> blocks{}; /* [row][column]; below the diagonal they stay 0 */
+    std::array<block, count *(count + 1) / 2> blocks; /* column by column, each down to the diagonal */
 
-    block &at(int row, int column)
+    static constexpr std::size_t place(int row, int column)
     {
-        return blocks[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
+        return static_cast<std::size_t>(column * (column + 1) / 2 + row);
     }
-    const block &at(int row, int column) const
-    {
-        return blocks[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
-    }
+    block &at(int row, int column) { return blocks[place(row, column)]; }
+    const block &at(int row, int column) const { return blocks[place(row, column)]; }
 
     /* Calls f(row, column) for every block that is not 0. */
     template <typename function>
@@ -58,9 +56,9 @@ block_triangular<count> operator*(const block_triangular<count> &a, const block_
 {
     block_triangular<count> product;
     product.for_each([&](int row, int column) {
-        block sum;
+        block sum{a.at(row, row) * b.at(row, column).columns[0], a.at(row, row) * b.at(row, column).columns[1]};
 #pragma GCC unroll 4
-        for (int k = row; k <= column; k++) {
+        for (int k = row + 1; k <= column; k++) {
             sum.columns[0] += a.at(row, k) * b.at(k, column).columns[0];
             sum.columns[1] += a.at(row, k) * b.at(k, column).columns[1];
         }

@@ -113,7 +113,7 @@ void hardware_period::set_change(part &made, double duration_s) const
     }
     set_column(inputs, 0, plant_.derivative(zero, {1.0, 0.0}));
     set_column(inputs, 1, plant_.derivative(zero, {0.0, 1.0}));
-    generator.at(inputs, inputs).columns[1] = pair_vector{1.0, 0.0}; /* u grows by its slope */
+    generator.at(inputs, inputs) = {pair_vector{0.0, 0.0}, pair_vector{1.0, 0.0}}; /* u grows by its slope */
 
     std::array<pair_vector, count> inverse_scales;
     for (std::size_t i = 0; i < count; i++) {
