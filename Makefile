@@ -54,14 +54,15 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
-.PHONY: all run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench setup setup-test clean help
+.PHONY: all run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench map setup setup-test clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
 	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
-	@echo "make bench          time the tick and the closed loop against scipy and a compiled delay solver"
+	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
+	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
 	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
@@ -82,6 +83,12 @@ quick-test: setup-test
 bench: setup-test
 	@$(MAKE) all build/tick_bench
 	@$(PYTHON) scripts/bench.py
+	@$(PYTHON) scripts/bench_map.py
+
+map: setup
+	@$(MAKE) all
+	@for vary in elasticity mass; do build/berth map ess --vary $$vary || exit; done
+	@$(PYTHON) scripts/map_picture.py build/maps/ess-elasticity.csv build/maps/ess-mass.csv
 
 setup:
 	@scripts/setup.sh run

@@ -2,6 +2,7 @@
 """Times stability maps on one core: `berth map` beside numpy's LAPACK on the same matrices and python-control building
 the same loop; and the cost of a point against the dead time.
 
+Times are those of the processor, so that other programs on the machine do not count.
 Prints a table and writes build/bench_map.json. Ends with 1 if a largest |z| is not ours to 1e-9; times only inform.
 """
 
@@ -11,6 +12,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
@@ -18,7 +20,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy
 
 import control  # noqa: E402
 import numpy as np  # noqa: E402
-from loop_matrix import Loop, coupled_rigs, loop_matrices  # noqa: E402
+from loop_matrix import Loop, coupled_rigs, loop_matrices, plant  # noqa: E402
 
 AGREES = 1e-9
 NUMPY_AIM = 50.0
@@ -43,48 +45,38 @@ def numpy_radii(loop, vary, x, y):
     radii, taken_s = [], 0.0
     for i in range(0, len(x), BATCH):
         matrices = loop_matrices(coupled_rigs(loop, vary, x[i:i + BATCH], y[i:i + BATCH]))
-        start = time.perf_counter()
+        start = time.process_time()
         eigenvalues = np.linalg.eigvals(matrices)
-        taken_s += time.perf_counter() - start
+        taken_s += time.process_time() - start
         radii.append(np.abs(eigenvalues).max(axis=1))
     return np.concatenate(radii), taken_s
 
 
-def control_radius(loop, k, d):
-    """Largest |z| of one rig at whole dead times, python-control building and closing the loop from its blocks."""
-    T, m, w = loop.T, loop.m, 2.0 * np.pi * loop.f_L
-    d_S = 2.0 * loop.zeta_S * np.sqrt(loop.k_S * m)
-    # Robot between setpoints: u' held for a period, so that u is the line; input x[n+1], one period early.
-    A = np.array([[0, 1, 0, 0, 0],
-                  [-(loop.k_S + k) / m, -(d_S + d) / m, 0, 0, loop.k_S / m],
-                  [0, 0, 0, 1, 0],
-                  [-w * w, -w * w * d_S / loop.k_S, -w * w, -2 * loop.zeta_L * w, w * w],
-                  [0, 0, 0, 0, 0]])
-    B = np.array([[0], [d_S / m], [0], [w * w * d_S / loop.k_S], [1]])
-    hardware = control.sample_system(control.ss(A, B, [[0, 0, 1, 0, 0]], 0), T, method="zoh")
-    slope = control.ss([[0]], [[1]], [[-1 / T]], [[1 / T]], T)  # (x[n] - x[n-1]) / T
-    arm = control.ss([[0, 1], [-loop.K / loop.M, -loop.D / loop.M]], [[0], [loop.k_S / loop.M]], [[1, 0]], 0)
+def control_radius(rig):
+    """Largest |z| of one rig whose dead times are whole periods, python-control building and closing the loop."""
+    T, samples = rig.T, round((rig.T_R + rig.T_S) / rig.T)
+    A, b = plant(rig.arrays())
+    # Straight between setpoints: first-order hold.
+    hardware = control.sample_system(control.ss(A[0], b[0][:, None], [[0, 0, 1, 0]], 0), T, method="foh")
+    arm = control.ss([[0, 1], [-rig.K / rig.M, -rig.D / rig.M]], [[0], [rig.k_S / rig.M]], [[1, 0]], 0)
     arm = control.sample_system(arm, T, method="zoh")
-    samples = round((loop.T_R + loop.T_S) / T) - 1
     delay = control.ss(np.eye(samples, k=-1), np.eye(samples, 1), np.eye(1, samples, samples - 1), 0, T)
-    closed = control.feedback(control.series(slope, hardware, delay, arm), 1, sign=-1)
-    return np.abs(closed.poles()).max()
+    return np.abs(control.feedback(control.series(hardware, delay, arm), 1).poles()).max()
 
 
 def compare(vary, points, rounds, control_points):
     """One map by all three: figures by name."""
     runs = [berth_map("--vary", vary, "--grid", f"{points}x{points}") for _ in range(rounds)]
-    ours_s = median(run["compute_s"] for run, _ in runs)
+    ours_s = median(run["compute_cpu_s"] for run, _ in runs)
     x, y, ours = runs[0][1][:, :3].T
     possible = np.isfinite(ours)
     x, y, ours = x[possible], y[possible], ours[possible]
     theirs, numpy_s = numpy_radii(ESS, vary, x, y)
     chosen = np.linspace(0, len(x) - 1, control_points).astype(int)
     rigs = coupled_rigs(ESS, vary, x[chosen], y[chosen])
-    start = time.perf_counter()
-    by_control = [control_radius(Loop(ESS.rate_Hz, ESS.T_R, ESS.T_S, m=m), k, d)
-                  for k, m, d in zip(rigs.k, rigs.m, rigs.d)]
-    control_s = time.perf_counter() - start
+    start = time.process_time()
+    by_control = [control_radius(replace(ESS, k=k, m=m, d=d)) for k, m, d in zip(rigs.k, rigs.m, rigs.d)]
+    control_s = time.process_time() - start
     return {"points": len(x), "ours_us": 1e6 * ours_s / len(x), "numpy_us": 1e6 * numpy_s / len(x),
             "control_us": 1e6 * control_s / control_points, "control_points": control_points,
             "times_numpy": numpy_s / ours_s,
@@ -105,7 +97,7 @@ def dead_time_costs(points, rounds):
         chosen = possible[np.linspace(0, len(possible) - 1, max(3, 1000 // samples)).astype(int)]
         loop = Loop(ESS.rate_Hz, T_R_ms * 1e-3, ESS.T_S)
         theirs, numpy_s = numpy_radii(loop, "elasticity", x[chosen], y[chosen])
-        rows.append({"samples": samples, "ours_us": 1e6 * median(r["compute_s"] for r, _ in runs) / len(possible),
+        rows.append({"samples": samples, "ours_us": 1e6 * median(r["compute_cpu_s"] for r, _ in runs) / len(possible),
                      "numpy_us": 1e6 * numpy_s / len(chosen), "searches": runs[0][0]["searches"],
                      "difference": float(np.abs(ours[chosen] / theirs - 1.0).max())})
     return rows

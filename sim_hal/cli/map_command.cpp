@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -86,6 +87,14 @@ summary write_csv(const map_request &request, const map_result &map,
         write(lines);
     }
     return sums;
+}
+
+/* Of all threads, so far. */
+double cpu_s()
+{
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 class progress_bar
@@ -233,7 +242,9 @@ int map_command(const map_arguments &arguments)
     }
     progress_bar bar(request.y.count);
     const auto start = std::chrono::steady_clock::now();
+    const double cpu_start_s = cpu_s();
     const map_result map = compute_map(request, threads, [&](int rows) { bar.show(rows); });
+    const double cpu_taken_s = cpu_s() - cpu_start_s;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     bar.clear();
 
@@ -248,6 +259,7 @@ int map_command(const map_arguments &arguments)
     beside.finish();
     json["csv"] = stem + ".csv";
     json["compute_s"] = taken.count();
+    json["compute_cpu_s"] = cpu_taken_s;
     json["threads"] = threads;
     json["searches"] = map.searches;
     if (arguments.json) {
