@@ -48,7 +48,10 @@ def draw(csv, picture):
         axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=2)
         handles.append(plt.Line2D([], [], color="black", linewidth=2, label="limit of stability, |z| = 1"))
     if np.nanmin(wall) < np.nanmax(wall):
-        axes.contour(x, y, wall, levels=[0.5], colors="darkgreen", linewidths=1.5, linestyles="--")
+        frequency_Hz, level = (wall, 0.5)
+        if told["vary"]:  # known between the points, too
+            frequency_Hz, level = told["manipulator_Hz"] * x * np.sqrt(np.maximum(0.0, 1.0 - y**2)), told["wall_Hz"]
+        axes.contour(x, y, frequency_Hz, levels=[level], colors="darkgreen", linewidths=1.5, linestyles="--")
         handles.append(plt.Line2D([], [], color="darkgreen", linestyle="--",
                                   label=f"wall: damped eigenfrequency {told['wall_Hz']:g} Hz"))
     own = told["own"]

@@ -174,6 +174,8 @@ double value_of(const rig &rig, const std::string &name)
 nlohmann::json as_json(const map_request &request, const summary &sums)
 {
     const spectrum own = loop_spectrum(request.rig);
+    const manipulator_config &arm = request.rig.firmware.manipulator;
+    const double arm_Hz = std::sqrt(arm.stiffness_N_per_m / arm.mass_kg) / 6.28318530717958647692;
     const auto share = [](std::size_t part, std::size_t of) {
         return of > 0 ? nlohmann::json(static_cast<double>(part) / static_cast<double>(of)) : nlohmann::json();
     };
@@ -190,6 +192,7 @@ nlohmann::json as_json(const map_request &request, const summary &sums)
             {"stable_share", share(sums.stable, sums.possible)},
             {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
             {"wall_Hz", wall_Hz},
+            {"manipulator_Hz", arm_Hz},
             {"spectral_radius_min", has_points ? nlohmann::json(sums.least) : nlohmann::json()},
             {"spectral_radius_max", has_points ? nlohmann::json(sums.largest) : nlohmann::json()},
             {"own",

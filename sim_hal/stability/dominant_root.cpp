@@ -24,8 +24,9 @@ constexpr double last_step = 3e-8;
 /* The proof leaves this much room to the root itself: zeros nearer than this to the circle count as the same. */
 constexpr double circle_margin = 1e-10;
 
-/* Up to this degree the Schur-Cohn recursion is the cheaper proof, and all roots at once the cheaper search. */
-constexpr int small_degree_max = 64;
+/* Up to these degrees all roots at once are the cheaper search, and the Schur-Cohn recursion the cheaper proof. */
+constexpr int companion_degree_max = 64;
+constexpr int schur_cohn_degree_max = 160;
 
 /* Returns F' at the root, 0 if there was none near. */
 complex newton(const loop_equation &equation, complex &w)
@@ -60,7 +61,7 @@ complex towards_zero(const loop_equation &equation, complex w)
     return w;
 }
 
-using coefficients = std::array<double, small_degree_max + 1>;
+using coefficients = std::array<double, schur_cohn_degree_max + 1>;
 
 /* Coefficients of F(radius w) by rising powers; returns the sum of their magnitudes. */
 double expand(const loop_equation &equation, double radius, double *c)
@@ -104,7 +105,7 @@ bool is_smallest(const loop_equation &equation, complex w, complex slope)
 {
     const double magnitude = std::abs(w);
     const double radius = magnitude * (1.0 - circle_margin);
-    if (equation.degree() <= small_degree_max) {
+    if (equation.degree() <= schur_cohn_degree_max) {
         coefficients c;
         const double sum = expand(equation, radius, c.data());
         /* Multiplying out must not have moved the zero by as much as the margin. */
@@ -206,7 +207,7 @@ bool has_no_zero_inside(const loop_equation &equation, double radius)
     return count_zeros_inside(equation, radius) == 0;
 }
 
-/* The mode that led before, where a parabola through its last places says that it is. */
+/* The mode that led before, from where a parabola through its last places says that it is. */
 bool dominant_root_finder::follow(const loop_equation &equation)
 {
     if (followed_count_ == 0) {
@@ -251,7 +252,7 @@ double dominant_root_finder::spectral_radius(const loop_equation &equation)
     if (!follow(equation) && !follow_others(equation)) {
         searches_++;
         std::vector<complex> roots;
-        if (equation.degree() > small_degree_max) {
+        if (equation.degree() > companion_degree_max) {
             roots = search_by_circles(equation);
         }
         if (roots.empty()) {

@@ -25,6 +25,7 @@ struct sample {
     double angle;
     std::complex<double> ratio; /* B / A */
     double loss;                /* -ln |L|, L = w^delay B/A */
+    double loss_slope;          /* by angle */
     double phase;               /* arg L, continued from sample to sample */
 };
 
@@ -80,9 +81,11 @@ class walk
   private:
     sample at(double angle) const
     {
-        const equation_parts parts = evaluate_parts(equation_, std::polar(radius_, angle));
+        const std::complex<double> w = std::polar(radius_, angle);
+        const equation_parts parts = evaluate_parts(equation_, w);
         const std::complex<double> ratio = parts.b / parts.a;
-        return {angle, ratio, -delay_gain_ - 0.5 * std::log(std::norm(ratio)), 0.0};
+        const std::complex<double> log_slope = w * (parts.b_slope / parts.b - parts.a_slope / parts.a);
+        return {angle, ratio, -delay_gain_ - 0.5 * std::log(std::norm(ratio)), log_slope.imag(), 0.0};
     }
 
     /* From `from` to `angle`, in steps over which B/A changes little. */
@@ -94,7 +97,8 @@ class walk
             const double next = step < angle - from.angle ? from.angle + step : angle;
             sample to = at(next);
             const double turned = std::arg(to.ratio * std::conj(from.ratio));
-            if ((std::abs(turned) > change_max || !(std::abs(to.loss - from.loss) < change_max)) &&
+            if ((std::abs(turned) > change_max || !(std::abs(to.loss - from.loss) < change_max) ||
+                 !is_straight(from, to)) &&
                 next - from.angle > step_least) {
                 step = 0.5 * (next - from.angle);
                 continue;
@@ -105,6 +109,23 @@ class walk
             from = to;
         }
         return sum;
+    }
+
+    /* ln |L| goes straight enough that it has at most one zero between the samples: it is out of reach, or slopes
+     * and secant agree. */
+    static bool is_straight(const sample &from, const sample &to)
+    {
+        const double width = to.angle - from.angle;
+        const double secant = (to.loss - from.loss) / width;
+        const double steepest = std::max({std::abs(from.loss_slope), std::abs(to.loss_slope), std::abs(secant)});
+        if (from.loss * to.loss > 0.0 && std::min(std::abs(from.loss), std::abs(to.loss)) > 2.0 * width * steepest) {
+            return true;
+        }
+        const auto agrees = [&](double slope) {
+            return slope * secant > 0.0 && std::abs(slope) < 3.0 * std::abs(secant) &&
+                   std::abs(secant) < 3.0 * std::abs(slope);
+        };
+        return agrees(from.loss_slope) && agrees(to.loss_slope);
     }
 
     /* Where |L| < 1, 1 + L stays in the right half plane; where |L| > 1, so does 1 + 1/L = (1 + L)/L. */
@@ -133,23 +154,21 @@ class walk
         return std::arg(1.0 + std::polar(std::exp(s.loss), -s.phase));
     }
 
-    /* The point between two samples where |L| = 1. */
+    /* The point between two samples where |L| = 1: Newton's method, bisection where it leaves the bracket. */
     sample crossing(sample from, sample to) const
     {
-        for (int i = 0; i < 60; i++) {
-            const double share = from.loss / (from.loss - to.loss);
-            const double angle = from.angle + share * (to.angle - from.angle);
-            sample middle = at(angle);
+        sample middle = std::abs(from.loss) < std::abs(to.loss) ? from : to;
+        for (int i = 0; i < 60 && std::abs(middle.loss) > 1e-13; i++) {
+            double angle = middle.angle - middle.loss / middle.loss_slope;
+            if (!(angle > from.angle && angle < to.angle)) {
+                angle = 0.5 * (from.angle + to.angle);
+            }
+            middle = at(angle);
             middle.phase =
                 from.phase + std::arg(middle.ratio * std::conj(from.ratio)) + equation_.delay * (angle - from.angle);
-            const double slope = (to.phase - from.phase) / (to.loss - from.loss);
-            if (std::abs(middle.loss) < 1e-13 ||
-                std::abs(slope * middle.loss) < 0.1 * std::abs(std::abs(wrapped(middle.phase)) - pi)) {
-                return middle;
-            }
             ((middle.loss > 0.0) == (from.loss > 0.0) ? from : to) = middle;
         }
-        return from;
+        return middle;
     }
 
     /* Every turn of L through -1's direction outside the unit circle belongs to a zero. */
