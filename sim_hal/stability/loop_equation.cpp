@@ -12,38 +12,36 @@ namespace berth
 namespace
 {
 
-short_polynomial polynomial(std::initializer_list<double> coefficients)
-{
-    short_polynomial p;
-    std::copy(coefficients.begin(), coefficients.end(), p.coefficients.begin());
-    p.degree = static_cast<int>(coefficients.size()) - 1;
-    return p;
-}
+/* Times c0 + c1 w + c2 w^2. */
+struct short_factor {
+    double c0;
+    double c1;
+    double c2;
+    int degree;
+};
 
-short_polynomial operator*(const short_polynomial &p, const short_polynomial &q)
+/* By the rising powers before `end`. */
+void multiply(double *p, int end, const short_factor &f)
 {
-    short_polynomial r;
-    r.degree = p.degree + q.degree;
-    for (int i = 0; i <= p.degree; i++) {
-        for (int j = 0; j <= q.degree; j++) {
-            r.coefficients[static_cast<std::size_t>(i + j)] +=
-                p.coefficients[static_cast<std::size_t>(i)] * q.coefficients[static_cast<std::size_t>(j)];
-        }
+    double before = 0.0;
+    double before_that = 0.0;
+    for (int i = 0; i < end; i++) {
+        const double here = p[i];
+        p[i] = f.c0 * here + f.c1 * before + f.c2 * before_that;
+        before_that = before;
+        before = here;
     }
-    return r;
 }
 
-short_polynomial multiplied_out(const slow_factor &f)
+void multiply(short_polynomial &p, const short_factor &f)
 {
-    return polynomial({f.c0 + f.c1 + f.c2, -f.c1 - 2.0 * f.c2, f.c2});
+    p.degree += f.degree;
+    multiply(p.coefficients.data(), p.degree + 1, f);
 }
 
-short_polynomial trimmed(short_polynomial p)
+short_factor multiplied_out(const slow_factor &f)
 {
-    while (p.degree > 0 && p.coefficients[static_cast<std::size_t>(p.degree)] == 0.0) {
-        p.degree--;
-    }
-    return p;
+    return {f.c0 + f.c1 + f.c2, -f.c1 - 2.0 * f.c2, f.c2, f.c2 == 0.0 ? 1 : 2};
 }
 
 /* det(1 - w (1 + n)) of a change n over one period. */
@@ -83,29 +81,22 @@ bool is_same(const inverse_filter_config &a, const inverse_filter_config &b)
 
 /* Setpoint to sample, w^(whole dead periods - 1) left out: zeros = poles * (samples after a single setpoint of 1 m),
  * which ends after as many terms as there are poles and setpoints in a period. */
-short_polynomial hardware_zeros(const hardware_period &hardware, const short_polynomial &poles)
+short_polynomial hardware_zeros(const hardware_period &hardware, const short_factor *poles)
 {
     short_polynomial zeros;
     zeros.degree = hardware.state_count() + 2;
-    std::array<double, short_polynomial::capacity> samples{};
     plant_state state = plant_state::Zero();
     for (int n = 0; n <= zeros.degree; n++) {
-        samples[static_cast<std::size_t>(n)] =
+        zeros.coefficients[static_cast<std::size_t>(n)] =
             hardware.advance(state, {n == 0 ? 1.0 : 0.0, n == 1 ? 1.0 : 0.0, n == 2 ? 1.0 : 0.0});
-        for (int i = 0; i <= std::min(n, poles.degree); i++) {
-            zeros.coefficients[static_cast<std::size_t>(n)] +=
-                poles.coefficients[static_cast<std::size_t>(i)] * samples[static_cast<std::size_t>(n - i)];
-        }
+    }
+    for (int i = 0; i < hardware.link_count(); i++) {
+        multiply(zeros.coefficients.data(), zeros.degree + 1, poles[i]);
     }
     return zeros;
 }
 
 } // namespace
-
-int loop_equation::degree() const
-{
-    return std::max(a.degree, delay + b.degree);
-}
 
 std::complex<double> power(std::complex<double> w, int n)
 {
@@ -166,7 +157,7 @@ loop_equation_maker::firmware_response loop_equation_maker::respond(const app_co
     const pair_vector v = step(0.0, 1.0, 0.0);
     const pair_vector push = step(0.0, 0.0, -1.0);
     firmware_response made;
-    made.zeros = polynomial({push[0], v[0] * push[1] - v[1] * push[0]});
+    made.zeros = {push[0], v[0] * push[1] - v[1] * push[0]};
     made.poles = poles_of(block{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}});
 
     inverse_filter filter;
@@ -196,23 +187,26 @@ loop_equation loop_equation_maker::make(const rig &rig)
     const auto add_poles = [&](const slow_factor &poles) {
         made.a_factors[static_cast<std::size_t>(made.a_factor_count++)] = poles;
     };
-    short_polynomial poles = polynomial({1.0});
+    made.a.coefficients[0] = 1.0;
+    std::array<short_factor, 3> poles{};
     for (int i = 0; i < hardware.link_count(); i++) {
         const block change = hardware.link_change(i);
         add_poles(hardware.link_has_two_states(i) ? poles_of(change) : pole_of(change(0, 0)));
-        poles = poles * trimmed(multiplied_out(made.a_factors[static_cast<std::size_t>(i)]));
+        poles[static_cast<std::size_t>(i)] = multiplied_out(made.a_factors[static_cast<std::size_t>(i)]);
+        multiply(made.a, poles[static_cast<std::size_t>(i)]);
     }
-    made.b_rest = response_.zeros * hardware_zeros(hardware, poles);
+    made.b_rest = hardware_zeros(hardware, poles.data());
+    multiply(made.b_rest, {response_.zeros[0], response_.zeros[1], 0.0, 1});
     made.b = made.b_rest;
-    made.a = multiplied_out(response_.poles) * poles;
     add_poles(response_.poles);
+    multiply(made.a, multiplied_out(response_.poles));
     if (response_.has_filter) {
         const auto &[b0, b1, b2] = response_.filter_zeros;
         const auto &[a0, a1, a2] = response_.filter_poles;
         made.b_factor = slow_factor_of(response_.filter_zeros);
-        made.b = made.b * polynomial({b0, b1, b2});
-        made.a = made.a * polynomial({a0, a1, a2});
         add_poles(slow_factor_of(response_.filter_poles));
+        multiply(made.b, {b0, b1, b2, 2});
+        multiply(made.a, {a0, a1, a2, 2});
     }
     return made;
 }

@@ -8,6 +8,7 @@
 #ifndef SIM_HAL_STABILITY_LOOP_EQUATION_H
 #define SIM_HAL_STABILITY_LOOP_EQUATION_H
 
+#include <algorithm>
 #include <array>
 #include <complex>
 
@@ -18,7 +19,7 @@ namespace berth
 
 /* Coefficients by rising powers of w. */
 struct short_polynomial {
-    static constexpr int capacity = 14;
+    static constexpr int capacity = 12;
     std::array<double, capacity> coefficients{};
     int degree = 0;
 };
@@ -31,18 +32,19 @@ struct slow_factor {
 };
 
 struct loop_equation {
-    /* A and B multiplied out. Rounding moves the zeros near w = 1 by more than the factors do: use evaluate(). */
-    short_polynomial a;
-    short_polynomial b;
     int delay = 0;
 
     /* A is the product of its factors; B that of two. */
-    std::array<slow_factor, 5> a_factors{};
+    std::array<slow_factor, 5> a_factors;
     int a_factor_count = 0;
     slow_factor b_factor{1.0, 0.0, 0.0};
     short_polynomial b_rest;
 
-    int degree() const;
+    /* A and B multiplied out. Rounding moves the zeros near w = 1 by more than the factors do: use evaluate(). */
+    short_polynomial a;
+    short_polynomial b;
+
+    int degree() const { return std::max(a.degree, delay + b.degree); }
 };
 
 /* A, B and their derivatives by w. */
@@ -78,7 +80,7 @@ class loop_equation_maker
 
   private:
     struct firmware_response {
-        short_polynomial zeros; /* of the manipulator: -F to x, without the one w that every step takes */
+        std::array<double, 2> zeros{}; /* of the manipulator: -F to x, without the one w that every step takes */
         slow_factor poles;
         bool has_filter = false;
         std::array<double, 3> filter_zeros{}; /* by powers of w */
