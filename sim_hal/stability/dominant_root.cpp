@@ -66,7 +66,8 @@ using coefficients = std::array<double, schur_cohn_degree_max + 1>;
 /* Coefficients of F(radius w) by rising powers; returns the sum of their magnitudes. */
 double expand(const loop_equation &equation, double radius, double *c)
 {
-    std::fill(c, c + equation.degree() + 1, 0.0);
+    const int degree = equation.degree();
+    std::fill(c, c + degree + 1, 0.0);
     for (int i = 0; i <= equation.a.degree; i++) {
         c[i] += equation.a.coefficients[static_cast<std::size_t>(i)];
     }
@@ -75,41 +76,46 @@ double expand(const loop_equation &equation, double radius, double *c)
     }
     double sum = 0.0;
     double scale = 1.0;
-    for (int i = 0; i <= equation.degree(); i++, scale *= radius) {
+    for (int i = 0; i <= degree; i++, scale *= radius) {
         c[i] *= scale;
         sum += std::abs(c[i]);
     }
     return sum;
 }
 
-/* All zeros outside the unit circle: every reflection |c_n / c_0| of the Schur-Cohn recursion is below 1. */
+/* All zeros outside the unit circle: every reflection |c_n / c_0| of the Schur-Cohn recursion is below 1. Two at a
+ * time, so that one division does not have to wait for the other. */
 bool schur_cohn_outside(double *c, int degree)
 {
-    for (int n = degree; n > 0; n--) {
-        const double k = c[n] / c[0];
-        if (!(std::abs(k) < 1.0)) {
+    coefficients second;
+    double *from = c;
+    double *to = second.data();
+    int n = degree;
+    for (; n > 1; n -= 2, std::swap(from, to)) {
+        const double k = from[n] / from[0];
+        const double l = (from[n - 1] * from[0] - from[n] * from[1]) / (from[0] * from[0] - from[n] * from[n]);
+        if (!(std::abs(k) < 1.0 && std::abs(l) < 1.0)) {
             return false;
         }
-        for (int i = 0; 2 * i <= n; i++) {
-            const double low = c[i];
-            const double high = c[n - i];
-            c[i] = low - k * high;
-            c[n - i] = high - k * low;
+        const double kl = k * l;
+        const double *const back = from + n;
+        for (int i = 0; i <= n - 2; i++) {
+            to[i] = (from[i] - k * back[-i]) - (l * back[-i - 1] - kl * from[i + 1]);
         }
     }
-    return true;
+    return n == 0 || std::abs(from[1]) < std::abs(from[0]);
 }
 
 /* No zero is smaller than this one, where F has the slope F'. */
 bool is_smallest(const loop_equation &equation, complex w, complex slope)
 {
-    const double magnitude = std::abs(w);
+    const double magnitude = std::sqrt(std::norm(w));
     const double radius = magnitude * (1.0 - circle_margin);
     if (equation.degree() <= schur_cohn_degree_max) {
         coefficients c;
         const double sum = expand(equation, radius, c.data());
         /* Multiplying out must not have moved the zero by as much as the margin. */
-        const double shift = 1e-16 * sum / (std::abs(slope) * magnitude);
+        const double shift = 1e-16 * sum / (std::sqrt(std::norm(slope)) * magnitude);
         if (shift < 0.1 * circle_margin && schur_cohn_outside(c.data(), equation.degree())) {
             return true;
         }
@@ -264,7 +270,7 @@ double dominant_root_finder::spectral_radius(const loop_equation &equation)
         }
         keep(roots);
     }
-    return 1.0 / std::abs(followed_[0]);
+    return 1.0 / std::sqrt(std::norm(followed_[0]));
 }
 
 } // namespace berth
