@@ -61,9 +61,9 @@ complex towards_zero(const loop_equation &equation, complex w)
     return w;
 }
 
-using coefficients = std::array<double, schur_cohn_degree_max + 1>;
+using coefficients = std::array<double, schur_cohn_degree_max + 2>;
 
-/* Coefficients of F(radius w) by rising powers; returns the sum of their magnitudes. */
+/* Coefficients of F(radius w) by rising powers, with one place more; returns the sum of their magnitudes. */
 double expand(const loop_equation &equation, double radius, double *c)
 {
     const int degree = equation.degree();
@@ -75,10 +75,13 @@ double expand(const loop_equation &equation, double radius, double *c)
         c[equation.delay + i] += equation.b.coefficients[static_cast<std::size_t>(i)];
     }
     double sum = 0.0;
-    double scale = 1.0;
-    for (int i = 0; i <= degree; i++, scale *= radius) {
-        c[i] *= scale;
-        sum += std::abs(c[i]);
+    double even = 1.0;
+    double odd = radius;
+    c[degree + 1] = 0.0; /* so that pairs come out even */
+    for (int i = 0; i <= degree; i += 2, even *= radius * radius, odd *= radius * radius) {
+        c[i] *= even;
+        c[i + 1] *= odd;
+        sum += std::abs(c[i]) + std::abs(c[i + 1]);
     }
     return sum;
 }
@@ -126,8 +129,9 @@ bool is_smallest(const loop_equation &equation, complex w, complex slope)
 /* 1/z of every eigenvalue of the companion matrix in the upper half plane. */
 std::vector<complex> all_roots(const loop_equation &equation)
 {
-    std::vector<double> c(static_cast<std::size_t>(equation.degree()) + 1);
+    std::vector<double> c(static_cast<std::size_t>(equation.degree()) + 2);
     expand(equation, 1.0, c.data());
+    c.pop_back();
     while (c.size() > 2 && c.back() == 0.0) {
         c.pop_back();
     }
@@ -213,14 +217,16 @@ bool has_no_zero_inside(const loop_equation &equation, double radius)
     return count_zeros_inside(equation, radius) == 0;
 }
 
-/* The mode that led before, from where a parabola through its last places says that it is. */
+/* The mode that led before, from where a cubic through its last places says that it is. */
 bool dominant_root_finder::follow(const loop_equation &equation)
 {
     if (followed_count_ == 0) {
         return false;
     }
     complex w = followed_[0];
-    if (before_count_ == 2) {
+    if (before_count_ == 3) {
+        w = 4.0 * (followed_[0] + before_[1]) - 6.0 * before_[0] - before_[2];
+    } else if (before_count_ == 2) {
         w = 3.0 * (followed_[0] - before_[0]) + before_[1];
     } else if (before_count_ == 1) {
         w = 2.0 * followed_[0] - before_[0];
@@ -229,8 +235,8 @@ bool dominant_root_finder::follow(const loop_equation &equation)
     if (slope == 0.0 || !is_smallest(equation, w, slope)) {
         return false;
     }
-    before_ = {followed_[0], before_[0]};
-    before_count_ = std::min(before_count_ + 1, 2);
+    before_ = {followed_[0], before_[0], before_[1]};
+    before_count_ = std::min(before_count_ + 1, 3);
     followed_[0] = w;
     return true;
 }

@@ -32,7 +32,7 @@ class dominant_root_finder
     static constexpr int followed_max = 4;
     std::array<std::complex<double>, followed_max> followed_{}; /* w of the upper half plane, smallest |w| first */
     int followed_count_ = 0;
-    std::array<std::complex<double>, 2> before_{}; /* followed_[0] one and two rigs ago */
+    std::array<std::complex<double>, 3> before_{}; /* followed_[0] one, two and three rigs ago */
     int before_count_ = 0;
     long searches_ = 0;
 };
