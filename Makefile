@@ -57,14 +57,15 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
-.PHONY: all readme run test quick-test cpp-test py-test sanitize lint format codec codec-check cross bench setup setup-test clean help
+.PHONY: all readme run test quick-test lint format codec bench map setup setup-test clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
 	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
-	@echo "make bench          time the tick and the closed loop against scipy and a compiled delay solver"
+	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
+	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
 	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
@@ -90,6 +91,12 @@ readme: setup
 bench: setup-test
 	@$(MAKE) all build/tick_bench
 	@$(PYTHON) scripts/bench.py
+	@$(PYTHON) scripts/bench_map.py
+
+map: setup
+	@$(MAKE) all
+	@for vary in elasticity mass; do build/berth map ess --vary $$vary || exit; done
+	@$(PYTHON) scripts/map_picture.py build/maps/ess-elasticity.csv build/maps/ess-mass.csv
 
 setup:
 	@scripts/setup.sh run
@@ -134,6 +141,9 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 	@$(COMPILED_CXX) -c $< -o $@
 
 $(call object,$(TICK_PATH)): COMMON += -flto
+
+# Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
+$(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-range
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)

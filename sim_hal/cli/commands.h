@@ -25,6 +25,18 @@ struct run_arguments : rig_arguments {
     bool print_config = false;
 };
 
+struct map_arguments : rig_arguments {
+    std::string vary; /* elasticity, mass, or nothing with x and y */
+    std::string x;    /* key=from:to:count */
+    std::string y;
+    std::string grid = "200x200";
+    std::string x_range; /* from:to, of the axes of `vary` */
+    std::string y_range;
+    std::string out_folder = "build/maps";
+    int threads = 0; /* 0: one per core */
+    bool yes = false;
+};
+
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
@@ -34,6 +46,7 @@ int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const rig_arguments &arguments);
+int map_command(const map_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth

@@ -23,6 +23,29 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
+void add_map_options(CLI::App &command, berth::map_arguments &arguments)
+{
+    add_rig_options(command, arguments);
+    command.add_option(
+        "--vary", arguments.vary,
+        "elasticity or mass of the object: axes are frequency ratio and damping of the coupled system");
+    command.add_option("--x", arguments.x, "any number of the rig along x")->type_name("KEY=FROM:TO:COUNT");
+    command.add_option("--y", arguments.y, "another along y")->type_name("KEY=FROM:TO:COUNT");
+    command.add_option("--grid", arguments.grid, "points along x and y, with --vary")
+        ->type_name("NXxNY")
+        ->capture_default_str();
+    command
+        .add_option("--x-range", arguments.x_range,
+                    "with --vary: omega/omega_M; default: from below what the object allows to beyond the robot's "
+                    "5 Hz wall, or with mass to beyond an object without mass")
+        ->type_name("FROM:TO");
+    command.add_option("--y-range", arguments.y_range, "with --vary: damping ratio; default 0:0.3")
+        ->type_name("FROM:TO");
+    command.add_option("--out", arguments.out_folder, "folder for the CSV file")->capture_default_str();
+    command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));
+    command.add_flag("--yes", arguments.yes, "go on where a map is very large");
+}
+
 /* The parser only says that there is no subcommand. */
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
 {
@@ -81,6 +104,11 @@ int run(int argc, char **argv)
     CLI::App *eigen_app = app.add_subcommand("eigen", "eigenvalues of the loop over one period, and what they mean");
     add_rig_options(*eigen_app, eigen);
     eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
+
+    berth::map_arguments map;
+    CLI::App *map_app = app.add_subcommand("map", "largest |z| of the loop over two parameters, as a CSV file");
+    add_map_options(*map_app, map);
+    map_app->callback([&] { exit_code = berth::map_command(map); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");

@@ -47,58 +47,9 @@ plant_state plant::at_rest(double position_m) const
     return state;
 }
 
-double plant::robot_position_m(const plant_state &state, const reference_line &line) const
-{
-    return has_transfer_behaviour ? state(robot_position) : line.position_m;
-}
-
-double plant::robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const
-{
-    return has_transfer_behaviour ? state(robot_velocity) : line.velocity_m_per_s;
-}
-
-double plant::spring_force_N(const plant_state &state, const reference_line &line) const
-{
-    return sensor_stiffness_N_per_m * (robot_position_m(state, line) - state(object_position)) +
-           sensor_damping_N_s_per_m * (robot_velocity_m_per_s(state, line) - state(object_velocity));
-}
-
-double plant::measured_force_N(const plant_state &state, const reference_line &line) const
-{
-    return filter_order > 0 ? state(filter_output) : spring_force_N(state, line);
-}
-
 contact_mode plant::mode(const plant_state &state) const
 {
     return !one_sided || object_force_N(state) > 0.0 ? contact_mode::attached : contact_mode::free;
-}
-
-double plant::object_force_N(const plant_state &state) const
-{
-    const double depth_m = state(object_position) - surface_m;
-    const double force_N = stiffness_N_per_m * depth_m + damping_N_s_per_m * state(object_velocity);
-    return !one_sided ? force_N : depth_m > 0.0 ? std::max(0.0, force_N) : 0.0;
-}
-
-plant_state plant::derivative(const plant_state &state, const reference_line &line) const
-{
-    const double force_N = spring_force_N(state, line);
-    plant_state rate = plant_state::Zero();
-    rate(object_position) = state(object_velocity);
-    rate(object_velocity) = (force_N - object_force_N(state)) / mass_kg;
-    if (filter_order == 2) {
-        rate(filter_output) = state(filter_rate);
-        rate(filter_rate) =
-            filter_w * filter_w * (force_N - state(filter_output)) - 2.0 * filter_z * filter_w * state(filter_rate);
-    } else if (filter_order == 1) {
-        rate(filter_output) = filter_w * (force_N - state(filter_output));
-    }
-    if (has_transfer_behaviour) {
-        rate(robot_position) = state(robot_velocity);
-        rate(robot_velocity) = robot_w * robot_w * (line.position_m - state(robot_position)) -
-                               2.0 * robot_z * robot_w * state(robot_velocity);
-    }
-    return rate;
 }
 
 void plant::apply_reference_jump(plant_state &state, double jump_m) const

@@ -13,6 +13,7 @@
 #ifndef SIM_HAL_PLANT_PLANT_H
 #define SIM_HAL_PLANT_PLANT_H
 
+#include <algorithm>
 #include <cstdint>
 #include <Eigen/Core>
 
@@ -90,6 +91,57 @@ struct plant {
      * it, d_S jump, which changes the object's velocity and the low-pass at once. */
     void apply_reference_jump(plant_state &state, double jump_m) const;
 };
+
+/* Inline, so that only what differs from 0 is left where they are asked for unit vectors. */
+
+inline double plant::robot_position_m(const plant_state &state, const reference_line &line) const
+{
+    return has_transfer_behaviour ? state(robot_position) : line.position_m;
+}
+
+inline double plant::robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const
+{
+    return has_transfer_behaviour ? state(robot_velocity) : line.velocity_m_per_s;
+}
+
+inline double plant::spring_force_N(const plant_state &state, const reference_line &line) const
+{
+    return sensor_stiffness_N_per_m * (robot_position_m(state, line) - state(object_position)) +
+           sensor_damping_N_s_per_m * (robot_velocity_m_per_s(state, line) - state(object_velocity));
+}
+
+inline double plant::measured_force_N(const plant_state &state, const reference_line &line) const
+{
+    return filter_order > 0 ? state(filter_output) : spring_force_N(state, line);
+}
+
+inline double plant::object_force_N(const plant_state &state) const
+{
+    const double depth_m = state(object_position) - surface_m;
+    const double force_N = stiffness_N_per_m * depth_m + damping_N_s_per_m * state(object_velocity);
+    return !one_sided ? force_N : depth_m > 0.0 ? std::max(0.0, force_N) : 0.0;
+}
+
+inline plant_state plant::derivative(const plant_state &state, const reference_line &line) const
+{
+    const double force_N = spring_force_N(state, line);
+    plant_state rate = plant_state::Zero();
+    rate(object_position) = state(object_velocity);
+    rate(object_velocity) = (force_N - object_force_N(state)) / mass_kg;
+    if (filter_order == 2) {
+        rate(filter_output) = state(filter_rate);
+        rate(filter_rate) =
+            filter_w * filter_w * (force_N - state(filter_output)) - 2.0 * filter_z * filter_w * state(filter_rate);
+    } else if (filter_order == 1) {
+        rate(filter_output) = filter_w * (force_N - state(filter_output));
+    }
+    if (has_transfer_behaviour) {
+        rate(robot_position) = state(robot_velocity);
+        rate(robot_velocity) = robot_w * robot_w * (line.position_m - state(robot_position)) -
+                               2.0 * robot_z * robot_w * state(robot_velocity);
+    }
+    return rate;
+}
 
 } // namespace berth
 

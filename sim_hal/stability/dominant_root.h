@@ -4,6 +4,8 @@
 #define SIM_HAL_STABILITY_DOMINANT_ROOT_H
 
 #include <array>
+#include <complex>
+#include <vector>
 
 #include "loop_equation.h"
 
@@ -13,20 +15,26 @@ namespace berth
 class dominant_root_finder
 {
   public:
-    /* Largest |z| of the loop. Neighbouring rigs in succession are fast. */
+    /* Largest |z| of the loop. Neighbouring rigs in succession, in equal steps, are fast. */
     double spectral_radius(const loop_equation &equation);
 
-    /* How often all roots had to be computed: at the start, and where another mode took over. */
-    long full_solutions() const { return full_solutions_; }
+    /* The next rig is not in the row: what is known of the modes stays, but not where they go. */
+    void restart() { before_count_ = 0; }
+
+    /* How often roots had to be searched for: at the start, and where a mode that was not followed took over. */
+    long searches() const { return searches_; }
 
   private:
     bool follow(const loop_equation &equation);
-    void solve_fully(const loop_equation &equation);
+    bool follow_others(const loop_equation &equation);
+    void keep(const std::vector<std::complex<double>> &roots);
 
-    static constexpr int followed_max = 3;
-    std::array<std::complex<double>, followed_max> followed_{}; /* w of upper half plane, smallest |w| first */
+    static constexpr int followed_max = 4;
+    std::array<std::complex<double>, followed_max> followed_{}; /* w of the upper half plane, smallest |w| first */
     int followed_count_ = 0;
-    long full_solutions_ = 0;
+    std::array<std::complex<double>, 3> before_{}; /* followed_[0] one, two and three rigs ago */
+    int before_count_ = 0;
+    long searches_ = 0;
 };
 
 /* True if F has no zero with |w| < radius. */

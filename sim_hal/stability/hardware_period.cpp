@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "../../firmware/matrix_exponential.h"
 #include "../../hal/rig/rig_file.h"
-#include "../solver/generator.h"
 
 namespace berth
 {
@@ -24,29 +22,9 @@ void require_linear(const rig &rig)
     }
 }
 
-/* exp of the generator with its states in natural units, so that no digits are lost between metres and newtons:
- * `places` are the rows and columns in use. */
-template <int size>
-void exponential_of_part(const plant_generator &generator, const std::array<int, 8> &places,
-                         const plant_state &scales, double duration_s,
-                         Eigen::Matrix<double, plant_state_count, plant_state_count + 2> &transition)
+pair_vector pair_of(const plant_state &state, int pair)
 {
-    const auto scale = [&](int place) { return place < plant_state_count ? scales(place) : 1.0; };
-    Eigen::Matrix<double, size, size> scaled;
-    for (int i = 0; i < size; i++) {
-        for (int j = 0; j < size; j++) {
-            scaled(i, j) = generator(places[i], places[j]) * duration_s * (scale(places[j]) / scale(places[i]));
-        }
-    }
-    /* The slope counts in metres per part, for the same reason. */
-    scaled.col(size - 1) /= duration_s;
-    const Eigen::Matrix<double, size, size> e = matrix_exponential<size>(scaled);
-    for (int i = 0; i < size - 2; i++) {
-        for (int j = 0; j < size - 1; j++) {
-            transition(places[i], places[j]) = e(i, j) * (scale(places[i]) / scale(places[j]));
-        }
-        transition(places[i], plant_state_count + 1) = e(i, size - 1) * scale(places[i]) * duration_s;
-    }
+    return pair_vector{state(2 * pair), state(2 * pair + 1)};
 }
 
 } // namespace
@@ -81,9 +59,15 @@ void hardware_period::find_states_in_use()
             states_[static_cast<std::size_t>(state_count_++)] = first + i;
         }
     };
+    const auto link = [&](int pair) { pairs_[static_cast<std::size_t>(link_count_++)] = pair; };
+    if (plant_.filter_order > 0) {
+        link(filter_pair);
+    }
     use(object_position, 2);
+    link(object_pair);
     if (plant_.has_transfer_behaviour) {
         use(robot_position, 2);
+        link(robot_pair);
     }
     use(filter_output, static_cast<int>(plant_.filter_order));
 }
@@ -92,27 +76,64 @@ void hardware_period::add_part(std::int64_t from_ns, std::int64_t to_ns)
 {
     part &made = parts_[static_cast<std::size_t>(part_count_++)];
     made.from_ns = from_ns;
-    made.transition.setZero();
-    std::array<int, 8> places{};
-    std::copy(states_.begin(), states_.begin() + state_count_, places.begin());
-    places[static_cast<std::size_t>(state_count_)] = plant_state_count;
-    places[static_cast<std::size_t>(state_count_) + 1] = plant_state_count + 1;
-
-    const plant_generator generator = make_generator(plant_, contact_mode::attached);
-    const plant_state scales = plant_.natural_scales();
     const double duration_s = static_cast<double>(to_ns - from_ns) * 1e-9;
-    switch (state_count_) {
+    switch (link_count_) {
+    case 1:
+        return set_change<2>(made, duration_s);
     case 2:
-        return exponential_of_part<4>(generator, places, scales, duration_s, made.transition);
-    case 3:
-        return exponential_of_part<5>(generator, places, scales, duration_s, made.transition);
-    case 4:
-        return exponential_of_part<6>(generator, places, scales, duration_s, made.transition);
-    case 5:
-        return exponential_of_part<7>(generator, places, scales, duration_s, made.transition);
+        return set_change<3>(made, duration_s);
     default:
-        return exponential_of_part<8>(generator, places, scales, duration_s, made.transition);
+        return set_change<4>(made, duration_s);
     }
+}
+
+/* exp of the plant's equations, asked for unit vectors so that they stand in one place only, in natural units, so
+ * that no digits are lost between metres and newtons. */
+template <int count>
+void hardware_period::set_change(part &made, double duration_s) const
+{
+    constexpr int inputs = count - 1;
+    const plant_state zero = plant_state::Zero();
+    const plant_state natural = plant_.natural_scales();
+    std::array<pair_vector, count> scales;
+    for (int i = 0; i < inputs; i++) {
+        scales[static_cast<std::size_t>(i)] = pair_of(natural, link_pair(i));
+    }
+    scales[inputs] = pair_vector{1.0, 1.0 / duration_s}; /* the slope counts in metres per part */
+
+    block_triangular<count> generator;
+    const auto set_column = [&](int column, int side, const plant_state &rate) {
+        for (int row = 0; row <= std::min(column, inputs - 1); row++) {
+            generator.at(row, column).columns[static_cast<std::size_t>(side)] = pair_of(rate, link_pair(row));
+        }
+    };
+    for (int i = 0; i < inputs; i++) {
+        set_column(i, 0, plant_.derivative(plant_state::Unit(2 * link_pair(i)), {}));
+        set_column(i, 1, plant_.derivative(plant_state::Unit(2 * link_pair(i) + 1), {}));
+    }
+    set_column(inputs, 0, plant_.derivative(zero, {1.0, 0.0}));
+    set_column(inputs, 1, plant_.derivative(zero, {0.0, 1.0}));
+    generator.at(inputs, inputs) = {pair_vector{0.0, 0.0}, pair_vector{1.0, 0.0}}; /* u grows by its slope */
+
+    std::array<pair_vector, count> inverse_scales;
+    for (std::size_t i = 0; i < count; i++) {
+        inverse_scales[i] = 1.0 / scales[i];
+    }
+    generator.for_each([&](int row, int column) {
+        block &entry = generator.at(row, column);
+        const pair_vector from = scales[static_cast<std::size_t>(column)] * duration_s;
+        const pair_vector to = inverse_scales[static_cast<std::size_t>(row)];
+        entry.columns[0] *= to * from[0];
+        entry.columns[1] *= to * from[1];
+    });
+    const block_triangular<count> change = exponential_minus_identity(generator);
+    change.for_each([&](int row, int column) {
+        block &entry = made.change.at(row, column);
+        const pair_vector from = inverse_scales[static_cast<std::size_t>(column)];
+        const pair_vector to = scales[static_cast<std::size_t>(row)];
+        entry.columns[0] = change.at(row, column).columns[0] * to * from[0];
+        entry.columns[1] = change.at(row, column).columns[1] * to * from[1];
+    });
 }
 
 reference_line hardware_period::line_at(const setpoint_window &setpoints, std::int64_t offset_ns,
@@ -141,19 +162,28 @@ double hardware_period::advance(plant_state &state, const setpoint_window &setpo
         if (piece.from_ns == sample_ns_ && !samples_before_knot_) {
             sample_N = plant_.measured_force_N(state, line);
         }
-        Eigen::Matrix<double, plant_state_count + 2, 1> augmented;
-        augmented << state, line.position_m, line.velocity_m_per_s;
-        state = piece.transition * augmented;
+        const pair_vector inputs{line.position_m, line.velocity_m_per_s};
+        for (int row = 0; row < link_count_; row++) { /* those behind it have not moved yet */
+            pair_vector change = piece.change.at(row, link_count_) * inputs;
+            for (int column = row; column < link_count_; column++) {
+                change += piece.change.at(row, column) * pair_of(state, link_pair(column));
+            }
+            state(2 * link_pair(row)) += change[0];
+            state(2 * link_pair(row) + 1) += change[1];
+        }
     }
     return sample_N;
 }
 
-Eigen::Matrix<double, plant_state_count, plant_state_count> hardware_period::transition() const
+block hardware_period::link_change(int link) const
 {
-    Eigen::Matrix<double, plant_state_count, plant_state_count> product =
-        parts_[0].transition.leftCols<plant_state_count>();
-    for (int i = 1; i < part_count_; i++) {
-        product = (parts_[static_cast<std::size_t>(i)].transition.leftCols<plant_state_count>() * product).eval();
+    block product = parts_[0].change.at(link, link);
+    for (int i = 1; i < part_count_; i++) { /* (1 + b)(1 + a) - 1 */
+        const block &after = parts_[static_cast<std::size_t>(i)].change.at(link, link);
+        const block before = product;
+        for (std::size_t c = 0; c < 2; c++) {
+            product.columns[c] += after.columns[c] + after * before.columns[c];
+        }
     }
     return product;
 }

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "../plant/plant.h"
+#include "../solver/block_triangular.h"
 
 namespace berth
 {
@@ -31,22 +32,37 @@ class hardware_period
     int state_count() const { return state_count_; }
     int state(int i) const { return states_[static_cast<std::size_t>(i)]; }
 
-    /* Transition of the states over the period with the setpoints at 0. */
-    Eigen::Matrix<double, plant_state_count, plant_state_count> transition() const;
+    /* The hardware is a chain of links of up to two states, low-pass first, each driven by those after it: its
+     * eigenvalues are those of the links. */
+    int link_count() const { return link_count_; }
+    bool link_has_two_states(int link) const { return link_pair(link) != filter_pair || plant_.filter_order == 2; }
+
+    /* Transition of a link over the period by itself, less 1. */
+    block link_change(int link) const;
 
     int whole_dead_periods() const { return whole_dead_periods_; }
     int sample_age_ticks() const { return sample_age_ticks_; } /* F[n] is the sample of period n - this */
     bool needs_setpoint_before() const { return knot_ns_ > 0 || holds_; }
 
   private:
-    /* A part of the period without an event: (state, u, u') to state. */
+    /* Neighbouring states, by the place of the first of them in plant_index. */
+    static constexpr int object_pair = object_position / 2;
+    static constexpr int filter_pair = filter_output / 2;
+    static constexpr int robot_pair = robot_position / 2;
+    static constexpr int links_max = 3;
+
+    int link_pair(int link) const { return pairs_[static_cast<std::size_t>(link)]; }
+
+    /* A part of the period without an event: change of the links, driven by each other and by (u, u'). */
     struct part {
         std::int64_t from_ns;
-        Eigen::Matrix<double, plant_state_count, plant_state_count + 2> transition;
+        block_triangular<links_max + 1> change; /* (u, u') behind the last link */
     };
 
     void find_states_in_use();
     void add_part(std::int64_t from_ns, std::int64_t to_ns);
+    template <int count>
+    void set_change(part &made, double duration_s) const;
     reference_line line_at(const setpoint_window &setpoints, std::int64_t offset_ns, bool after_knot) const;
 
     plant plant_;
@@ -59,6 +75,8 @@ class hardware_period
     bool samples_before_knot_;
     std::array<int, plant_state_count> states_{};
     int state_count_ = 0;
+    std::array<int, links_max> pairs_{};
+    int link_count_ = 0;
     std::array<part, 3> parts_;
     int part_count_ = 0;
 };

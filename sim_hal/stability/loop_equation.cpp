@@ -1,8 +1,6 @@
 #include "loop_equation.h"
 
 #include <algorithm>
-#include <Eigen/Core>
-#include <Eigen/LU>
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
@@ -14,41 +12,137 @@ namespace berth
 namespace
 {
 
-short_polynomial polynomial(std::initializer_list<double> coefficients)
-{
-    short_polynomial p;
-    std::copy(coefficients.begin(), coefficients.end(), p.coefficients.begin());
-    p.degree = static_cast<int>(coefficients.size()) - 1;
-    return p;
-}
-
-short_polynomial operator*(const short_polynomial &p, const short_polynomial &q)
-{
-    short_polynomial r;
-    r.degree = p.degree + q.degree;
-    for (int i = 0; i <= p.degree; i++) {
-        for (int j = 0; j <= q.degree; j++) {
-            r.coefficients[static_cast<std::size_t>(i + j)] +=
-                p.coefficients[static_cast<std::size_t>(i)] * q.coefficients[static_cast<std::size_t>(j)];
-        }
-    }
-    return r;
-}
-
-/* det(1 - w m). */
-short_polynomial poles_of(const Eigen::Matrix2d &m)
-{
-    return polynomial({1.0, -m.trace(), m.determinant()});
-}
-
-/* Zeros and poles of a block, by powers of w. */
-struct response {
-    short_polynomial zeros;
-    short_polynomial poles;
+/* Times c0 + c1 w + c2 w^2. */
+struct short_factor {
+    double c0;
+    double c1;
+    double c2;
+    int degree;
 };
 
-/* -F to x, without the one w that every step takes. */
-response manipulator_response(const app_config &config)
+/* By the rising powers before `end`. */
+void multiply(double *p, int end, const short_factor &f)
+{
+    double before = 0.0;
+    double before_that = 0.0;
+    for (int i = 0; i < end; i++) {
+        const double here = p[i];
+        p[i] = f.c0 * here + f.c1 * before + f.c2 * before_that;
+        before_that = before;
+        before = here;
+    }
+}
+
+void multiply(short_polynomial &p, const short_factor &f)
+{
+    p.degree += f.degree;
+    multiply(p.coefficients.data(), p.degree + 1, f);
+}
+
+short_factor multiplied_out(const slow_factor &f)
+{
+    return {f.c0 + f.c1 + f.c2, -f.c1 - 2.0 * f.c2, f.c2, f.c2 == 0.0 ? 1 : 2};
+}
+
+/* det(1 - w (1 + n)) of a change n over one period. */
+slow_factor poles_of(const block &n)
+{
+    const double determinant = n.determinant();
+    return {determinant, -n.trace() - 2.0 * determinant, 1.0 + n.trace() + determinant};
+}
+
+/* 1 - w (1 + n) */
+slow_factor pole_of(double n)
+{
+    return {-n, 1.0 + n, 0.0};
+}
+
+slow_factor slow_factor_of(const std::array<double, 3> &c)
+{
+    return {c[0] + c[1] + c[2], -c[1] - 2.0 * c[2], c[2]};
+}
+
+bool is_same(const loop_config &a, const loop_config &b)
+{
+    return a.rate_Hz == b.rate_Hz;
+}
+
+bool is_same(const manipulator_config &a, const manipulator_config &b)
+{
+    return a.mass_kg == b.mass_kg && a.damping_N_s_per_m == b.damping_N_s_per_m &&
+           a.stiffness_N_per_m == b.stiffness_N_per_m && a.integrator == b.integrator && a.substeps == b.substeps;
+}
+
+bool is_same(const inverse_filter_config &a, const inverse_filter_config &b)
+{
+    return a.enabled == b.enabled && a.robot_frequency_Hz == b.robot_frequency_Hz &&
+           a.robot_damping_ratio == b.robot_damping_ratio && a.bandwidth_Hz == b.bandwidth_Hz;
+}
+
+/* Setpoint to sample, w^(whole dead periods - 1) left out: zeros = poles * (samples after a single setpoint of 1 m),
+ * which ends after as many terms as there are poles and setpoints in a period. */
+short_polynomial hardware_zeros(const hardware_period &hardware, const short_factor *poles)
+{
+    short_polynomial zeros;
+    zeros.degree = hardware.state_count() + 2;
+    plant_state state = plant_state::Zero();
+    for (int n = 0; n <= zeros.degree; n++) {
+        zeros.coefficients[static_cast<std::size_t>(n)] =
+            hardware.advance(state, {n == 0 ? 1.0 : 0.0, n == 1 ? 1.0 : 0.0, n == 2 ? 1.0 : 0.0});
+    }
+    for (int i = 0; i < hardware.link_count(); i++) {
+        multiply(zeros.coefficients.data(), zeros.degree + 1, poles[i]);
+    }
+    return zeros;
+}
+
+} // namespace
+
+std::complex<double> power(std::complex<double> w, int n)
+{
+    std::complex<double> result = 1.0;
+    for (std::complex<double> square = w; n > 0; n >>= 1, square *= square) {
+        result = n & 1 ? result * square : result;
+    }
+    return result;
+}
+
+equation_parts evaluate_parts(const loop_equation &equation, std::complex<double> w)
+{
+    const std::complex<double> e = 1.0 - w;
+    const auto of_factor = [&](const slow_factor &f) {
+        return equation_value{f.c0 + e * (f.c1 + e * f.c2), -f.c1 - 2.0 * f.c2 * e};
+    };
+    const auto product = [](const equation_value &p, const equation_value &q) {
+        return equation_value{p.value * q.value, p.slope * q.value + p.value * q.slope};
+    };
+    equation_value a = of_factor(equation.a_factors[0]);
+    for (int i = 1; i < equation.a_factor_count; i++) {
+        a = product(a, of_factor(equation.a_factors[static_cast<std::size_t>(i)]));
+    }
+    const short_polynomial &p = equation.b_rest;
+    equation_value b{p.coefficients[static_cast<std::size_t>(p.degree)], 0.0};
+    for (int i = p.degree - 1; i >= 0; i--) { /* Horner */
+        b.slope = b.slope * w + b.value;
+        b.value = b.value * w + p.coefficients[static_cast<std::size_t>(i)];
+    }
+    b = product(b, of_factor(equation.b_factor));
+    return {a.value, a.slope, b.value, b.slope};
+}
+
+equation_value evaluate(const loop_equation &equation, std::complex<double> w)
+{
+    const equation_parts parts = evaluate_parts(equation, w);
+    if (equation.delay == 0) {
+        return {parts.a + parts.b, parts.a_slope + parts.b_slope};
+    }
+    const std::complex<double> before = power(w, equation.delay - 1);
+    const std::complex<double> delayed = before * w;
+    return {parts.a + delayed * parts.b,
+            parts.a_slope + delayed * parts.b_slope + static_cast<double>(equation.delay) * before * parts.b};
+}
+
+loop_equation_maker::firmware_response loop_equation_maker::respond(const app_config &config)
 {
     manipulator m;
     manipulator_start(&m, &config);
@@ -57,97 +151,69 @@ response manipulator_response(const app_config &config)
         m.position_m = position_m;
         m.velocity_m_per_s = velocity_m_per_s;
         manipulator_step(&m, &rest, force_N);
-        return Eigen::Vector2d(m.position_m, m.velocity_m_per_s);
+        return pair_vector{m.position_m, m.velocity_m_per_s};
     };
-    Eigen::Matrix2d transition;
-    transition << step(1.0, 0.0, 0.0), step(0.0, 1.0, 0.0);
-    const Eigen::Vector2d push = step(0.0, 0.0, -1.0);
-    return {polynomial({push(0), transition(0, 1) * push(1) - transition(1, 1) * push(0)}), poles_of(transition)};
+    const pair_vector x = step(1.0, 0.0, 0.0);
+    const pair_vector v = step(0.0, 1.0, 0.0);
+    const pair_vector push = step(0.0, 0.0, -1.0);
+    firmware_response made;
+    made.zeros = {push[0], v[0] * push[1] - v[1] * push[0]};
+    made.poles = poles_of(block{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}});
+
+    inverse_filter filter;
+    inverse_filter_start(&filter, &config);
+    made.has_filter = filter.enabled != 0;
+    made.filter_zeros = {filter.b[0], filter.b[1], filter.b[2]};
+    made.filter_poles = {1.0, filter.a[0], filter.a[1]};
+    return made;
 }
 
-response filter_response(const app_config &config)
+loop_equation loop_equation_maker::make(const rig &rig)
 {
-    inverse_filter f;
-    inverse_filter_start(&f, &config);
-    if (!f.enabled) {
-        return {polynomial({1.0}), polynomial({1.0})};
+    const app_config &firmware = rig.firmware;
+    if (!has_response_ || !is_same(firmware.loop, loop_) || !is_same(firmware.manipulator, manipulator_) ||
+        !is_same(firmware.inverse_filter, filter_)) {
+        response_ = respond(firmware);
+        loop_ = firmware.loop;
+        manipulator_ = firmware.manipulator;
+        filter_ = firmware.inverse_filter;
+        has_response_ = true;
     }
-    return {polynomial({f.b[0], f.b[1], f.b[2]}), polynomial({1.0, f.a[0], f.a[1]})};
-}
+    const hardware_period hardware(rig);
 
-/* States come in pairs (a first-order low-pass: alone), each driven by the ones before it: the transition is block
- * triangular and its diagonal blocks have the poles. */
-short_polynomial hardware_poles(const hardware_period &hardware)
-{
-    const auto transition = hardware.transition();
-    short_polynomial poles = polynomial({1.0});
-    for (int i = 0; i < hardware.state_count(); i += 2) {
-        const int first = hardware.state(i);
-        if (i + 1 == hardware.state_count()) {
-            return poles * polynomial({1.0, -transition(first, first)});
-        }
-        poles = poles * poles_of(transition.block<2, 2>(first, first));
-    }
-    return poles;
-}
-
-/* Setpoint to sample, w^(whole dead periods - 1) left out: zeros = poles * (samples after a single setpoint of 1 m),
- * which ends after as many terms as there are poles and setpoints in a period. */
-response hardware_response(const hardware_period &hardware)
-{
-    response result{{}, hardware_poles(hardware)};
-    result.zeros.degree = hardware.state_count() + 2;
-    std::array<double, short_polynomial::capacity> samples{};
-    plant_state state = plant_state::Zero();
-    for (int n = 0; n <= result.zeros.degree; n++) {
-        samples[static_cast<std::size_t>(n)] =
-            hardware.advance(state, {n == 0 ? 1.0 : 0.0, n == 1 ? 1.0 : 0.0, n == 2 ? 1.0 : 0.0});
-        for (int i = 0; i <= std::min(n, result.poles.degree); i++) {
-            result.zeros.coefficients[static_cast<std::size_t>(n)] +=
-                result.poles.coefficients[static_cast<std::size_t>(i)] * samples[static_cast<std::size_t>(n - i)];
-        }
-    }
-    return result;
-}
-
-} // namespace
-
-int loop_equation::degree() const
-{
-    return std::max(a.degree, delay + b.degree);
-}
-
-equation_value evaluate(const loop_equation &equation, std::complex<double> w)
-{
-    const auto horner = [&](const short_polynomial &p) {
-        equation_value v{p.coefficients[static_cast<std::size_t>(p.degree)], 0.0};
-        for (int i = p.degree - 1; i >= 0; i--) {
-            v.slope = v.slope * w + v.value;
-            v.value = v.value * w + p.coefficients[static_cast<std::size_t>(i)];
-        }
-        return v;
+    /* 1 + w^(sample age) w^(dead periods - 1) w (manipulator filter hardware) = 0 */
+    loop_equation made;
+    made.delay = hardware.sample_age_ticks() + hardware.whole_dead_periods();
+    const auto add_poles = [&](const slow_factor &poles) {
+        made.a_factors[static_cast<std::size_t>(made.a_factor_count++)] = poles;
     };
-    const equation_value a = horner(equation.a);
-    const equation_value b = horner(equation.b);
-    std::complex<double> power = 1.0; /* w^delay, by squaring */
-    std::complex<double> square = w;
-    for (int n = equation.delay; n > 0; n >>= 1) {
-        power = n & 1 ? power * square : power;
-        square *= square;
+    made.a.coefficients[0] = 1.0;
+    std::array<short_factor, 3> poles{};
+    for (int i = 0; i < hardware.link_count(); i++) {
+        const block change = hardware.link_change(i);
+        add_poles(hardware.link_has_two_states(i) ? poles_of(change) : pole_of(change(0, 0)));
+        poles[static_cast<std::size_t>(i)] = multiplied_out(made.a_factors[static_cast<std::size_t>(i)]);
+        multiply(made.a, poles[static_cast<std::size_t>(i)]);
     }
-    return {a.value + power * b.value,
-            a.slope + power * (b.slope + static_cast<double>(equation.delay) / w * b.value)};
+    made.b_rest = hardware_zeros(hardware, poles.data());
+    multiply(made.b_rest, {response_.zeros[0], response_.zeros[1], 0.0, 1});
+    made.b = made.b_rest;
+    add_poles(response_.poles);
+    multiply(made.a, multiplied_out(response_.poles));
+    if (response_.has_filter) {
+        const auto &[b0, b1, b2] = response_.filter_zeros;
+        const auto &[a0, a1, a2] = response_.filter_poles;
+        made.b_factor = slow_factor_of(response_.filter_zeros);
+        add_poles(slow_factor_of(response_.filter_poles));
+        multiply(made.b, {b0, b1, b2, 2});
+        multiply(made.a, {a0, a1, a2, 2});
+    }
+    return made;
 }
 
 loop_equation make_loop_equation(const rig &rig)
 {
-    const hardware_period hardware(rig);
-    const response arm = manipulator_response(rig.firmware);
-    const response filter = filter_response(rig.firmware);
-    const response rest = hardware_response(hardware);
-    /* 1 + w^(sample age) w^(dead periods - 1) w (arm filter hardware) = 0 */
-    return {arm.poles * filter.poles * rest.poles, arm.zeros * filter.zeros * rest.zeros,
-            hardware.sample_age_ticks() + hardware.whole_dead_periods()};
+    return loop_equation_maker().make(rig);
 }
 
 } // namespace berth

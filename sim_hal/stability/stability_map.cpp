@@ -1,0 +1,153 @@
+#include "stability_map.h"
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "dominant_root.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+void set_number(rig &rig, const rig_key &key, double value)
+{
+    if (key.type == key_type::integer) {
+        *static_cast<std::int64_t *>(key.member(rig)) = std::llround(value);
+    } else {
+        *static_cast<double *>(key.member(rig)) = value;
+    }
+}
+
+/* What goes along a row from point to point. */
+struct row_worker {
+    explicit row_worker(const map_request &request) : setter(request) {}
+
+    double value(double x, double y)
+    {
+        if (setter.set(x, y) != point_state::possible) {
+            return nan;
+        }
+        return finder.spectral_radius(maker.make(setter.rig()));
+    }
+
+    map_point_setter setter;
+    loop_equation_maker maker;
+    dominant_root_finder finder;
+};
+
+/* A row starts with the modes that its first possible point has, as the row before knows them. Going up that column
+ * first makes rows independent of each other: of their order and of who computes them. */
+std::vector<dominant_root_finder> first_finders(const map_request &request, long &searches)
+{
+    row_worker worker(request);
+    std::vector<dominant_root_finder> finders;
+    finders.reserve(static_cast<std::size_t>(request.y.count));
+    for (int row = 0; row < request.y.count; row++) {
+        for (int i = 0; i < request.x.count; i++) {
+            if (!std::isnan(worker.value(request.x.value(i), request.y.value(row)))) {
+                break;
+            }
+        }
+        finders.push_back(worker.finder);
+        finders.back().restart();
+    }
+    searches = worker.finder.searches();
+    return finders;
+}
+
+} // namespace
+
+map_point_setter::map_point_setter(const map_request &request)
+    : kind_(request.kind), rig_(request.rig), x_key_(find_key(request.x.name)), y_key_(find_key(request.y.name))
+{
+}
+
+/* (K + k) = (w/w_M)^2 K/M (M + m),  D + d = 2 zeta sqrt((K + k)(M + m)) */
+point_state map_point_setter::set_coupled(double frequency_ratio, double damping_ratio)
+{
+    const manipulator_config &arm = rig_.firmware.manipulator;
+    object_rig &object = rig_.object;
+    const double w2 = frequency_ratio * frequency_ratio * arm.stiffness_N_per_m / arm.mass_kg;
+    if (kind_ == map_kind::elasticity) {
+        object.stiffness_N_per_m = w2 * (arm.mass_kg + object.mass_kg) - arm.stiffness_N_per_m;
+    } else {
+        object.mass_kg = (arm.stiffness_N_per_m + object.stiffness_N_per_m) / w2 - arm.mass_kg;
+    }
+    const double w = frequency_ratio * std::sqrt(arm.stiffness_N_per_m / arm.mass_kg);
+    object.damping_N_s_per_m = 2.0 * damping_ratio * w * (arm.mass_kg + object.mass_kg) - arm.damping_N_s_per_m;
+    const bool is_passive = object.stiffness_N_per_m >= 0.0 && object.damping_N_s_per_m >= 0.0 &&
+                            object.mass_kg > 0.0 && std::isfinite(object.mass_kg);
+    return is_passive ? point_state::possible : point_state::not_passive;
+}
+
+point_state map_point_setter::set(double x, double y)
+{
+    if (kind_ != map_kind::keys) {
+        return set_coupled(x, y);
+    }
+    set_number(rig_, *x_key_, x);
+    set_number(rig_, *y_key_, y);
+    return complete_and_check(rig_) ? point_state::invalid : point_state::possible;
+}
+
+map_result compute_map(const map_request &request, int threads, const std::function<void(int)> &rows_done)
+{
+    map_result result;
+    result.spectral_radius.resize(request.points());
+    const std::vector<dominant_root_finder> finders = first_finders(request, result.searches);
+    std::atomic<int> next_row{0};
+    std::atomic<int> done{0};
+    std::atomic<long> searches{0};
+    const auto work = [&](bool reports) {
+        row_worker worker(request);
+        for (int row = next_row++; row < request.y.count; row = next_row++) {
+            worker.finder = finders[static_cast<std::size_t>(row)];
+            const double y = request.y.value(row);
+            double *const values =
+                &result.spectral_radius[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];
+            for (int i = 0; i < request.x.count; i++) {
+                values[i] = worker.value(request.x.value(i), y);
+            }
+            searches += worker.finder.searches() - finders[static_cast<std::size_t>(row)].searches();
+            done++;
+            if (reports && rows_done) {
+                rows_done(done);
+            }
+        }
+    };
+    std::vector<std::thread> others;
+    for (int i = 1; i < threads; i++) {
+        others.emplace_back(work, false);
+    }
+    work(true);
+    for (std::thread &other : others) {
+        other.join();
+    }
+    result.searches += searches;
+    return result;
+}
+
+map_request sample_of(const map_request &request)
+{
+    constexpr int rows = 8;
+    constexpr int columns = 500;
+    map_request sample = request;
+    sample.x.count = std::min(request.x.count, columns);
+    const int first = (request.x.count - sample.x.count) / 2;
+    sample.x.from = request.x.value(first);
+    sample.x.to = request.x.value(first + sample.x.count - 1);
+    if (request.y.count > rows) {
+        sample.y.count = rows;
+        sample.y.from = request.y.value(request.y.count / rows);
+        sample.y.to = request.y.value(request.y.count - 1 - request.y.count / rows);
+    }
+    return sample;
+}
+
+} // namespace berth

@@ -1,0 +1,81 @@
+/* Largest |z| of the loop over two parameters of a rig. */
+#ifndef SIM_HAL_STABILITY_STABILITY_MAP_H
+#define SIM_HAL_STABILITY_STABILITY_MAP_H
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "../../hal/rig/keys.h"
+#include "../../hal/rig/rig.h"
+#include "spectrum.h"
+
+namespace berth
+{
+
+/* Values from..to in equal steps, both ends included. */
+struct map_axis {
+    std::string name; /* a key of the rig, or one of the two below */
+    double from = 0.0;
+    double to = 1.0;
+    int count = 2;
+
+    double value(int i) const { return i + 1 == count ? to : from + (to - from) * i / (count - 1); }
+};
+
+/* Axes of the coupled system, see map_point_of(). */
+constexpr const char *frequency_ratio_axis = "omega_per_omega_M";
+constexpr const char *damping_ratio_axis = "zeta";
+
+/* What changes along the axes: the object's stiffness and damping or its mass and damping so that the coupled system
+ * gets the frequency and damping of the point, or two keys. */
+enum class map_kind { elasticity, mass, keys };
+
+struct map_request {
+    berth::rig rig;
+    map_kind kind = map_kind::elasticity;
+    map_axis x;
+    map_axis y;
+
+    std::size_t points() const { return static_cast<std::size_t>(x.count) * static_cast<std::size_t>(y.count); }
+};
+
+/* Why a point has no value. */
+enum class point_state {
+    possible,
+    not_passive, /* needs a negative stiffness, damping or mass */
+    invalid      /* the rig would be refused, such as a dead time below one period */
+};
+
+/* Puts a rig to points of a map, again and again. */
+class map_point_setter
+{
+  public:
+    explicit map_point_setter(const map_request &request);
+
+    point_state set(double x, double y);
+    const berth::rig &rig() const { return rig_; }
+
+  private:
+    point_state set_coupled(double frequency_ratio, double damping_ratio);
+
+    map_kind kind_;
+    berth::rig rig_;
+    const rig_key *x_key_;
+    const rig_key *y_key_;
+};
+
+/* Rows of y, in each all x; NaN where there is no value. The same bits whatever the number of threads.
+ * `rows_done` is called now and then from the calling thread. */
+struct map_result {
+    std::vector<double> spectral_radius;
+    long searches = 0; /* see dominant_root_finder */
+};
+map_result compute_map(const map_request &request, int threads, const std::function<void(int)> &rows_done = {});
+
+/* A few pieces of rows of a map, with neighbours as near as on the whole of it: to time. */
+map_request sample_of(const map_request &request);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,194 @@
+"""`berth map`: its files, its refusals, and its values against numpy on matrices built from the definitions alone."""
+
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import EXIT_INPUT, ROOT, command, one_json_object
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from loop_matrix import Loop, coupled_rigs, loop_matrices  # noqa: E402
+
+ESS = Loop(rate_Hz=400, T_R=17.5e-3, T_S=2.5e-3)
+LOOPS = {"ess": ESS, "ess-50hz": Loop(50, 40e-3, 20e-3), "ess-half-dead-time": Loop(400, 7.5e-3, 2.5e-3)}
+REFERENCE = {"ess": 0.999254356, "ess-50hz": 0.994238761, "ess-half-dead-time": 0.999298199}
+
+
+def map_json(folder, *arguments):
+    """`berth map --json` with its files in `folder`: the object, and the columns of the CSV."""
+    done = command("map", *arguments, "--json", "--out", folder)
+    assert done.returncode == 0, done.stderr.decode()
+    assert done.stderr == b""
+    result = one_json_object(done.stdout)
+    return result, np.loadtxt(result["csv"], delimiter=",", skiprows=1).T
+
+
+def radii(loop):
+    """Largest |z| of rigs."""
+    return np.abs(np.linalg.eigvals(loop_matrices(loop))).max(axis=1)
+
+
+@pytest.mark.parametrize("rig", LOOPS)
+def test_the_independent_matrices_have_the_reference_values(rig):
+    assert radii(LOOPS[rig])[0] == pytest.approx(REFERENCE[rig], abs=5e-10)
+
+
+@pytest.mark.parametrize("rig", LOOPS)
+@pytest.mark.parametrize("vary", ["elasticity", "mass"])
+def test_map_of_the_coupled_system_agrees_with_numpy(rig, vary, tmp_path):
+    result, (x, y, radius, growth, wall) = map_json(tmp_path, rig, "--vary", vary, "--grid", "31x17")
+    assert len(x) == 31 * 17 == result["points"]
+    rigs = coupled_rigs(LOOPS[rig], vary, x, y)
+    possible = (rigs.k >= 0) & (rigs.d >= 0) & (rigs.m > 0)
+    assert np.array_equal(possible, np.isfinite(radius))
+    assert result["points_possible"] == possible.sum() and result["points_not_passive"] == (~possible).sum()
+    rigs = coupled_rigs(LOOPS[rig], vary, x[possible], y[possible])
+    assert np.abs(radius[possible] / radii(rigs) - 1).max() < 1e-9
+    assert growth[possible] == pytest.approx(np.log(radius[possible]) / LOOPS[rig].T, rel=1e-12, abs=1e-12)
+    damped_Hz = x * np.sqrt(1 - y**2)  # the manipulator's eigenfrequency is 1 Hz
+    assert np.array_equal(wall[possible] == 1, damped_Hz[possible] < 5)
+    assert np.isnan(wall[~possible]).all() and np.isnan(growth[~possible]).all()
+    assert result["stable_share"] == pytest.approx(np.mean(radius[possible] < 1))
+    assert result["spectral_radius_min"] == np.nanmin(radius)
+    assert result["spectral_radius_max"] == np.nanmax(radius)
+    assert result["own"]["spectral_radius"] == pytest.approx(REFERENCE[rig], abs=5e-10)
+
+
+SETTINGS = {
+    "hold": (["robot.interpolation=hold"], {"hold": True}),
+    "dead times that are no whole periods": (["robot.dead_time_ms=13.3", "sensor.delay_ms=3.1",
+                                              "sensor.sample_phase_ms=1.7"],
+                                             {"T_R": 13.3e-3, "T_S": 3.1e-3, "phase": 1.7e-3}),
+    "transfer behaviour": (["robot.transfer_frequency_Hz=12", "robot.transfer_damping_ratio=0.6"],
+                           {"f_R": 12.0, "zeta_R": 0.6}),
+    "hold and transfer behaviour": (["robot.interpolation=hold", "robot.transfer_frequency_Hz=12",
+                                     "robot.dead_time_ms=8.1"],
+                                    {"hold": True, "f_R": 12.0, "T_R": 8.1e-3}),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_map_over_keys_agrees_with_numpy(name, tmp_path):
+    texts, values = SETTINGS[name]
+    sets = [word for text in texts for word in ("--set", text)]
+    _, (m, k, radius, _, _) = map_json(tmp_path, "ess", "--x", "object.mass_kg=10:300:23", "--y",
+                                       "object.stiffness_N_per_m=100:50000:11", *sets)
+    loop = Loop(**{**ESS.__dict__, **values, "m": m, "k": k})
+    assert np.abs(radius / radii(loop) - 1).max() < 1e-9
+
+
+def test_map_over_dead_time_agrees_with_numpy_and_leaves_out_invalid_rigs(tmp_path):
+    result, (T_R_ms, m, radius, _, _) = map_json(tmp_path, "ess", "--x", "robot.dead_time_ms=1:41:41", "--y",
+                                                 "object.mass_kg=20:200:4")
+    assert np.array_equal(np.isnan(radius), T_R_ms < 2.5)  # "linear" needs a period
+    assert result["points_invalid"] == 2 * 4 and result["points_not_passive"] == 0
+    for i in np.flatnonzero(T_R_ms >= 2.5):
+        expected = radii(Loop(400, T_R_ms[i] * 1e-3, 2.5e-3, m=m[i]))[0]
+        assert radius[i] == pytest.approx(expected, rel=1e-9)
+
+
+def test_growth_counts_the_period_where_the_rate_is_an_axis(tmp_path):
+    _, (rate_Hz, _, radius, growth, _) = map_json(
+        tmp_path, "ess", "--x", "loop.rate_Hz=100:500:5", "--y", "object.mass_kg=50:100:2")
+    possible = np.isfinite(radius)
+    assert np.array_equal(possible, rate_Hz != 300)  # does not divide 1e9
+    assert growth[possible] == pytest.approx(np.log(radius[possible]) * rate_Hz[possible], rel=1e-12)
+
+
+def test_csv_is_read_by_others(tmp_path):
+    result, columns = map_json(tmp_path, "ess", "--vary", "mass", "--grid", "5x4")
+    path = pathlib.Path(result["csv"])
+    assert path == tmp_path / "ess-mass.csv"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["ess-mass.csv", "ess-mass.json"]
+    named = np.genfromtxt(path, delimiter=",", names=True)
+    assert named.dtype.names == ("omega_per_omega_M", "zeta", "spectral_radius", "growth_per_s", "wall")
+    assert np.array_equal(named["spectral_radius"], columns[2], equal_nan=True)
+    rows = list(csv.DictReader(path.open()))
+    assert [float(row["zeta"]) for row in rows] == list(columns[1])
+    assert "-nan" not in path.read_text()
+    beside = json.loads(path.with_suffix(".json").read_text())
+    assert all(result[key] == value for key, value in beside.items())
+
+
+def test_threads_give_the_same_bytes(tmp_path):
+    texts = [pathlib.Path(map_json(tmp_path / n, "ess", "--vary", "elasticity", "--grid", "60x50", "--threads",
+                                   n)[0]["csv"]).read_bytes() for n in ("1", "2", "7")]
+    assert texts[0] == texts[1] == texts[2]
+
+
+BAD = {
+    "nothing to vary": ([], "--vary"),
+    "both ways": (["--vary", "mass", "--x", "object.mass_kg=1:2:3"], "either"),
+    "unknown variation": (["--vary", "colour"], "elasticity or mass"),
+    "one axis": (["--x", "object.mass_kg=1:2:3"], "--y is missing"),
+    "empty range": (["--x", "object.mass_kg=300:10:5", "--y", "robot.dead_time_ms=3:9:4"], "did you mean 10:300?"),
+    "no width": (["--x", "object.mass_kg=10:10:5", "--y", "robot.dead_time_ms=3:9:4"], "no width"),
+    "one point": (["--x", "object.mass_kg=10:20:1", "--y", "robot.dead_time_ms=3:9:4"], "2 to"),
+    "half a point": (["--x", "object.mass_kg=10:20:1.5", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
+    "nan": (["--x", "object.mass_kg=nan:20:5", "--y", "robot.dead_time_ms=3:9:4"], "finite"),
+    "inf": (["--x", "object.mass_kg=1:inf:5", "--y", "robot.dead_time_ms=3:9:4"], "finite"),
+    "not a number": (["--x", "object.mass_kg=one:20:5", "--y", "robot.dead_time_ms=3:9:4"], '"one" is not a number'),
+    "unknown key": (["--x", "object.mas_kg=1:20:5", "--y", "robot.dead_time_ms=3:9:4"], "object.mass_kg"),
+    "a word": (["--x", "object.kind=1:20:5", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
+    "a flag": (["--x", "bus.ideal=0:1:2", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
+    "negative mass": (["--x", "object.mass_kg=-5:20:5", "--y", "robot.dead_time_ms=3:9:4"], "greater than 0"),
+    "between whole numbers": (["--x", "loop.rate_Hz=50:100:4", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
+    "the same twice": (["--x", "object.mass_kg=1:2:3", "--y", "object.mass_kg=1:2:3"], "x axis already"),
+    "no syntax": (["--x", "object.mass_kg", "--y", "robot.dead_time_ms=3:9:4"], "KEY=FROM:TO:COUNT"),
+    "bad grid": (["--vary", "mass", "--grid", "200"], "NXxNY"),
+    "grid of one": (["--vary", "mass", "--grid", "1x5"], "2 to"),
+    "huge grid": (["--vary", "mass", "--grid", "999999x999999"], "more than"),
+    "overflowing grid": (["--vary", "mass", "--grid", "99999999999999999999x5"], "whole number"),
+    "x from 0": (["--vary", "mass", "--x-range", "0:1"], "greater than 0"),
+    "x range": (["--vary", "mass", "--x-range", "1"], "FROM:TO"),
+    "negative damping": (["--vary", "mass", "--y-range", "-1:1"], "0 or more"),
+    "no threads": (["--vary", "mass", "--threads", "0"], "1"),
+    "no manipulator stiffness": (["--vary", "mass", "--set", "manipulator.stiffness_N_per_m=0"], "frequency ratio"),
+    "free clock": (["--vary", "mass", "--set", "robot.clock=free"], "robot.clock"),
+    "no mass": (["--vary", "mass", "--set", "object.mass_kg=0"], "object.mass_kg"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_line_that_says_what_is_wrong(name, tmp_path):
+    arguments, says = BAD[name]
+    done = command("map", "ess", *arguments, "--out", tmp_path / "maps")
+    assert done.returncode == EXIT_INPUT
+    assert done.stdout == b""
+    message = done.stderr.decode()
+    assert len(message.splitlines()) == 1 and says in message, message
+    assert not (tmp_path / "maps").exists()
+
+
+def test_contact_has_no_map(tmp_path):
+    done = command("map", "concept-copper", "--vary", "mass", "--out", tmp_path)
+    assert done.returncode == EXIT_INPUT and b"contact" in done.stderr
+
+
+def test_a_very_large_map_is_announced_and_not_begun(tmp_path):
+    done = command("map", "ess", "--vary", "elasticity", "--grid", "10000x10000", "--out", tmp_path / "maps")
+    assert done.returncode == EXIT_INPUT and done.stdout == b""
+    message = done.stderr.decode()
+    assert "1e+08 points take about" in message and "GB of memory" in message and "--yes" in message
+    assert not (tmp_path / "maps").exists()
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    done = command("map", "ess", "--vary", "mass", "--grid", "3x3", "--out", tmp_path / "file" / "maps")
+    assert done.returncode == EXIT_INPUT and len(done.stderr.splitlines()) == 1
+
+
+def test_picture(tmp_path):
+    result, _ = map_json(tmp_path, "ess", "--vary", "elasticity", "--grid", "40x30")
+    done = subprocess.run([sys.executable, "scripts/map_picture.py", result["csv"]], cwd=ROOT, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    from matplotlib.image import imread
+    pixels = imread(tmp_path / "ess-elasticity.png")[..., :3]
+    red = (pixels[..., 0] > pixels[..., 2] + 0.3).mean()
+    blue = (pixels[..., 2] > pixels[..., 0] + 0.05).mean()
+    assert red > 0.1 and blue > 0.05  # both sides of the limit are there
