@@ -34,6 +34,7 @@ int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const rig_arguments &arguments);
+int limits_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth
