@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 #include <functional>
 
@@ -155,14 +156,14 @@ std::vector<crossing> find_crossings(const std::vector<double> &grid, const std:
 }
 
 std::vector<stable_interval> stable_intervals(const std::vector<double> &grid, bool starts_stable,
-                                              const std::vector<crossing> &crossings)
+                                              const std::vector<stability_limit> &limits)
 {
     std::vector<double> ends;
     if (starts_stable) {
         ends.push_back(grid.front());
     }
-    for (const crossing &c : crossings) {
-        ends.push_back(c.value());
+    for (const stability_limit &limit : limits) {
+        ends.push_back(limit.value);
     }
     if (ends.size() % 2 == 1) {
         ends.push_back(grid.back());
@@ -193,11 +194,51 @@ std::string name_of(const mode &mode, const rig &rig)
     return text;
 }
 
+/* The zero of F near w, by Newton. */
+std::complex<double> follow(const loop_equation &equation, std::complex<double> w)
+{
+    for (int i = 0; i < 8; i++) {
+        const equation_value f = evaluate(equation, w);
+        w -= f.value / f.slope;
+    }
+    return w;
+}
+
+/* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
+double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
+{
+    double before = c.value();
+    double value = before + std::max(std::abs(before) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
+    double radius_before = std::abs(follow(equation_at(before), w));
+    for (int i = 0; i < 6; i++) {
+        w = follow(equation_at(value), w);
+        const double slope = (std::abs(w) - radius_before) / (value - before);
+        radius_before = std::abs(w);
+        before = value;
+        value -= (radius_before - 1.0) / slope;
+        if (!(std::abs(value - c.value()) < 1e-2 * c.value())) {
+            return c.value();
+        }
+        if (std::abs(value - before) < 1e-9 * value) {
+            break;
+        }
+    }
+    return value;
+}
+
 stability_limit describe(const crossing &c, const rig &original, const rig_key &key)
 {
     const rig beyond = *with_value(original, key, c.unstable);
     const mode mode = loop_spectrum(beyond).modes.front();
-    return {c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode, name_of(mode, beyond)};
+    stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
+                          name_of(mode, beyond)};
+    if (!limit.is_jump) {
+        limit.value = refined(c, 1.0 / mode.z, [&](double value) {
+            const auto changed = with_value(original, key, value);
+            return make_loop_equation(changed ? *changed : beyond);
+        });
+    }
+    return limit;
 }
 
 template <typename T, typename Value>
@@ -278,11 +319,10 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
     };
 
     parameter_limits result{key.path, own, grid.front(), grid.back(), {}, {}, {}};
-    const std::vector<crossing> crossings = find_crossings(grid, is_stable);
-    result.stable = stable_intervals(grid, is_stable(grid.front()), crossings);
-    for (const crossing &c : crossings) {
+    for (const crossing &c : find_crossings(grid, is_stable)) {
         result.limits.push_back(describe(c, original, key));
     }
+    result.stable = stable_intervals(grid, is_stable(grid.front()), result.limits);
     for (const crossing &c : find_crossings(grid, is_stable_to_first_order)) {
         result.first_order_limits.push_back(c.value());
     }
