@@ -47,6 +47,7 @@ int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const rig_arguments &arguments);
 int map_command(const map_arguments &arguments);
+int limits_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 
 } // namespace berth

@@ -110,6 +110,12 @@ int run(int argc, char **argv)
     add_map_options(*map_app, map);
     map_app->callback([&] { exit_code = berth::map_command(map); });
 
+    berth::rig_arguments limits;
+    CLI::App *limits_app =
+        app.add_subcommand("limits", "how far each parameter of the rig may go until the loop is unstable");
+    add_rig_options(*limits_app, limits);
+    limits_app->callback([&] { exit_code = berth::limits_command(limits); });
+
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });

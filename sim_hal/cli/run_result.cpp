@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "../../hal/rig/rig_file.h"
+#include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
 
 namespace berth
@@ -15,6 +16,21 @@ namespace
 
 /* Below this the steps of the wire show: 1000 times the setpoint's 10 pm. */
 constexpr double growth_floor_m = 1e-8;
+
+/* A longer dead time would make the prediction take more than a moment. */
+constexpr int predicted_degree_max = 200;
+
+/* From the eigenvalues; nothing where the loop has none. */
+std::optional<double> predict_growth_per_s(const rig &rig)
+try {
+    const loop_equation equation = make_loop_equation(rig);
+    if (equation.degree() > predicted_degree_max) {
+        return {};
+    }
+    return std::log(dominant_root_finder().spectral_radius(equation)) / config_period_s(&rig.firmware);
+} catch (const input_error &) {
+    return {};
+}
 
 double range(std::vector<double>::const_iterator from, std::vector<double>::const_iterator to)
 {
@@ -61,6 +77,13 @@ void print_growth(const run_result &result)
     std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n", verdict,
                 fit.growth_per_s < 0.0 ? "decays" : "grows", std::abs(fit.growth_per_s), fit.growth_ci95_per_s,
                 fit.frequency_Hz, fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
+}
+
+void print_prediction(const run_result &result)
+{
+    if (result.predicted_growth_per_s) {
+        std::printf("  %-14s the eigenvalues say %+.6f /s\n", "predicted", *result.predicted_growth_per_s);
+    }
 }
 
 void print_limits(const run_result &result)
@@ -120,6 +143,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.error_frames = last.error_frames;
     result.saturated_setpoints = last.saturated_setpoints;
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
+    result.predicted_growth_per_s = predict_growth_per_s(rig);
     if (result.ran) {
         result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
                            result.cause != STOP_FORCE_LIMIT && decays(result);
@@ -130,6 +154,7 @@ void print_summary(const run_result &result, const rig &rig)
 {
     std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
     print_growth(result);
+    print_prediction(result);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
     std::printf("  %-14s %lld at %lld Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 static_cast<long long>(rig.firmware.loop.rate_Hz), result.simulated_s,
@@ -167,6 +192,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
         {"frequency_hz", nullptr},
+        {"predicted_growth_per_s", nullptr},
         {"ticks", result.ticks},
         {"overruns", result.overruns},
         {"peak_force_N", result.peak_force_N},
@@ -190,6 +216,9 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         json["growth_per_s"] = result.growth->growth_per_s;
         json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;
         json["frequency_hz"] = result.growth->frequency_Hz;
+    }
+    if (result.predicted_growth_per_s) {
+        json["predicted_growth_per_s"] = *result.predicted_growth_per_s;
     }
     if (result.wall_s > 0.0) {
         json["speed_x_realtime"] = result.simulated_s / result.wall_s;

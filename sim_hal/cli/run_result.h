@@ -45,6 +45,7 @@ struct run_result {
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
+    std::optional<double> predicted_growth_per_s; /* of the loop without its disturbances */
     std::optional<bool> is_stable; /* nothing: the loop never ran */
 };
 

@@ -49,6 +49,12 @@ void virtual_rig::advance_to(std::int64_t now_ns)
     integrate_to(now_ns);
 }
 
+void virtual_rig::approach(std::int64_t now_ns)
+{
+    advance_to(now_ns - 1);
+    integrate_to(now_ns);
+}
+
 void virtual_rig::move_reference()
 {
     const double jump_m = robot_.handle_event();

@@ -46,6 +46,12 @@ class virtual_rig
     const plant_state &state() const { return state_; }
     const plant &equations() const { return plant_; }
 
+    /* For tests: as advance_to(), but what happens at `now_ns` itself is still to come. */
+    void approach(std::int64_t now_ns);
+
+    /* For tests: puts the plant into another state, here and now. */
+    void set_state(const plant_state &state) { state_ = state; }
+
     /* For tests and demonstrations: pull a plug, push a button. */
     void set_robot_silent(bool silent) { robot_is_silent_ = silent; }
     void set_robot_fault(bool fault) { robot_has_fault_ = fault; }

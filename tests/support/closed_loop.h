@@ -34,6 +34,7 @@ class closed_loop
     bool tick() { return loop_tick(hal_, app_.get()) == HAL_OK; }
 
     const struct app &app() const { return *app_; }
+    struct app &app() { return *app_; } /* for tests that put the firmware into another state */
     struct hal *hal() { return hal_; }
     rig_truth truth() const { return sim_rig(hal_).truth(); }
     bool is_running() const { return app_->supervisor.state == SUPERVISOR_RUNNING; }

@@ -1,0 +1,204 @@
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "../stability/first_order_limit.h"
+#include "../stability/limits.h"
+#include "commands.h"
+
+namespace berth
+{
+
+namespace
+{
+
+template <typename T>
+nlohmann::json or_null(const std::optional<T> &value)
+{
+    return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+nlohmann::json as_json(const stability_limit *limit)
+{
+    if (limit == nullptr) {
+        return nullptr;
+    }
+    return {{"value", limit->value},
+            {"stable", limit->stable_above ? "above" : "below"},
+            {"jump", limit->is_jump},
+            {"mode", limit->mode_name},
+            {"frequency_Hz", limit->mode.frequency_Hz}};
+}
+
+nlohmann::json as_json(const parameter_limits &parameter)
+{
+    nlohmann::json stable = nlohmann::json::array();
+    for (const stable_interval &interval : parameter.stable) {
+        stable.push_back({interval.from, interval.to});
+    }
+    nlohmann::json limits = nlohmann::json::array();
+    for (const stability_limit &limit : parameter.limits) {
+        limits.push_back(as_json(&limit));
+    }
+    return {{"value", parameter.value},
+            {"range", {parameter.from, parameter.to}},
+            {"below", as_json(parameter.nearest_below())},
+            {"above", as_json(parameter.nearest_above())},
+            {"limits", limits},
+            {"stable_intervals", stable},
+            {"first_order_below", or_null(parameter.first_order_below())},
+            {"first_order_above", or_null(parameter.first_order_above())}};
+}
+
+nlohmann::json as_json(const std::vector<rate_verdict> &rates)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const rate_verdict &rate : rates) {
+        if (rate.refusal.empty()) {
+            list.push_back({{"rate_Hz", rate.rate_Hz},
+                            {"stable", rate.is_stable()},
+                            {"spectral_radius", rate.spectral_radius},
+                            {"growth_per_s", rate.growth_per_s}});
+        } else {
+            list.push_back({{"rate_Hz", rate.rate_Hz}, {"stable", nullptr}, {"refusal", rate.refusal}});
+        }
+    }
+    return list;
+}
+
+std::string number(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+std::string number(const std::optional<double> &value)
+{
+    return value ? number(*value) : "-";
+}
+
+std::string value_of(const stability_limit *limit)
+{
+    return limit != nullptr ? number(limit->value) : "none";
+}
+
+void print_line(const char *key, const std::string &own, const std::string &below, const std::string &above,
+                const std::string &first_order_below, const std::string &first_order_above)
+{
+    std::printf("  %-32s %12s %12s %12s   %12s %12s\n", key, own.c_str(), below.c_str(), above.c_str(),
+                first_order_below.c_str(), first_order_above.c_str());
+}
+
+void print_mode(const stability_limit *limit, bool is_below)
+{
+    if (limit != nullptr) {
+        const std::string what = limit->stable_above == is_below ? "lost" : "regained";
+        std::printf("  %32s   %.4f Hz, %s%s\n", (what + (is_below ? " below" : " above")).c_str(),
+                    limit->mode.frequency_Hz, limit->mode_name.c_str(),
+                    limit->is_jump ? "; jumps: the force becomes a tick older" : "");
+    }
+}
+
+void print_intervals(const parameter_limits &parameter)
+{
+    if (parameter.limits.size() < 2) {
+        return;
+    }
+    std::printf("  %32s  ", "stable in");
+    for (const stable_interval &interval : parameter.stable) {
+        std::printf(" [%s, %s]", number(interval.from).c_str(), number(interval.to).c_str());
+    }
+    std::printf("\n");
+}
+
+void print_parameters(const std::vector<parameter_limits> &parameters)
+{
+    print_line("", "", "nearest limit", "", "first-order formula", "");
+    print_line("parameter", "value", "below", "above", "below", "above");
+    for (const parameter_limits &parameter : parameters) {
+        print_line(std::string(parameter.key).c_str(), number(parameter.value), value_of(parameter.nearest_below()),
+                   value_of(parameter.nearest_above()), number(parameter.first_order_below()),
+                   number(parameter.first_order_above()));
+        print_mode(parameter.nearest_below(), true);
+        print_mode(parameter.nearest_above(), false);
+        print_intervals(parameter);
+    }
+    std::printf(
+        "none: no limit within a factor of 1000 either way (delays: 10), as far as a rig may go; ends of that\n"
+        "range end intervals, too. Intervals narrower than %.1f %% may be overlooked.\n",
+        100.0 * scan_step);
+}
+
+void print_rates(const std::vector<rate_verdict> &rates)
+{
+    std::printf("rates in Hz, dead times as they are\n");
+    const auto print_those = [&](const char *title, const auto &belongs) {
+        std::printf("  %-14s", title);
+        for (const rate_verdict &rate : rates) {
+            if (belongs(rate)) {
+                std::printf(" %lld", static_cast<long long>(rate.rate_Hz));
+            }
+        }
+        std::printf("\n");
+    };
+    print_those("stable", [](const rate_verdict &r) { return r.is_stable(); });
+    print_those("UNSTABLE", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable(); });
+    print_those("not possible", [](const rate_verdict &r) { return !r.refusal.empty(); });
+    for (std::size_t i = 0; i < rates.size(); i++) {
+        const std::string &refusal = rates[i].refusal;
+        const std::string key = refusal.substr(0, refusal.find(':'));
+        if (!refusal.empty() && (i == 0 || rates[i - 1].refusal.compare(0, key.size(), key) != 0)) {
+            std::printf("  %-14s %lld: %s\n", "", static_cast<long long>(rates[i].rate_Hz), refusal.c_str());
+        }
+    }
+}
+
+} // namespace
+
+int limits_command(const rig_arguments &arguments)
+{
+    const rig rig = load_rig(arguments.rig, arguments.overrides);
+    const spectrum loop = loop_spectrum(rig);
+    std::vector<parameter_limits> parameters;
+    std::optional<double> margin_ms;
+    for (const std::string_view key : physical_parameters(rig)) {
+        parameters.push_back(find_limits(rig, key));
+        if (key == "robot.dead_time_ms") {
+            margin_ms = dead_time_margin_ms(rig, parameters.back());
+        }
+    }
+    const std::vector<rate_verdict> rates = judge_rates(rig);
+    const double damping = map_point_of(rig).damping_ratio;
+    const double damping_limit = first_order_damping_limit(rig);
+
+    if (arguments.json) {
+        nlohmann::json json = {{"rig", rig.name},
+                               {"stable", loop.is_stable},
+                               {"spectral_radius", loop.spectral_radius},
+                               {"growth_per_s", loop.growth_per_s},
+                               {"dead_time_margin_ms", or_null(margin_ms)},
+                               {"loop_delay_ms", 1e3 * loop_delay_s(rig)},
+                               {"damping_ratio", damping},
+                               {"first_order_damping_limit", damping_limit},
+                               {"rates", as_json(rates)}};
+        for (const parameter_limits &parameter : parameters) {
+            json["parameters"][std::string(parameter.key)] = as_json(parameter);
+        }
+        print_json(json);
+        return 0;
+    }
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(),
+                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
+    if (loop.is_stable) {
+        std::printf("  dead-time margin: %s\n",
+                    margin_ms ? (number(*margin_ms) + " ms").c_str() : "none up to ten times the robot's dead time");
+    }
+    std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
+                number(1e3 * loop_delay_s(rig)).c_str(), number(damping_limit).c_str(), number(damping).c_str());
+    print_parameters(parameters);
+    print_rates(rates);
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,79 @@
+#include "first_order_limit.h"
+
+#include <cmath>
+
+#include "../../firmware/inverse_filter.h"
+#include "hardware_period.h"
+#include "spectrum.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+
+/* Of slow signals, in s. */
+double filter_delay_s(const app_config &config)
+{
+    inverse_filter f;
+    inverse_filter_start(&f, &config);
+    if (!f.enabled) {
+        return 0.0;
+    }
+    return config_period_s(&config) * ((f.b[1] + 2.0 * f.b[2]) / (f.b[0] + f.b[1] + f.b[2]) -
+                                       (f.a[0] + 2.0 * f.a[1]) / (1.0 + f.a[0] + f.a[1]));
+}
+
+double low_pass_delay_s(const sensor_rig &sensor)
+{
+    const double w = two_pi * sensor.low_pass_frequency_Hz;
+    return sensor.low_pass_order == 2   ? 2.0 * sensor.low_pass_damping_ratio / w
+           : sensor.low_pass_order == 1 ? 1.0 / w
+                                        : 0.0;
+}
+
+double robot_delay_s(const rig &rig)
+{
+    const robot_rig &robot = rig.robot;
+    const double dead_time_s = 1e-9 * static_cast<double>(ns_from_ms(robot.dead_time_ms));
+    const double lag_s = rig.has_transfer_behaviour()
+                             ? 2.0 * robot.transfer_damping_ratio / (two_pi * robot.transfer_frequency_Hz)
+                             : 0.0;
+    const double held_s = robot.interpolation == interpolation::hold ? 0.5 * config_period_s(&rig.firmware) : 0.0;
+    return dead_time_s + lag_s + held_s;
+}
+
+} // namespace
+
+double loop_delay_s(const rig &rig)
+{
+    const double period_s = config_period_s(&rig.firmware);
+    const double sample_age_s = period_s * hardware_period(rig).sample_age_ticks() -
+                                1e-9 * static_cast<double>(ns_from_ms(rig.sensor.sample_phase_ms));
+    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + low_pass_delay_s(rig.sensor) + sample_age_s +
+           0.5 * period_s;
+}
+
+double first_order_damping_limit(const rig &rig)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    const double mass_kg = m.mass_kg + rig.object.mass_kg;
+    const double w = std::sqrt((m.stiffness_N_per_m + rig.object.stiffness_N_per_m) / mass_kg);
+    if (w == 0.0) {
+        return 0.0; /* nothing swings */
+    }
+    return 0.5 * loop_delay_s(rig) * m.mass_kg / mass_kg * (w - m.stiffness_N_per_m / m.mass_kg / w);
+}
+
+double first_order_damping_margin(const rig &rig)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    if (m.stiffness_N_per_m + rig.object.stiffness_N_per_m == 0.0) {
+        return 1.0;
+    }
+    return map_point_of(rig).damping_ratio - first_order_damping_limit(rig);
+}
+
+} // namespace berth

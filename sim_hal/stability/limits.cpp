@@ -1,0 +1,366 @@
+#include "limits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <functional>
+
+#include "../../hal/rig/keys.h"
+#include "../../hal/rig/rig_file.h"
+#include "dominant_root.h"
+#include "first_order_limit.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Bisection ends here: relative, far below the 6 digits that are told. */
+constexpr double bisection_tolerance = 1e-11;
+
+/* |z| just beyond a limit is 1 but for the width of the bisection's last bracket, unless it jumps. */
+constexpr double jump_least = 1e-6;
+
+/* A mode within this share of the coupled frequency is the slow mode of the map's axes. */
+constexpr double slow_mode_band = 0.35;
+
+enum class scale { mass, stiffness, damping, ratio, frequency, delay };
+
+struct physical_parameter {
+    std::string_view key;
+    scale kind;
+};
+
+constexpr physical_parameter parameters[] = {
+    {"manipulator.mass_kg", scale::mass},
+    {"manipulator.stiffness_N_per_m", scale::stiffness},
+    {"manipulator.damping_N_s_per_m", scale::damping},
+    {"object.mass_kg", scale::mass},
+    {"object.stiffness_N_per_m", scale::stiffness},
+    {"object.damping_N_s_per_m", scale::damping},
+    {"robot.dead_time_ms", scale::delay},
+    {"robot.transfer_frequency_Hz", scale::frequency},
+    {"robot.transfer_damping_ratio", scale::ratio},
+    {"sensor.stiffness_N_per_m", scale::stiffness},
+    {"sensor.damping_ratio", scale::ratio},
+    {"sensor.low_pass_frequency_Hz", scale::frequency},
+    {"sensor.low_pass_damping_ratio", scale::ratio},
+    {"sensor.delay_ms", scale::delay},
+};
+
+scale scale_of(std::string_view key)
+{
+    const auto found = std::find_if(std::begin(parameters), std::end(parameters),
+                                    [&](const physical_parameter &p) { return p.key == key; });
+    if (found == std::end(parameters)) {
+        throw input_error(std::string(key) + ": is no physical parameter with a limit");
+    }
+    return found->kind;
+}
+
+/* The rig with another value of one parameter; nothing where a rig file may not have it. */
+std::optional<rig> with_value(const rig &original, const rig_key &key, double value)
+{
+    rig changed = original;
+    *static_cast<double *>(key.member(changed)) = value;
+    const bool in_range = value > key.low || (key.low_is_allowed && value == key.low);
+    if (!in_range || complete_and_check(changed)) {
+        return {};
+    }
+    return changed;
+}
+
+/* A size to search around where the rig's own value is 0. */
+double usual_value(const rig &rig, scale kind)
+{
+    const manipulator_config &m = rig.firmware.manipulator;
+    const double stiffness = std::max({m.stiffness_N_per_m, rig.object.stiffness_N_per_m, 1.0});
+    switch (kind) {
+    case scale::stiffness:
+        return stiffness;
+    case scale::damping:
+        return 0.1 * std::sqrt(stiffness * (m.mass_kg + rig.object.mass_kg));
+    case scale::ratio:
+        return 0.1;
+    case scale::delay:
+        return 1e3 * config_period_s(&rig.firmware);
+    case scale::mass:
+    case scale::frequency:
+        break;
+    }
+    return 1.0;
+}
+
+/* Halves [good, bad] until it is as narrow as rounding lets it be; both ends keep what `is_good` says of them. */
+void bisect(double &good, double &bad, const std::function<bool(double)> &is_good)
+{
+    while (std::abs(bad - good) > bisection_tolerance * std::max(std::abs(good), std::abs(bad))) {
+        const double middle = 0.5 * (good + bad);
+        if (middle == good || middle == bad) {
+            return;
+        }
+        (is_good(middle) ? good : bad) = middle;
+    }
+}
+
+/* Values to look at, rising: a logarithmic grid, the permitted smallest value, and the rig's own. */
+std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, double own)
+{
+    const auto is_permitted = [&](double value) { return with_value(rig, key, value).has_value(); };
+    const double centre = own > 0.0 ? own : usual_value(rig, kind);
+    const double factor = kind == scale::delay ? 10.0 : 1e3;
+    double low = centre / factor;
+    if (key.low_is_allowed && is_permitted(0.0)) {
+        low = 0.0;
+    } else if (!is_permitted(low)) {
+        double permitted = own;
+        bisect(permitted, low, is_permitted);
+        low = permitted;
+    }
+    std::vector<double> grid{low};
+    for (double value = low > 0.0 ? low * (1.0 + scan_step) : centre / factor; value < centre * factor;
+         value *= 1.0 + scan_step) {
+        grid.push_back(value);
+    }
+    grid.push_back(centre * factor);
+    grid.push_back(own);
+    std::sort(grid.begin(), grid.end());
+    grid.erase(std::unique(grid.begin(), grid.end()), grid.end());
+    return grid;
+}
+
+/* A change of sign: between these neighbours, which are as near as bisection gets. */
+struct crossing {
+    double stable;
+    double unstable;
+
+    double value() const { return 0.5 * (stable + unstable); }
+};
+
+std::vector<crossing> find_crossings(const std::vector<double> &grid, const std::function<bool(double)> &is_stable)
+{
+    std::vector<crossing> found;
+    bool before = is_stable(grid.front());
+    for (std::size_t i = 1; i < grid.size(); i++) {
+        const bool here = is_stable(grid[i]);
+        if (here != before) {
+            crossing c = here ? crossing{grid[i], grid[i - 1]} : crossing{grid[i - 1], grid[i]};
+            bisect(c.stable, c.unstable, is_stable);
+            found.push_back(c);
+        }
+        before = here;
+    }
+    return found;
+}
+
+std::vector<stable_interval> stable_intervals(const std::vector<double> &grid, bool starts_stable,
+                                              const std::vector<stability_limit> &limits)
+{
+    std::vector<double> ends;
+    if (starts_stable) {
+        ends.push_back(grid.front());
+    }
+    for (const stability_limit &limit : limits) {
+        ends.push_back(limit.value);
+    }
+    if (ends.size() % 2 == 1) {
+        ends.push_back(grid.back());
+    }
+    std::vector<stable_interval> intervals;
+    for (std::size_t i = 0; i < ends.size(); i += 2) {
+        intervals.push_back({ends[i], ends[i + 1]});
+    }
+    return intervals;
+}
+
+std::string name_of(const mode &mode, const rig &rig)
+{
+    const double coupled_Hz = coupled_spectrum(rig).modes.front().frequency_Hz;
+    const double half_rate_Hz = 0.5 / config_period_s(&rig.firmware);
+    if (std::abs(mode.frequency_Hz - coupled_Hz) <= slow_mode_band * coupled_Hz) {
+        return "slow mode: manipulator and object together";
+    }
+    if (mode.frequency_Hz == 0.0) {
+        return "drift without oscillation";
+    }
+    if (mode.frequency_Hz >= half_rate_Hz * (1.0 - 1e-9)) {
+        return "fast mode: alternates from tick to tick";
+    }
+    char text[80];
+    std::snprintf(text, sizeof text, "dead-time mode: %.2f periods of it fit into the loop's delay",
+                  mode.frequency_Hz * loop_delay_s(rig));
+    return text;
+}
+
+/* The zero of F near w, by Newton. */
+std::complex<double> follow(const loop_equation &equation, std::complex<double> w)
+{
+    for (int i = 0; i < 8; i++) {
+        const equation_value f = evaluate(equation, w);
+        w -= f.value / f.slope;
+    }
+    return w;
+}
+
+/* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
+double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
+{
+    double before = c.value();
+    double value = before + std::max(std::abs(before) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
+    double radius_before = std::abs(follow(equation_at(before), w));
+    for (int i = 0; i < 6; i++) {
+        w = follow(equation_at(value), w);
+        const double slope = (std::abs(w) - radius_before) / (value - before);
+        radius_before = std::abs(w);
+        before = value;
+        value -= (radius_before - 1.0) / slope;
+        if (!(std::abs(value - c.value()) < 1e-2 * c.value())) {
+            return c.value();
+        }
+        if (std::abs(value - before) < 1e-9 * value) {
+            break;
+        }
+    }
+    return value;
+}
+
+stability_limit describe(const crossing &c, const rig &original, const rig_key &key)
+{
+    const rig beyond = *with_value(original, key, c.unstable);
+    const mode mode = loop_spectrum(beyond).modes.front();
+    stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
+                          name_of(mode, beyond)};
+    if (!limit.is_jump) {
+        limit.value = refined(c, 1.0 / mode.z, [&](double value) {
+            const auto changed = with_value(original, key, value);
+            return make_loop_equation(changed ? *changed : beyond);
+        });
+    }
+    return limit;
+}
+
+template <typename T, typename Value>
+const T *nearest(const std::vector<T> &rising, double own, bool above, Value value_of)
+{
+    const T *found = nullptr;
+    for (const T &candidate : rising) {
+        if (above && value_of(candidate) >= own) {
+            return &candidate;
+        }
+        if (!above && value_of(candidate) <= own) {
+            found = &candidate;
+        }
+    }
+    return found;
+}
+
+std::optional<double> value_at(const double *value)
+{
+    return value != nullptr ? std::optional<double>(*value) : std::nullopt;
+}
+
+constexpr auto limit_value = [](const stability_limit &limit) { return limit.value; };
+constexpr auto itself = [](double value) { return value; };
+
+} // namespace
+
+const stability_limit *parameter_limits::nearest_below() const
+{
+    return nearest(limits, value, false, limit_value);
+}
+
+const stability_limit *parameter_limits::nearest_above() const
+{
+    return nearest(limits, value, true, limit_value);
+}
+
+std::optional<double> parameter_limits::first_order_below() const
+{
+    return value_at(nearest(first_order_limits, value, false, itself));
+}
+
+std::optional<double> parameter_limits::first_order_above() const
+{
+    return value_at(nearest(first_order_limits, value, true, itself));
+}
+
+std::vector<std::string_view> physical_parameters(const rig &rig)
+{
+    std::vector<std::string_view> keys;
+    for (const physical_parameter &parameter : parameters) {
+        const std::string_view key = parameter.key;
+        const bool is_absent = (key.find("robot.transfer") == 0 && !rig.has_transfer_behaviour()) ||
+                               (key == "sensor.low_pass_frequency_Hz" && rig.sensor.low_pass_order == 0) ||
+                               (key == "sensor.low_pass_damping_ratio" && rig.sensor.low_pass_order < 2);
+        if (!is_absent) {
+            keys.push_back(key);
+        }
+    }
+    return keys;
+}
+
+parameter_limits find_limits(const rig &original, std::string_view key_path)
+{
+    const scale kind = scale_of(key_path);
+    const rig_key &key = *find_key(key_path);
+    rig copy = original;
+    const double own = *static_cast<double *>(key.member(copy));
+    const std::vector<double> grid = scan_grid(original, key, kind, own);
+
+    const auto is_stable = [&](double value) {
+        const auto changed = with_value(original, key, value);
+        return changed && has_no_zero_inside(make_loop_equation(*changed), 1.0);
+    };
+    const auto is_stable_to_first_order = [&](double value) {
+        const auto changed = with_value(original, key, value);
+        return changed && first_order_damping_margin(*changed) > 0.0;
+    };
+
+    parameter_limits result{key.path, own, grid.front(), grid.back(), {}, {}, {}};
+    for (const crossing &c : find_crossings(grid, is_stable)) {
+        result.limits.push_back(describe(c, original, key));
+    }
+    result.stable = stable_intervals(grid, is_stable(grid.front()), result.limits);
+    for (const crossing &c : find_crossings(grid, is_stable_to_first_order)) {
+        result.first_order_limits.push_back(c.value());
+    }
+    return result;
+}
+
+std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
+{
+    const stability_limit *const limit = dead_time.nearest_above();
+    if (limit == nullptr || !has_no_zero_inside(make_loop_equation(rig), 1.0)) {
+        return {};
+    }
+    return limit->value - dead_time.value;
+}
+
+std::vector<rate_verdict> judge_rates(const rig &original)
+{
+    std::vector<std::int64_t> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
+                                       500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
+    rates_Hz.push_back(original.firmware.loop.rate_Hz);
+    std::sort(rates_Hz.begin(), rates_Hz.end());
+    rates_Hz.erase(std::unique(rates_Hz.begin(), rates_Hz.end()), rates_Hz.end());
+
+    std::vector<rate_verdict> verdicts;
+    for (const std::int64_t rate_Hz : rates_Hz) {
+        rig changed = original;
+        changed.firmware.loop.rate_Hz = rate_Hz;
+        rate_verdict verdict{rate_Hz, ""};
+        if (const auto error = complete_and_check(changed)) {
+            verdict.refusal = error->key + ": " + error->message;
+        } else {
+            dominant_root_finder finder;
+            verdict.spectral_radius = finder.spectral_radius(make_loop_equation(changed));
+            verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&changed.firmware);
+        }
+        verdicts.push_back(verdict);
+    }
+    return verdicts;
+}
+
+} // namespace berth

@@ -1,0 +1,77 @@
+/* How far a parameter of the rig can go until the loop turns unstable, or stable. */
+#ifndef SIM_HAL_STABILITY_LIMITS_H
+#define SIM_HAL_STABILITY_LIMITS_H
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "../../hal/rig/rig.h"
+#include "spectrum.h"
+
+namespace berth
+{
+
+/* A value of the parameter at which the loop changes between stable and unstable. */
+struct stability_limit {
+    double value;
+    bool stable_above; /* stable just above, unstable just below */
+    bool is_jump;      /* |z| jumps past 1: from here on the force is a tick older */
+    berth::mode mode;  /* the one that goes, just on the unstable side */
+    std::string mode_name;
+};
+
+/* An end of the range that was searched counts as the end of an interval. */
+struct stable_interval {
+    double from;
+    double to;
+};
+
+struct parameter_limits {
+    std::string_view key; /* of the rig file */
+    double value;         /* the rig's own */
+    double from;          /* range searched: what a rig file permits of three decades to either side, delays one */
+    double to;
+    std::vector<stability_limit> limits; /* by rising value */
+    std::vector<stable_interval> stable; /* by rising value */
+
+    /* The same by the first-order formula for the slow mode. */
+    std::vector<double> first_order_limits;
+
+    /* Nearest to the rig's own value; nullptr: none in the range. */
+    const stability_limit *nearest_below() const;
+    const stability_limit *nearest_above() const;
+    std::optional<double> first_order_below() const;
+    std::optional<double> first_order_above() const;
+};
+
+/* Stable intervals narrower than this share of the value may be overlooked. */
+constexpr double scan_step = 0.005;
+
+/* Keys of the physical parameters that this rig has. */
+std::vector<std::string_view> physical_parameters(const rig &rig);
+
+/* All else stays as it is; damping ratios that the rig names stay, too. */
+parameter_limits find_limits(const rig &rig, std::string_view key);
+
+/* How many ms longer the robot's dead time may be; nothing: no limit within ten times its length, or the loop is
+ * unstable as it is. */
+std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time);
+
+/* A rate of the loop, everything else in seconds as it is. */
+struct rate_verdict {
+    std::int64_t rate_Hz;
+    std::string refusal; /* why no rig may have it; empty: it may */
+    double spectral_radius = 0.0;
+    double growth_per_s = 0.0;
+
+    bool is_stable() const { return refusal.empty() && spectral_radius < 1.0; }
+};
+
+/* Common rates that divide 1e9, and the rig's own. */
+std::vector<rate_verdict> judge_rates(const rig &rig);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,197 @@
+/* Growth that a run shows against growth that the eigenvalues predict, for rigs drawn at random. */
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <doctest/doctest.h>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "../../sim_hal/hil/random.h"
+#include "../../sim_hal/stability/spectrum.h"
+#include "../support/closed_loop.h"
+#include "../support/seed.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr int rig_count = 200;
+constexpr double run_s = 40.0;
+
+/* Frames have steps of 10 pm and 0.1 uN: what they add up to in the position. */
+constexpr double noise_m = 3e-11;
+
+/* A mode is seen if it stands out of the noise by this factor at the end of the window where it is largest. */
+constexpr double visible = 1e3;
+
+class rig_draw
+{
+  public:
+    explicit rig_draw(std::int64_t seed) : random_(seed, 3) {}
+
+    rig draw()
+    {
+        for (;;) {
+            rig drawn = load_rig("ess");
+            draw_loop(drawn);
+            draw_masses(drawn);
+            if (!complete_and_check(drawn)) {
+                return drawn;
+            }
+        }
+    }
+
+  private:
+    double between(double low, double high) { return low + (high - low) * random_.uniform(); }
+    double log_between(double low, double high) { return low * std::pow(high / low, random_.uniform()); }
+
+    void draw_loop(rig &rig)
+    {
+        constexpr std::int64_t rates_Hz[] = {50, 80, 100, 125, 160, 200, 250, 400, 500, 1000};
+        rig.firmware.loop.rate_Hz = rates_Hz[static_cast<std::size_t>(between(0.0, 10.0))];
+        const double period_ms = 1e3 / static_cast<double>(rig.firmware.loop.rate_Hz);
+        rig.robot.interpolation = random_.happens(0.5) ? interpolation::hold : interpolation::linear;
+        rig.robot.dead_time_ms = period_ms + log_between(0.5, 60.0);
+        rig.sensor.delay_ms = log_between(0.5, 25.0);
+        if (random_.happens(0.5)) {
+            rig.robot.transfer_frequency_Hz = log_between(6.0, 30.0);
+            rig.robot.transfer_damping_ratio = between(0.4, 1.0);
+        }
+        rig.sensor.low_pass_order = random_.happens(0.5) ? 1 : 2;
+        rig.sensor.low_pass_frequency_Hz = log_between(8.0, 60.0);
+        rig.sensor.low_pass_damping_ratio = between(0.5, 1.0);
+    }
+
+    void draw_masses(rig &rig)
+    {
+        manipulator_config &m = rig.firmware.manipulator;
+        m.mass_kg = log_between(50.0, 500.0);
+        m.stiffness_N_per_m = m.mass_kg * std::pow(6.283185307 * log_between(0.4, 2.5), 2.0);
+        m.damping_N_s_per_m = 2.0 * between(0.01, 0.2) * std::sqrt(m.stiffness_N_per_m * m.mass_kg);
+        rig.object.mass_kg = m.mass_kg * log_between(0.05, 1.2);
+        rig.object.stiffness_N_per_m = m.stiffness_N_per_m * log_between(0.05, 5.0);
+        rig.object.damping_N_s_per_m =
+            2.0 * between(0.0, 0.1) * std::sqrt(rig.object.stiffness_N_per_m * rig.object.mass_kg);
+        rig.sensor.stiffness_N_per_m = log_between(1e6, 2e7);
+        rig.sensor.damping_ratio = between(0.01, 0.1);
+    }
+
+    random_stream random_;
+};
+
+/* Position while the rig runs free of limits, released from as far out as the expected growth lets it be. At first,
+ * for no longer than it takes to grow by e, it is shaken a little, because a release alone may hardly stir the mode
+ * that will rule. */
+std::vector<double> run_free(rig rig, double expected_growth_per_s, random_stream &random)
+{
+    const double growth_a_tick = std::abs(expected_growth_per_s) * config_period_s(&rig.firmware);
+    const int shaken_ticks = static_cast<int>(std::min(60.0, 1.0 / growth_a_tick));
+    constexpr double shake = 2e-3;
+    const double largest_m = std::min(0.5, 1e4 / rig.object.stiffness_N_per_m);
+    const double start_m = largest_m * std::max(1e-6, std::exp(-run_s * std::max(0.0, expected_growth_per_s)));
+    rig.run.duration_s = run_s;
+    rig.run.release_s = 0.0;
+    rig.firmware.limits = {-5.0, 5.0, 1e6, 1e12};
+    rig.firmware.sensor_channel.force_limit_N = 5.4e4;
+    rig.firmware.manipulator.initial_position_m = start_m;
+    REQUIRE(!complete_and_check(rig));
+    closed_loop loop(rig);
+    for (int i = 0; i < shaken_ticks; i++) {
+        REQUIRE(loop.tick());
+        if (loop.is_running()) {
+            loop.app().manipulator.position_m += shake * start_m * (random.uniform() - 0.5);
+        }
+    }
+    return free_motion_m(loop);
+}
+
+struct seen_mode {
+    double growth_per_s;
+    double height_m; /* at the end of the window where it is largest */
+};
+
+/* Modes in a window of samples, by ESPRIT: the signal's Hankel matrix has one singular vector for each mode, and
+ * shifting them by a sample multiplies each mode by its z. Growth does not mind aliasing. */
+std::vector<seen_mode> modes_in(const Eigen::VectorXd &x, double step_s)
+{
+    const Eigen::Index rows = x.size() / 2;
+    Eigen::MatrixXd hankel(rows, x.size() - rows + 1);
+    for (Eigen::Index i = 0; i < hankel.cols(); i++) {
+        hankel.col(i) = x.segment(i, rows);
+    }
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(hankel, Eigen::ComputeThinU);
+    const double floor = std::max(noise_m * static_cast<double>(rows), 1e-13 * svd.singularValues()(0));
+    const Eigen::Index count = std::min<Eigen::Index>((svd.singularValues().array() > floor).count(), rows - 1);
+    const Eigen::MatrixXd u = svd.matrixU().leftCols(count);
+    const Eigen::VectorXcd z = u.topRows(rows - 1).colPivHouseholderQr().solve(u.bottomRows(rows - 1)).eigenvalues();
+
+    /* Amplitudes: powers counted from the end where each is largest, so that none overflows. */
+    Eigen::MatrixXcd powers(x.size(), count);
+    for (Eigen::Index j = 0; j < count; j++) {
+        for (Eigen::Index i = 0; i < x.size(); i++) {
+            const double exponent = static_cast<double>(std::abs(z(j)) > 1.0 ? i - x.size() + 1 : i);
+            powers(i, j) = std::pow(z(j), exponent);
+        }
+    }
+    const Eigen::VectorXcd amplitudes = powers.colPivHouseholderQr().solve(x.cast<std::complex<double>>());
+    std::vector<seen_mode> modes;
+    for (Eigen::Index j = 0; j < count; j++) {
+        modes.push_back({std::log(std::abs(z(j))) / step_s, std::abs(amplitudes(j))});
+    }
+    return modes;
+}
+
+/* Growth of the mode that grows most (decays least), from all of the run that is above the noise but its very
+ * beginning. */
+double measured_growth_per_s(const std::vector<double> &position_m, double period_s)
+{
+    std::size_t end = position_m.size();
+    while (end > 0 && std::abs(position_m[end - 1]) < 10.0 * visible * noise_m) {
+        end--;
+    }
+    constexpr std::size_t window_samples = 240;
+    const std::size_t begin = end / 10;
+    const std::size_t step = std::max<std::size_t>(1, (end - begin) / window_samples);
+    const auto count = static_cast<Eigen::Index>((end - begin) / step);
+    Eigen::VectorXd window(count);
+    for (Eigen::Index i = 0; i < count; i++) {
+        window(i) = position_m[begin + step * static_cast<std::size_t>(i)];
+    }
+    double growth_per_s = -1e9;
+    for (const seen_mode &mode : modes_in(window, period_s * static_cast<double>(step))) {
+        if (mode.height_m > visible * noise_m) {
+            growth_per_s = std::max(growth_per_s, mode.growth_per_s);
+        }
+    }
+    return growth_per_s;
+}
+
+} // namespace
+
+TEST_CASE("200 random rigs grow in a run as the eigenvalues say, within 1 %")
+{
+    REPRODUCIBLE();
+    rig_draw rigs(test_seed());
+    random_stream random(test_seed(), 4);
+    int unstable = 0;
+    double worst = 0.0;
+    for (int i = 0; i < rig_count; i++) {
+        const rig rig = rigs.draw();
+        const spectrum predicted = loop_spectrum(rig);
+        unstable += !predicted.is_stable;
+        const std::vector<double> x = run_free(rig, predicted.growth_per_s, random);
+        const double measured_per_s = measured_growth_per_s(x, config_period_s(&rig.firmware));
+        const double error = std::abs(measured_per_s / predicted.growth_per_s - 1.0);
+        worst = std::max(worst, error);
+        INFO("rig ", i, ": ", rig.firmware.loop.rate_Hz, " Hz, ", x.size(), " ticks; predicted ",
+             predicted.growth_per_s, " /s, measured ", measured_per_s, " /s; modes predicted next ",
+             predicted.modes[1].growth_per_s, ", ", predicted.modes[2].growth_per_s, " /s");
+        CHECK(error < 1e-2);
+    }
+    MESSAGE(unstable << " of " << rig_count << " unstable; largest relative difference " << worst);
+}
+
+} // namespace berth
