@@ -228,6 +228,9 @@ def verdict(log, summary):
     if not (log.tick["state"] == STATES.index("running")).any():
         return Verdict("Never ran", "The loop never reached the state running: there is no motion to judge.",
                        NEUTRAL, alarm(summary), notes)
+    if summary["stable"] is None:
+        return Verdict("Not determined", "The loop was stopped before there was enough motion to judge.", NEUTRAL,
+                       alarm(summary), notes)
     word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)
     growth_per_s = summary["growth_per_s"]
     if growth_per_s is None:

@@ -97,6 +97,10 @@ std::optional<rig_error> check_others(const rig &rig)
     if (rig.profile.kind == profile_kind::file && rig.profile.file.empty()) {
         return rig_error{"profile.file", "is missing: profile.kind = \"file\" needs it"};
     }
+    if (rig.bus.error_probability > 0.9) {
+        return rig_error{"bus.error_probability",
+                         "must be at most 0.9: a destroyed frame is sent again until it passes"};
+    }
     if (rig.bus.burst_length_frames < 1.0) {
         return rig_error{"bus.burst_length_frames", "must be 1 or more"};
     }

@@ -34,7 +34,8 @@ int deadtime_command(const rig_arguments &arguments)
     const hal_status status = measure_deadtime(hal, rig.firmware, step_m, watch_s(rig), measured);
     hal_close(hal);
     if (status != HAL_OK) {
-        std::fprintf(stderr, "berth: %s: the run ended before the step was answered\n", arguments.rig.c_str());
+        std::fprintf(stderr, "berth: %s: the robot's feedback does not come; look at bus and robot of the rig\n",
+                     arguments.rig.c_str());
         return 3;
     }
     if (arguments.json) {
@@ -43,8 +44,9 @@ int deadtime_command(const rig_arguments &arguments)
                     {"first_motion_ms", 1e3 * measured.first_motion_s},
                     {"configured_ms", rig.robot.dead_time_ms}});
     } else {
-        std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms)\n", rig.name.c_str(),
-                    1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms);
+        std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms%s)\n",
+                    rig.name.c_str(), 1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms,
+                    rig.robot.interpolation == interpolation::hold ? "; \"hold\" is seen to one tick" : "");
     }
     return 0;
 }

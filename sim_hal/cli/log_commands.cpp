@@ -11,11 +11,20 @@ namespace berth
 namespace
 {
 constexpr int exit_different = 1;
-}
+constexpr int exit_incomplete = 2; /* the log lacks records */
+} // namespace
 
 void print_json(const nlohmann::json &object)
 {
     std::printf("%s\n", object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
+static int exit_code_of(const replay_result &result)
+{
+    if (!result.is_equal) {
+        return exit_different;
+    }
+    return result.has_gap ? exit_incomplete : 0;
 }
 
 int replay_command(const std::string &log, bool json)
@@ -34,7 +43,7 @@ int replay_command(const std::string &log, bool json)
                                           {"replayed", result.replayed}};
         }
         print_json(object);
-        return result.is_equal ? 0 : exit_different;
+        return exit_code_of(result);
     }
     if (!result.is_equal) {
         std::printf("%s: differs at tick %lld in %s: recorded %s, replayed %s\n", log.c_str(),
@@ -50,7 +59,7 @@ int replay_command(const std::string &log, bool json)
         std::printf("records are missing after tick %lld: replayed up to there\n",
                     static_cast<long long>(result.tick));
     }
-    return 0;
+    return exit_code_of(result);
 }
 
 int candump_command(const std::string &log, bool json)

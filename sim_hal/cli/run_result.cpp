@@ -7,6 +7,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
+#include "verdict.h"
 
 namespace berth
 {
@@ -32,26 +33,6 @@ try {
     return {};
 }
 
-double range(std::vector<double>::const_iterator from, std::vector<double>::const_iterator to)
-{
-    const auto [low, high] = std::minmax_element(from, to);
-    return *high - *low;
-}
-
-/* The oscillation decays; where there is too little of it to fit, the second half moves no more than the first. */
-bool decays(const run_result &result)
-{
-    if (result.growth) {
-        return result.growth->growth_per_s < 0.0;
-    }
-    const auto &x = result.longest.position_m;
-    if (x.size() < 2) {
-        return true;
-    }
-    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-    return range(middle, x.end()) <= range(x.begin(), middle);
-}
-
 void end_free_motion(run_result &result)
 {
     if (result.newest.tick.size() > result.longest.tick.size()) {
@@ -63,13 +44,15 @@ void end_free_motion(run_result &result)
 
 void print_growth(const run_result &result)
 {
-    if (!result.is_stable) {
-        std::printf("  %-14s the supervisor never came to running\n", "NEVER RAN");
+    if (result.running_m.empty()) {
+        std::printf("  %-14s the supervisor never came to running%s\n", "NEVER RAN", result.obstacles.c_str());
         return;
     }
-    const char *const verdict = *result.is_stable ? "stable" : "DIVERGING";
+    const char *const verdict = !result.is_stable ? "NOT DETERMINED" : *result.is_stable ? "stable" : "DIVERGING";
     if (!result.growth) {
-        std::printf("  %-14s too little oscillation to measure a growth rate\n", verdict);
+        std::printf("  %-14s %s\n", verdict,
+                    result.limited_until_sample > 0 ? "limits bounded the motion: there is no growth rate to measure"
+                                                    : "too little oscillation to measure a growth rate");
         return;
     }
     const growth_fit &fit = *result.growth;
@@ -84,6 +67,35 @@ void print_prediction(const run_result &result)
     if (result.predicted_growth_per_s) {
         std::printf("  %-14s the eigenvalues say %+.6f /s\n", "predicted", *result.predicted_growth_per_s);
     }
+}
+
+/* What keeps the supervisor from leaving start, read off the conditions of the last tick. */
+std::string obstacles_of(const tick_record &last)
+{
+    const struct {
+        uint32_t condition;
+        bool is_needed;
+        const char *name;
+    } obstacles[] = {
+        {CONDITION_EMERGENCY_STOP, false, "emergency stop is pressed"},
+        {CONDITION_FEEDBACK_FRESH, true, "no fresh feedback from the robot"},
+        {CONDITION_SENSOR_FRESH, true, "no fresh force"},
+        {CONDITION_OPERATOR_FRESH, true, "no fresh operator command"},
+        {CONDITION_ROBOT_AT_PLACE, true, "the robot is not at its first setpoint"},
+        {CONDITION_ROBOT_FAULT, false, "the robot reports a fault"},
+        {CONDITION_SENSOR_SATURATED, false, "the force sensor is saturated"},
+        {CONDITION_FORCE_LIMIT, false, "the force is beyond sensor_channel.force_limit_N"},
+        {CONDITION_BUS_OFF, false, "a bus is off"},
+        {CONDITION_ENABLE, true, "enable is off"},
+        {CONDITION_REQUEST_RUN, true, "the operator does not request to run"},
+    };
+    std::string text;
+    for (const auto &obstacle : obstacles) {
+        if (((last.conditions & obstacle.condition) != 0) != obstacle.is_needed) {
+            text += (text.empty() ? ": " : ", ") + std::string(obstacle.name);
+        }
+    }
+    return text;
 }
 
 void print_limits(const run_result &result)
@@ -122,7 +134,10 @@ void note_tick(run_result &result, const tick_record &record)
     for (int i = 0; i < LIMIT_COUNT && record.limits >> i; i++) {
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
-    result.ran = result.ran || record.state == SUPERVISOR_RUNNING;
+    if (record.state == SUPERVISOR_RUNNING) {
+        result.running_m.push_back(record.manipulator_position_m);
+        result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
+    }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
         result.newest.position_m.push_back(record.manipulator_position_m);
         result.newest.tick.push_back(record.index);
@@ -144,9 +159,9 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.saturated_setpoints = last.saturated_setpoints;
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.predicted_growth_per_s = predict_growth_per_s(rig);
-    if (result.ran) {
-        result.is_stable = result.cause != STOP_POSITION_LIMIT && result.cause != STOP_NOT_FINITE &&
-                           result.cause != STOP_FORCE_LIMIT && decays(result);
+    result.is_stable = judge(result, period_s);
+    if (result.running_m.empty()) {
+        result.obstacles = obstacles_of(last);
     }
 }
 

@@ -28,7 +28,8 @@ struct run_result {
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
-    bool ran = false; /* the supervisor was in running */
+    std::vector<double> running_m;        /* manipulator in all ticks of running, limited or not */
+    std::size_t limited_until_sample = 0; /* of running_m: limits acted last before this one */
     free_motion newest;
     free_motion longest; /* what growth is measured from */
     supervisor_state state = SUPERVISOR_START;
@@ -46,7 +47,8 @@ struct run_result {
 
     std::optional<growth_fit> growth;
     std::optional<double> predicted_growth_per_s; /* of the loop without its disturbances */
-    std::optional<bool> is_stable; /* nothing: the loop never ran */
+    std::optional<bool> is_stable;                /* see judge() */
+    std::string obstacles;                        /* what kept a loop that never ran from running */
 };
 
 /* Takes one tick into account. */

@@ -75,6 +75,16 @@ std::vector<std::string_view> split(std::string_view line)
     return cells;
 }
 
+/* Fit for a terminal: short, and nothing that it would obey. */
+std::string printable(std::string_view text)
+{
+    constexpr std::size_t longest = 60;
+    std::string result(text.substr(0, longest));
+    std::replace_if(
+        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    return result + (text.size() > longest ? "..." : "");
+}
+
 double number(std::string_view cell, const std::string &where)
 {
     double value = 0.0;
@@ -83,7 +93,7 @@ double number(std::string_view cell, const std::string &where)
     }
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
-        throw input_error(where + ": \"" + std::string(cell) + "\" is not a finite number");
+        throw input_error(where + ": \"" + printable(cell) + "\" is not a finite number");
     }
     return value;
 }
@@ -94,7 +104,7 @@ std::size_t column_of(const std::vector<std::string_view> &header, const std::st
     if (found == header.end()) {
         std::string names;
         for (const auto cell : header) {
-            names += (names.empty() ? "" : ", ") + std::string(cell);
+            names += (names.empty() ? "" : ", ") + printable(cell);
         }
         throw input_error(path + ":1: there is no column " + name + "; the columns are " + names);
     }

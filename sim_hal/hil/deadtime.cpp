@@ -14,6 +14,9 @@ namespace
 /* Feedback settles before the step, and the setpoints fill the robot's queue. */
 constexpr double settle_s = 0.5;
 
+/* Reports that are still missing after so many times the ticks needed will not come. */
+constexpr double patience = 20.0;
+
 hal_frame setpoint_frame(double position_m, const hal_tick &tick)
 {
     berth_can_setpoint_t raw{};
@@ -57,10 +60,11 @@ hal_status measure_deadtime(struct hal *hal, const app_config &config, double st
     const double start_m = config.manipulator.initial_position_m;
     feedback_track track;
     hal_tick tick{};
+    const auto ticks_max = static_cast<std::int64_t>(patience * static_cast<double>(step_tick + watch_ticks));
     while (track.positions_m.size() < step_tick + watch_ticks) {
         hal_status status = hal_wait_tick(hal, &tick);
-        if (status != HAL_OK) {
-            return status;
+        if (status != HAL_OK || tick.index > ticks_max) {
+            return status != HAL_OK ? status : HAL_END;
         }
         hal_frame frame;
         while (hal_can_receive(hal, HAL_BUS_SENSOR, &frame) == HAL_OK) {

@@ -20,7 +20,8 @@ struct deadtime_measurement {
 
 /* Holds the robot, steps the setpoint by `step_m` and watches for `watch_s`. With straight lines between setpoints
  * the passage is exact for any real dead time (the area between command and motion, which a line within one tick
- * does not hide); with "hold" it is known to one tick. Returns HAL_OK, or what the HAL said. */
+ * does not hide); with "hold" it is known to one tick. Returns HAL_OK,
+ * HAL_END if the feedback does not come, or what the HAL said. */
 hal_status measure_deadtime(struct hal *hal, const app_config &config, double step_m, double watch_s,
                             deadtime_measurement &result);
 

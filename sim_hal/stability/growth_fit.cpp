@@ -11,6 +11,10 @@ namespace
 
 constexpr std::size_t least_extremes = 8;
 
+/* What the scatter of the heights does not show: parabolas at few samples a period, steps of the wire. Measured on
+ * the reference cases against their eigenvalues: 1.6e-5 at 400 Hz, 4.7e-5 at 50 Hz; doubled. */
+constexpr double systematic = 1e-4;
+
 struct extreme {
     double time_s;
     double value;
@@ -160,8 +164,9 @@ std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double p
     const straight_line growth = fit_line(heights.size(), time_s, logarithm, weight);
     const straight_line half_period_s = fit_line(heights.size(), number, time_s, [](std::size_t) { return 1.0; });
     const double from_s = heights.front().time_s;
-    return growth_fit{growth.slope,  1.96 * growth.slope_deviation, 0.5 / half_period_s.slope,
-                      from_s,        heights.back().time_s,         std::exp(growth.at(from_s)),
+    const double deviation_per_s = std::hypot(1.96 * growth.slope_deviation, systematic * growth.slope);
+    return growth_fit{growth.slope,  deviation_per_s,       0.5 / half_period_s.slope,
+                      from_s,        heights.back().time_s, std::exp(growth.at(from_s)),
                       heights.size()};
 }
 

@@ -42,6 +42,21 @@ def test_a_loop_that_never_ran_is_neither_stable_nor_not(tmp_path):
     assert result["stable"] is None and result["growth_per_s"] is None and result["state"] == "fault"
 
 
+@pytest.mark.parametrize("changes, stable", [
+    # limits turn the growing oscillation into one of constant height
+    ({"object.mass_kg": 180, "robot.dead_time_ms": 60, "sensor.delay_ms": 10}, False),
+    ({"manipulator.mass_kg": 1, "run.duration_s": 20}, False),
+    # stopped before anything could be seen
+    ({"limits.position_max_m": 0.011, "limits.position_min_m": 0.009}, None),
+    ({"bus.burst_probability": 0.01, "bus.burst_length_frames": 300}, None),
+])
+def test_the_verdict_says_no_more_than_the_run_shows(changes, stable, tmp_path):
+    result = run_json("ess", tmp_path, "--no-log", *settings(changes))
+    assert result["stable"] is stable
+    if stable is False:
+        assert result["predicted_growth_per_s"] > 0
+
+
 def test_no_log_writes_nothing(tmp_path):
     result = run_json("ess", tmp_path / "folder", "--no-log", *settings(SHORT))
     assert result["log"] is None

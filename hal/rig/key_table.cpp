@@ -1,0 +1,180 @@
+#include "key_table.h"
+
+#include <type_traits>
+
+namespace berth
+{
+
+namespace
+{
+
+enum class range { any, positive, not_negative, fraction, positive_or_inf, not_negative_or_inf };
+
+template <typename T>
+constexpr key_type type_of()
+{
+    if constexpr (std::is_same_v<T, double>) {
+        return key_type::number;
+    } else if constexpr (std::is_same_v<T, std::int64_t>) {
+        return key_type::integer;
+    } else if constexpr (std::is_same_v<T, bool>) {
+        return key_type::boolean;
+    } else if constexpr (std::is_same_v<T, std::string>) {
+        return key_type::text;
+    } else {
+        return key_type::choice;
+    }
+}
+
+template <typename T>
+rig_key make_key(std::string_view path, void *(*member)(rig &), range range, std::string_view meaning,
+                 std::vector<std::string_view> choices = {})
+{
+    rig_key key{path,  type_of<T>(), member, std::is_same_v<T, bool>, -unlimited, unlimited, true,
+                false, {},           meaning};
+    key.choices = std::move(choices);
+    key.low = range == range::any ? -unlimited : 0.0;
+    key.low_is_allowed = range != range::positive && range != range::positive_or_inf;
+    key.high = range == range::fraction ? 1.0 : unlimited;
+    key.infinity_is_allowed = range == range::positive_or_inf || range == range::not_negative_or_inf;
+    return key;
+}
+
+/* A firmware flag is an int32_t without choices. */
+rig_key make_flag(std::string_view path, void *(*member)(rig &), std::string_view meaning)
+{
+    rig_key key = make_key<bool>(path, member, range::any, meaning);
+    key.is_bool = false;
+    return key;
+}
+
+#define KEY(path, member, ...)                                                                                      \
+    make_key<decltype(rig::member)>(                                                                                \
+        path, [](rig &of) -> void * { return &of.member; }, __VA_ARGS__)
+#define FLAG(path, member, meaning)                                                                                 \
+    make_flag(                                                                                                      \
+        path, [](rig &of) -> void * { return &of.member; }, meaning)
+
+} // namespace
+
+std::vector<rig_key> make_keys()
+{
+    using r = range;
+    return {
+        KEY("run.duration_s", run.duration_s, r::positive, "length of the run"),
+        KEY("run.release_s", run.release_s, r::not_negative, "the operator requests to run from here on"),
+        KEY("run.seed", run.seed, r::not_negative, "of every random draw"),
+        KEY("run.emergency_stop_s", run.emergency_stop_s, r::not_negative_or_inf,
+            "emergency stop is pressed; inf: never"),
+        KEY("run.enable_off_s", run.enable_off_s, r::not_negative_or_inf, "enable is taken away; inf: never"),
+
+        KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive, "ticks a second; must divide 1e9"),
+        KEY("loop.missed_ticks_budget", firmware.loop.missed_ticks_budget, r::not_negative,
+            "missed ticks before the supervisor faults"),
+
+        KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive, "M"),
+        KEY("manipulator.damping_N_s_per_m", firmware.manipulator.damping_N_s_per_m, r::not_negative, "D"),
+        KEY("manipulator.stiffness_N_per_m", firmware.manipulator.stiffness_N_per_m, r::not_negative, "K"),
+        KEY("manipulator.initial_position_m", firmware.manipulator.initial_position_m, r::any,
+            "where the robot holds it until the release"),
+        KEY("manipulator.initial_velocity_m_per_s", firmware.manipulator.initial_velocity_m_per_s, r::any,
+            "at the release"),
+        KEY("manipulator.integrator", firmware.manipulator.integrator, r::any, "of the manipulator step",
+            {"exact", "semi_implicit_euler", "rk4"}),
+        KEY("manipulator.substeps", firmware.manipulator.substeps, r::positive, "integrator steps per tick"),
+
+        KEY("operator.interface", firmware.operator_command.interface, r::any,
+            "commands a motion (x_op, v_op) or a force on the manipulator", {"motion", "force"}),
+        KEY("operator.position_limit_m", firmware.operator_command.position_limit_m, r::positive,
+            "larger commands are rejected"),
+        KEY("operator.velocity_limit_m_per_s", firmware.operator_command.velocity_limit_m_per_s, r::positive,
+            "larger commands are rejected"),
+        KEY("operator.force_limit_N", firmware.operator_command.force_limit_N, r::positive,
+            "larger commands are rejected"),
+        KEY("operator.stale_after_ms", firmware.operator_command.stale_after_ms, r::positive,
+            "age at which the loop holds"),
+
+        KEY("profile.kind", profile.kind, r::any, "what the operator commands after the release",
+            {"rest", "step", "ramp", "minimum_jerk", "chirp", "multisine", "file"}),
+        KEY("profile.offset_m", profile.offset_m, r::any, "position about which the profile moves"),
+        KEY("profile.amplitude_m", profile.amplitude_m, r::any, "for operator.interface = \"motion\""),
+        KEY("profile.amplitude_N", profile.amplitude_N, r::any, "for operator.interface = \"force\""),
+        KEY("profile.start_s", profile.start_s, r::not_negative, "after the release"),
+        KEY("profile.duration_s", profile.duration_s, r::positive, "of ramp, move, chirp; period of the multisine"),
+        KEY("profile.frequency_start_Hz", profile.frequency_start_Hz, r::positive, "of chirp and multisine"),
+        KEY("profile.frequency_end_Hz", profile.frequency_end_Hz, r::positive, "of chirp and multisine"),
+        KEY("profile.file", profile.file, r::any, "CSV (also .gz) with a header and a column t_s"),
+        KEY("profile.column", profile.column, r::any,
+            "of the file; may be left empty if there is only one beside t_s"),
+        KEY("profile.scale", profile.scale, r::any, "file value to m or N"),
+
+        KEY("sensor_channel.force_limit_N", firmware.sensor_channel.force_limit_N, r::positive,
+            "larger measured forces are a fault"),
+        KEY("sensor_channel.stale_after_ms", firmware.sensor_channel.stale_after_ms, r::positive,
+            "age at which the loop holds"),
+        KEY("robot_channel.stale_after_ms", firmware.robot_channel.stale_after_ms, r::positive,
+            "age of feedback that is a fault"),
+        KEY("robot_channel.start_tolerance_m", firmware.robot_channel.start_tolerance_m, r::positive,
+            "robot to first setpoint"),
+        KEY("limits.position_min_m", firmware.limits.position_min_m, r::any, "of setpoints on the wire"),
+        KEY("limits.position_max_m", firmware.limits.position_max_m, r::any, "of setpoints on the wire"),
+        KEY("limits.velocity_m_per_s", firmware.limits.velocity_m_per_s, r::positive, "of setpoints on the wire"),
+        KEY("limits.acceleration_m_per_s2", firmware.limits.acceleration_m_per_s2, r::positive,
+            "of setpoints on the wire"),
+        FLAG("inverse_filter.enabled", firmware.inverse_filter.enabled,
+             "takes away the amplitude error of robot.transfer_*"),
+        KEY("inverse_filter.bandwidth_Hz", firmware.inverse_filter.bandwidth_Hz, r::positive,
+            "of the filter's own poles"),
+
+        KEY("robot.dead_time_ms", robot.dead_time_ms, r::not_negative,
+            "command to motion, time on the bus included"),
+        KEY("robot.interpolation", robot.interpolation, r::any, "between setpoints", {"linear", "hold"}),
+        KEY("robot.transfer_frequency_Hz", robot.transfer_frequency_Hz, r::positive_or_inf,
+            "of the second-order transfer behaviour; inf: none"),
+        KEY("robot.transfer_damping_ratio", robot.transfer_damping_ratio, r::not_negative, "of the same"),
+        KEY("robot.velocity_limit_m_per_s", robot.velocity_limit_m_per_s, r::positive_or_inf, "inf: none"),
+        KEY("robot.acceleration_limit_m_per_s2", robot.acceleration_limit_m_per_s2, r::positive_or_inf, "inf: none"),
+        KEY("robot.clock", robot.clock, r::any, "takes setpoints when they come, or by a clock of its own",
+            {"locked", "free"}),
+        KEY("robot.clock_phase_ms", robot.clock_phase_ms, r::not_negative, "of a free clock"),
+        KEY("robot.clock_drift_ppm", robot.clock_drift_ppm, r::any, "of a free clock; positive: slow"),
+        KEY("robot.jitter_ms", robot.jitter_ms, r::not_negative, "largest shift of a setpoint's instant"),
+
+        KEY("sensor.stiffness_N_per_m", sensor.stiffness_N_per_m, r::positive, "k_S"),
+        KEY("sensor.damping_ratio", sensor.damping_ratio, r::not_negative, "zeta_S; d_S = 2 zeta_S sqrt(k_S m)"),
+        KEY("sensor.low_pass_order", sensor.low_pass_order, r::not_negative, "0, 1 or 2"),
+        KEY("sensor.low_pass_frequency_Hz", sensor.low_pass_frequency_Hz, r::positive, "f_L"),
+        KEY("sensor.low_pass_damping_ratio", sensor.low_pass_damping_ratio, r::positive, "zeta_L, order 2"),
+        KEY("sensor.delay_ms", sensor.delay_ms, r::not_negative, "sample to arrival, time on the bus included"),
+        KEY("sensor.sample_phase_ms", sensor.sample_phase_ms, r::not_negative, "sample after the tick"),
+        KEY("sensor.bias_N", sensor.bias_N, r::any, "added to every sample"),
+        KEY("sensor.noise_N", sensor.noise_N, r::not_negative, "standard deviation, one value a sample"),
+        KEY("sensor.resolution_N", sensor.resolution_N, r::not_negative, "0: that of the frame"),
+        KEY("sensor.saturation_N", sensor.saturation_N, r::positive_or_inf, "inf: that of the frame"),
+        KEY("sensor.loss_probability", sensor.loss_probability, r::fraction, "a sample is never sent"),
+        KEY("sensor.stale_probability", sensor.stale_probability, r::fraction, "the last frame is sent again"),
+
+        KEY("object.kind", object.kind, r::any, "gripped object, or a tool that pushes on elastic material",
+            {"gripped", "contact"}),
+        KEY("object.mass_kg", object.mass_kg, r::positive, "m; contact: of the tool"),
+        KEY("object.stiffness_N_per_m", object.stiffness_N_per_m, r::not_negative, "k"),
+        KEY("object.damping_N_s_per_m", object.damping_N_s_per_m, r::not_negative, "d"),
+        KEY("object.surface_position_m", object.surface_position_m, r::any,
+            "contact: material beyond this position"),
+
+        KEY("bus.bit_rate_bit_per_s", bus.bit_rate_bit_per_s, r::positive, "of both buses"),
+        KEY("bus.ideal", bus.ideal, r::any, "frames take no time"),
+        KEY("bus.loss_probability", bus.loss_probability, r::fraction, "a frame is lost"),
+        KEY("bus.burst_probability", bus.burst_probability, r::fraction, "a burst of losses starts"),
+        KEY("bus.burst_length_frames", bus.burst_length_frames, r::positive, "mean length of a burst"),
+        KEY("bus.error_probability", bus.error_probability, r::fraction, "a frame is destroyed and sent again"),
+
+        KEY("solver.kind", solver.kind, r::any, "of the simulated rig", {"fast", "cvode"}),
+        KEY("solver.relative_tolerance", solver.relative_tolerance, r::positive, "cvode"),
+        KEY("solver.absolute_tolerance_m", solver.absolute_tolerance_m, r::positive,
+            "cvode; of the object's position, other states in proportion"),
+        KEY("solver.contact_step_us", solver.contact_step_us, r::positive, "fast solver, object.kind = \"contact\""),
+    };
+}
+
+} // namespace berth

@@ -1,0 +1,20 @@
+/* Whether a run was stable, from its motion; no answer where the run does not tell. */
+#ifndef SIM_HAL_CLI_VERDICT_H
+#define SIM_HAL_CLI_VERDICT_H
+
+#include <optional>
+
+#include "run_result.h"
+
+namespace berth
+{
+
+/* A measured growth decides, unless limits still acted at the end: they turn a growing oscillation into one of
+ * constant height, which then has to fall to count as stable. Without oscillation, a run that came to its end is
+ * stable if its second half moves no more than its first. Nothing: the loop never ran, or was stopped before there
+ * was enough motion to judge. */
+std::optional<bool> judge(const run_result &result, double period_s);
+
+} // namespace berth
+
+#endif
