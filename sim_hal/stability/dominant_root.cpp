@@ -78,9 +78,11 @@ double expand(const loop_equation &equation, double radius, double *c)
     double even = 1.0;
     double odd = radius;
     c[degree + 1] = 0.0; /* so that pairs come out even */
-    for (int i = 0; i <= degree; i += 2, even *= radius * radius, odd *= radius * radius) {
+    for (int i = 0; i <= degree; i += 2) {
         c[i] *= even;
         c[i + 1] *= odd;
+        even *= radius * radius;
+        odd *= radius * radius;
         sum += std::abs(c[i]) + std::abs(c[i + 1]);
     }
     return sum;

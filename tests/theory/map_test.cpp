@@ -95,6 +95,29 @@ TEST_CASE("the characteristic equation has the spectral radius of the one-period
     }
 }
 
+TEST_CASE("the characteristic equation multiplied out is that of its factors")
+{
+    REPRODUCIBLE();
+    random_rigs rigs(test_seed() + 5);
+    const auto horner = [](const short_polynomial &p, std::complex<double> w) {
+        std::complex<double> sum = 0.0;
+        for (int i = p.degree; i >= 0; i--) {
+            sum = sum * w + p.coefficients[static_cast<std::size_t>(i)];
+        }
+        return sum;
+    };
+    for (int i = 0; i < 100; i++) {
+        const rig rig = rigs.next(20.0);
+        CAPTURE(i);
+        CAPTURE(print_rig(rig));
+        const loop_equation equation = make_loop_equation(rig);
+        const auto w = std::polar(rigs.between(0.5, 1.5), rigs.between(0.5, 3.0)); /* away from w = 1 */
+        const equation_parts parts = evaluate_parts(equation, w);
+        CHECK(std::abs(horner(equation.a, w) / parts.a - 1.0) < 1e-9);
+        CHECK(std::abs(horner(equation.b, w) / parts.b - 1.0) < 1e-9);
+    }
+}
+
 TEST_CASE("zeros are counted as dense eigenvalues are")
 {
     REPRODUCIBLE();
