@@ -5,8 +5,8 @@ One tick, period T, tick n at t_n = n T:
   2. Setpoint x_n goes to the robot, which passes it at t_n + T_R, on a straight line or in a jump.
   3. M x'' + D x' + K x = -F_n, exactly, with F_n held for the tick.
 State just before a tick: manipulator (x, v), hardware, setpoints that still matter and samples that have not been
-used, newest first. Hardware: object (x_o, p), low-pass (y, q), both divided by k_S, and where there is one the robot's
-(r, r'). p and q are chosen so that u' does not appear: p = v_o - d_S u / m, q = y' - w^2 d_S u / k_S. SI units.
+used, newest first. Hardware: object (x_o, p), low-pass (y, q), both divided by k_S, and where there is one the
+robot's (r, r'). p and q are chosen so that u' does not appear: p = v_o - d_S u / m, q = y' - w^2 d_S u / k_S. SI units.
 """
 
 from dataclasses import dataclass, fields, replace

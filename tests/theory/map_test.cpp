@@ -196,13 +196,13 @@ TEST_CASE("a map does not depend on threads nor on the order of its points")
         map_point_setter setter(request);
         for (int row = 0; row < request.y.count; row++) {
             for (int column = 0; column < request.x.count; column++) {
-                const auto place = static_cast<std::size_t>(row * request.x.count + column);
-                const double value = one[place];
+                const int place = row * request.x.count + column;
+                const double value = one[static_cast<std::size_t>(place)];
                 const bool possible =
                     setter.set(request.x.value(column), request.y.value(row)) == point_state::possible;
                 REQUIRE(std::isfinite(value) == possible);
                 if (possible) {
-                    REQUIRE(many[place] == value);
+                    REQUIRE(many[static_cast<std::size_t>(place)] == value);
                     REQUIRE(std::abs(columns[static_cast<std::size_t>(column * request.y.count + row)] / value -
                                      1.0) < 1e-10);
                 }
