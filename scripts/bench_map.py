@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Times stability maps on one core: `berth map` beside numpy's LAPACK on the same matrices and python-control building
-the same loop; and the cost of a point against the dead time.
+"""Times stability maps on one core: `berth map` beside numpy's LAPACK on the same matrices and python-control
+building the same loop; and the cost of a point against the dead time.
 
 Times are those of the processor, so that other programs on the machine do not count.
 Prints a table and writes build/bench_map.json. Ends with 1 if a largest |z| is not ours to 1e-9; times only inform.
@@ -41,7 +41,7 @@ def berth_map(*arguments):
 
 
 def numpy_radii(loop, vary, x, y):
-    """Largest |z| at points of a map by numpy, and the seconds that eigvals took; building the matrices not counted."""
+    """Largest |z| at points of a map by numpy, and the seconds that eigvals took, without building the matrices."""
     radii, taken_s = [], 0.0
     for i in range(0, len(x), BATCH):
         matrices = loop_matrices(coupled_rigs(loop, vary, x[i:i + BATCH], y[i:i + BATCH]))
@@ -97,8 +97,9 @@ def dead_time_costs(points, rounds):
         chosen = possible[np.linspace(0, len(possible) - 1, max(3, 1000 // samples)).astype(int)]
         loop = Loop(ESS.rate_Hz, T_R_ms * 1e-3, ESS.T_S)
         theirs, numpy_s = numpy_radii(loop, "elasticity", x[chosen], y[chosen])
-        rows.append({"samples": samples, "ours_us": 1e6 * median(r["compute_cpu_s"] for r, _ in runs) / len(possible),
-                     "numpy_us": 1e6 * numpy_s / len(chosen), "searches": runs[0][0]["searches"],
+        rows.append({"samples": samples, "searches": runs[0][0]["searches"],
+                     "ours_us": 1e6 * median(r["compute_cpu_s"] for r, _ in runs) / len(possible),
+                     "numpy_us": 1e6 * numpy_s / len(chosen),
                      "difference": float(np.abs(ours[chosen] / theirs - 1.0).max())})
     return rows
 
@@ -121,7 +122,8 @@ def main():
     points, rounds = (20, 1) if quick else (200, 7)
     print(f"berth bench, stability maps: rig ess, {points} x {points} points on one core, CPU {cpu}; load average "
           f"{os.getloadavg()[0]:.1f}\n")
-    print(f"  {'':12} {'berth':>9} {'numpy':>9} {'control':>10}   {'numpy':>9} {'control':>10}   largest difference of |z|")
+    print(f"  {'':12} {'berth':>9} {'numpy':>9} {'control':>10}   {'numpy':>9} {'control':>10}   "
+          "largest difference of |z|")
     print(f"  {'':12} {'us/point':>9} {'us/point':>9} {'us/point':>10}   {'slower by':>9} {'slower by':>10}   "
           f"{'to numpy':>11} {'to control':>11}")
     maps = {}
@@ -130,8 +132,8 @@ def main():
         print(f"  {vary:12} {row['ours_us']:9.3f} {row['numpy_us']:9.2f} {row['control_us']:10.1f}   "
               f"{row['times_numpy']:9.1f} {row['times_control']:10.0f}   {row['difference_numpy']:11.1e} "
               f"{row['difference_control']:11.1e}")
-    print(f"  berth: rig to |z|, everything but the file. numpy {np.__version__}: linalg.eigvals alone, {BATCH} matrices "
-          f"at a time,\n  OPENBLAS_NUM_THREADS=1. python-control {control.__version__}: blocks to poles, "
+    print(f"  berth: rig to |z|, everything but the file. numpy {np.__version__}: linalg.eigvals alone, {BATCH} "
+          f"matrices at a time,\n  OPENBLAS_NUM_THREADS=1. python-control {control.__version__}: blocks to poles, "
           f"{maps['mass']['control_points']} points of the map.\n")
 
     rows = dead_time_costs(20 if quick else 100, 1 if quick else 3)

@@ -4,9 +4,9 @@ One tick, period T, tick n at t_n = n T:
   1. F_n is the newest force sample that has arrived by t_n; the sample of t_k + phase arrives T_S later.
   2. Setpoint x_n goes to the robot, which passes it at t_n + T_R, on a straight line or in a jump.
   3. M x'' + D x' + K x = -F_n, exactly, with F_n held for the tick.
-State just before a tick: manipulator (x, v), hardware, setpoints that still matter and samples that have not been used,
-newest first. Hardware: object (x_o, p), low-pass (y, q), both divided by k_S, and where there is one the robot's
-(r, r'). p and q are chosen so that u' does not appear: p = v_o - d_S u / m, q = y' - w^2 d_S u / k_S. SI units.
+State just before a tick: manipulator (x, v), hardware, setpoints that still matter and samples that have not been
+used, newest first. Hardware: object (x_o, p), low-pass (y, q), both divided by k_S, and where there is one the
+robot's (r, r'). p and q are chosen so that u' does not appear: p = v_o - d_S u / m, q = y' - w^2 d_S u / k_S. SI units.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -17,7 +17,7 @@ from scipy.linalg import expm
 
 @dataclass
 class Loop:
-    """A rig with low-pass of second order; every value may be an array, one entry a rig. Dead times and rate: scalars."""
+    """A rig with low-pass of second order; values may be arrays, one entry a rig; dead times and rate may not."""
 
     rate_Hz: float
     T_R: float
@@ -50,7 +50,7 @@ class Loop:
 
 
 def whole_and_rest(duration_s, period_s):
-    """Whole periods in a duration, and the rest in s: exactly 0 if it is a whole number of periods up to rounding."""
+    """Whole periods in a duration, and the rest in s: exactly 0 if it is whole periods up to rounding."""
     whole = int(np.floor(duration_s / period_s + 1e-9))
     rest = duration_s - whole * period_s
     return whole, rest if rest > 1e-9 * period_s else 0.0
@@ -147,8 +147,8 @@ def loop_matrices(loop):
 
 
 def coupled_rigs(loop, vary, frequency_ratio, damping_ratio):
-    """The rigs at points of a map, k or m and d following from omega/omega_M and zeta; d is negative where no passive
-    object is there."""
+    """The rigs at points of a map, k or m and d following from omega/omega_M and zeta; d is negative where no
+    passive object is there."""
     w = frequency_ratio * np.sqrt(loop.K / loop.M)
     if vary == "elasticity":
         k, m = w**2 * (loop.M + loop.m) - loop.K, np.full_like(w, loop.m)

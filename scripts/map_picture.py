@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws a map written by `berth map`: largest |z| as a contour, the limit of stability, the robot's wall, the rig itself.
+"""Draws a map written by `berth map`: largest |z|, the limit of stability, the robot's wall, the rig itself.
 
   map_picture.py build/maps/ess-elasticity.csv     writes build/maps/ess-elasticity.png
 """

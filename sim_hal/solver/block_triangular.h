@@ -11,7 +11,7 @@ namespace berth
 {
 
 /* The same operations, so the same bits, in fewer instructions where the processor has AVX. */
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define BERTH_AVX_IF_THERE __attribute__((target_clones("avx", "default")))
 #else
 #define BERTH_AVX_IF_THERE
@@ -39,7 +39,8 @@ struct block_triangular {
 
     static constexpr std::size_t place(int row, int column)
     {
-        return static_cast<std::size_t>(column * (column + 1) / 2 + row);
+        return static_cast<std::size_t>(column) * (static_cast<std::size_t>(column) + 1) / 2 +
+               static_cast<std::size_t>(row);
     }
     block &at(int row, int column) { return blocks[place(row, column)]; }
     const block &at(int row, int column) const { return blocks[place(row, column)]; }

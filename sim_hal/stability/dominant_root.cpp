@@ -78,9 +78,11 @@ double expand(const loop_equation &equation, double radius, double *c)
     double even = 1.0;
     double odd = radius;
     c[degree + 1] = 0.0; /* so that pairs come out even */
-    for (int i = 0; i <= degree; i += 2, even *= radius * radius, odd *= radius * radius) {
+    for (int i = 0; i <= degree; i += 2) {
         c[i] *= even;
         c[i + 1] *= odd;
+        even *= radius * radius;
+        odd *= radius * radius;
         sum += std::abs(c[i]) + std::abs(c[i + 1]);
     }
     return sum;
@@ -241,15 +243,23 @@ bool dominant_root_finder::follow(const loop_equation &equation)
     return true;
 }
 
-/* One of the modes that came behind it. */
+/* One of the modes that came behind it, or one that the turns of L on the circle of the smallest give away. */
 bool dominant_root_finder::follow_others(const loop_equation &equation)
 {
-    const std::vector<complex> roots = polished(equation, {followed_.begin(), followed_.begin() + followed_count_});
-    if (roots.empty() || !has_no_zero_inside(equation, std::abs(roots[0]) * (1.0 - circle_margin))) {
-        return false;
+    std::vector<complex> roots = polished(equation, {followed_.begin(), followed_.begin() + followed_count_});
+    for (int i = 0; i < followed_max && !roots.empty(); i++) {
+        int count = 0;
+        const std::vector<complex> found = roots_near(equation, std::abs(roots[0]) * (1.0 - circle_margin), &count);
+        if (count == 0) {
+            keep(roots);
+            return true;
+        }
+        if (found.empty() || !is_smaller(found[0], roots[0])) {
+            return false;
+        }
+        roots.insert(roots.begin(), found[0]);
     }
-    keep(roots);
-    return true;
+    return false;
 }
 
 void dominant_root_finder::keep(const std::vector<complex> &roots)

@@ -29,7 +29,7 @@ class dominant_root_finder
     bool follow_others(const loop_equation &equation);
     void keep(const std::vector<std::complex<double>> &roots);
 
-    static constexpr int followed_max = 4;
+    static constexpr int followed_max = 8;
     std::array<std::complex<double>, followed_max> followed_{}; /* w of the upper half plane, smallest |w| first */
     int followed_count_ = 0;
     std::array<std::complex<double>, 3> before_{}; /* followed_[0] one, two and three rigs ago */

@@ -22,9 +22,15 @@ void require_linear(const rig &rig)
     }
 }
 
+Eigen::Index first_state(int pair)
+{
+    return 2 * static_cast<Eigen::Index>(pair);
+}
+
 pair_vector pair_of(const plant_state &state, int pair)
 {
-    return pair_vector{state(2 * pair), state(2 * pair + 1)};
+    const Eigen::Index first = first_state(pair);
+    return pair_vector{state(first), state(first + 1)};
 }
 
 } // namespace
@@ -108,8 +114,8 @@ void hardware_period::set_change(part &made, double duration_s) const
         }
     };
     for (int i = 0; i < inputs; i++) {
-        set_column(i, 0, plant_.derivative(plant_state::Unit(2 * link_pair(i)), {}));
-        set_column(i, 1, plant_.derivative(plant_state::Unit(2 * link_pair(i) + 1), {}));
+        set_column(i, 0, plant_.derivative(plant_state::Unit(first_state(link_pair(i))), {}));
+        set_column(i, 1, plant_.derivative(plant_state::Unit(first_state(link_pair(i)) + 1), {}));
     }
     set_column(inputs, 0, plant_.derivative(zero, {1.0, 0.0}));
     set_column(inputs, 1, plant_.derivative(zero, {0.0, 1.0}));
@@ -168,8 +174,8 @@ double hardware_period::advance(plant_state &state, const setpoint_window &setpo
             for (int column = row; column < link_count_; column++) {
                 change += piece.change.at(row, column) * pair_of(state, link_pair(column));
             }
-            state(2 * link_pair(row)) += change[0];
-            state(2 * link_pair(row) + 1) += change[1];
+            state(first_state(link_pair(row))) += change[0];
+            state(first_state(link_pair(row)) + 1) += change[1];
         }
     }
     return sample_N;

@@ -179,9 +179,11 @@ class walk
         }
         const double low = std::min(from.phase, to.phase);
         const double high = std::max(from.phase, to.phase);
-        for (double odd = 2.0 * std::ceil((low / pi - 1.0) / 2.0) + 1.0; odd * pi <= high; odd += 2.0) {
+        double odd = 2.0 * std::ceil((low / pi - 1.0) / 2.0) + 1.0;
+        while (odd * pi <= high) {
             const double share = high > low ? (odd * pi - from.phase) / (to.phase - from.phase) : 0.0;
             starts_->push_back(std::polar(radius_, from.angle + share * (to.angle - from.angle)));
+            odd += 2.0;
         }
     }
 

@@ -1,4 +1,4 @@
-"""`berth map`: its files, its refusals, and its values against numpy on matrices built from the definitions alone."""
+"""`berth map`: its files, its refusals, and its values against numpy on matrices from the definitions alone."""
 
 import csv
 import json

@@ -95,6 +95,29 @@ TEST_CASE("the characteristic equation has the spectral radius of the one-period
     }
 }
 
+TEST_CASE("the characteristic equation multiplied out is that of its factors")
+{
+    REPRODUCIBLE();
+    random_rigs rigs(test_seed() + 5);
+    const auto horner = [](const short_polynomial &p, std::complex<double> w) {
+        std::complex<double> sum = 0.0;
+        for (int i = p.degree; i >= 0; i--) {
+            sum = sum * w + p.coefficients[static_cast<std::size_t>(i)];
+        }
+        return sum;
+    };
+    for (int i = 0; i < 100; i++) {
+        const rig rig = rigs.next(20.0);
+        CAPTURE(i);
+        CAPTURE(print_rig(rig));
+        const loop_equation equation = make_loop_equation(rig);
+        const auto w = std::polar(rigs.between(0.5, 1.5), rigs.between(0.5, 3.0)); /* away from w = 1 */
+        const equation_parts parts = evaluate_parts(equation, w);
+        CHECK(std::abs(horner(equation.a, w) / parts.a - 1.0) < 1e-9);
+        CHECK(std::abs(horner(equation.b, w) / parts.b - 1.0) < 1e-9);
+    }
+}
+
 TEST_CASE("zeros are counted as dense eigenvalues are")
 {
     REPRODUCIBLE();
@@ -173,13 +196,13 @@ TEST_CASE("a map does not depend on threads nor on the order of its points")
         map_point_setter setter(request);
         for (int row = 0; row < request.y.count; row++) {
             for (int column = 0; column < request.x.count; column++) {
-                const auto place = static_cast<std::size_t>(row * request.x.count + column);
-                const double value = one[place];
+                const int place = row * request.x.count + column;
+                const double value = one[static_cast<std::size_t>(place)];
                 const bool possible =
                     setter.set(request.x.value(column), request.y.value(row)) == point_state::possible;
                 REQUIRE(std::isfinite(value) == possible);
                 if (possible) {
-                    REQUIRE(many[place] == value);
+                    REQUIRE(many[static_cast<std::size_t>(place)] == value);
                     REQUIRE(std::abs(columns[static_cast<std::size_t>(column * request.y.count + row)] / value -
                                      1.0) < 1e-10);
                 }
