@@ -204,6 +204,42 @@ std::complex<double> follow(const loop_equation &equation, std::complex<double> 
     return w;
 }
 
+/* The zero next to the unit circle, in w = 1/z; the circle is searched in steps finer than zeros can be close in a
+ * ring, and near w = 1, where slow modes lie, in shrinking ones. */
+std::complex<double> zero_next_to_unit_circle(const loop_equation &equation)
+{
+    constexpr double pi = 3.14159265358979323846;
+    const double step = 0.25 / (equation.degree() + 1.0);
+    const auto newton_step = [&](double angle) {
+        const equation_value f = evaluate(equation, std::polar(1.0, angle));
+        return std::abs(f.value / f.slope);
+    };
+    std::vector<double> angles;
+    for (double angle = 1e-6; angle < step; angle *= 1.1) {
+        angles.push_back(angle);
+    }
+    for (double angle = step; angle < pi; angle += step) {
+        angles.push_back(angle);
+    }
+    angles.push_back(pi);
+    std::vector<double> distances;
+    for (const double angle : angles) {
+        distances.push_back(newton_step(angle));
+    }
+    std::complex<double> nearest = 0.0;
+    for (std::size_t i = 0; i < angles.size(); i++) {
+        const bool falls = i == 0 || distances[i] <= distances[i - 1];
+        const bool rises = i + 1 == angles.size() || distances[i] <= distances[i + 1];
+        if (falls && rises) {
+            const std::complex<double> w = follow(equation, std::polar(1.0, angles[i]));
+            if (std::abs(std::abs(w) - 1.0) < std::abs(std::abs(nearest) - 1.0)) {
+                nearest = w;
+            }
+        }
+    }
+    return nearest;
+}
+
 /* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
 double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
 {
@@ -229,11 +265,12 @@ double refined(const crossing &c, std::complex<double> w, const std::function<lo
 stability_limit describe(const crossing &c, const rig &original, const rig_key &key)
 {
     const rig beyond = *with_value(original, key, c.unstable);
-    const mode mode = loop_spectrum(beyond).modes.front();
+    const std::complex<double> w = zero_next_to_unit_circle(make_loop_equation(beyond));
+    const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
                           name_of(mode, beyond)};
     if (!limit.is_jump) {
-        limit.value = refined(c, 1.0 / mode.z, [&](double value) {
+        limit.value = refined(c, w, [&](double value) {
             const auto changed = with_value(original, key, value);
             return make_loop_equation(changed ? *changed : beyond);
         });
@@ -354,9 +391,7 @@ std::vector<rate_verdict> judge_rates(const rig &original)
         if (const auto error = complete_and_check(changed)) {
             verdict.refusal = error->key + ": " + error->message;
         } else {
-            dominant_root_finder finder;
-            verdict.spectral_radius = finder.spectral_radius(make_loop_equation(changed));
-            verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&changed.firmware);
+            verdict.is_stable = has_no_zero_inside(make_loop_equation(changed), 1.0);
         }
         verdicts.push_back(verdict);
     }
