@@ -72,6 +72,14 @@ std::optional<rig> with_value(const rig &original, const rig_key &key, double va
     return changed;
 }
 
+/* Zeros are counted just inside the unit circle: on the circle itself lie the poles of a manipulator without a
+ * spring. */
+bool is_stable_loop(const rig &rig)
+{
+    constexpr double radius = 1.0 - 1e-10;
+    return has_no_zero_inside(make_loop_equation(rig), radius);
+}
+
 /* A size to search around where the rig's own value is 0. */
 double usual_value(const rig &rig, scale kind)
 {
@@ -96,7 +104,8 @@ double usual_value(const rig &rig, scale kind)
 /* Halves [good, bad] until it is as narrow as rounding lets it be; both ends keep what `is_good` says of them. */
 void bisect(double &good, double &bad, const std::function<bool(double)> &is_good)
 {
-    while (std::abs(bad - good) > bisection_tolerance * std::max(std::abs(good), std::abs(bad))) {
+    const double narrow = bisection_tolerance * std::max(std::abs(good), std::abs(bad));
+    while (std::abs(bad - good) > narrow) {
         const double middle = 0.5 * (good + bad);
         if (middle == good || middle == bad) {
             return;
@@ -348,7 +357,7 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
 
     const auto is_stable = [&](double value) {
         const auto changed = with_value(original, key, value);
-        return changed && has_no_zero_inside(make_loop_equation(*changed), 1.0);
+        return changed && is_stable_loop(*changed);
     };
     const auto is_stable_to_first_order = [&](double value) {
         const auto changed = with_value(original, key, value);
@@ -369,7 +378,7 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
 {
     const stability_limit *const limit = dead_time.nearest_above();
-    if (limit == nullptr || !has_no_zero_inside(make_loop_equation(rig), 1.0)) {
+    if (limit == nullptr || !is_stable_loop(rig)) {
         return {};
     }
     return limit->value - dead_time.value;
@@ -391,7 +400,7 @@ std::vector<rate_verdict> judge_rates(const rig &original)
         if (const auto error = complete_and_check(changed)) {
             verdict.refusal = error->key + ": " + error->message;
         } else {
-            verdict.is_stable = has_no_zero_inside(make_loop_equation(changed), 1.0);
+            verdict.is_stable = is_stable_loop(changed);
         }
         verdicts.push_back(verdict);
     }

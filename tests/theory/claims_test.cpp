@@ -115,7 +115,6 @@ TEST_CASE(
     const area half = elasticity_area("ess-half-dead-time");
     CHECK(slow.share() < 0.25);
     CHECK(fast.share() > 2.0 * slow.share());
-    CHECK(fast.stable_right_of_wall > 0);
     CHECK(half.share() > fast.share());
     CHECK(half.unstable_left_of_wall > 0);
 }
@@ -131,6 +130,31 @@ TEST_CASE("claim 4: at 50 Hz the mass may vary in a few narrow bands only")
     CHECK(slow.stable.size() > 1);
     CHECK(width(slow) < 1.0);
     CHECK(width(fast) > 3.0);
+}
+
+/* The paper sees stable points beyond the wall at 400 Hz. With the masses assumed here that depends on the object's.
+ */
+TEST_CASE("claim 5: stable beyond the 5 Hz wall at 400 Hz: not with an object of 100 kg, but with one of 190 kg")
+{
+    const auto highest_stable_Hz = [](double mass_kg) {
+        rig rig = load_rig("ess");
+        rig.object.mass_kg = mass_kg;
+        double highest = 0.0;
+        for (double ratio = 0.85; ratio < 8.0; ratio += 0.05) {
+            for (double damping = 0.01; damping < 1.0; damping += 0.01) {
+                if (put_at(rig, ratio, damping) && loop_spectrum(rig).is_stable) {
+                    highest = ratio; /* the manipulator alone has 1 Hz */
+                }
+            }
+        }
+        return highest;
+    };
+    const double ess_Hz = highest_stable_Hz(100.0);
+    const double heavy_Hz = highest_stable_Hz(190.0);
+    MESSAGE("stable up to " << ess_Hz << " Hz with 100 kg, to " << heavy_Hz << " Hz with 190 kg");
+    CHECK(ess_Hz > 4.0);
+    CHECK(ess_Hz < wall_Hz);
+    CHECK(heavy_Hz > wall_Hz);
 }
 
 TEST_CASE("claim 5: ess at 400 Hz is not far from the limit when the object's mass varies")
