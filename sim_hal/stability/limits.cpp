@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "critical_zero.h"
 #include "dominant_root.h"
 #include "first_order_limit.h"
 
@@ -203,60 +204,14 @@ std::string name_of(const mode &mode, const rig &rig)
     return text;
 }
 
-/* The zero of F near w, by Newton. */
-std::complex<double> follow(const loop_equation &equation, std::complex<double> w)
-{
-    for (int i = 0; i < 8; i++) {
-        const equation_value f = evaluate(equation, w);
-        w -= f.value / f.slope;
-    }
-    return w;
-}
-
-/* The zero next to the unit circle, in w = 1/z; the circle is searched in steps finer than zeros can be close in a
- * ring, and near w = 1, where slow modes lie, in shrinking ones. */
-std::complex<double> zero_next_to_unit_circle(const loop_equation &equation)
-{
-    constexpr double pi = 3.14159265358979323846;
-    const double step = 0.25 / (equation.degree() + 1.0);
-    const auto newton_step = [&](double angle) {
-        const equation_value f = evaluate(equation, std::polar(1.0, angle));
-        return std::abs(f.value / f.slope);
-    };
-    std::vector<double> angles;
-    for (double angle = 1e-6; angle < step; angle *= 1.1) {
-        angles.push_back(angle);
-    }
-    for (double angle = step; angle < pi; angle += step) {
-        angles.push_back(angle);
-    }
-    angles.push_back(pi);
-    std::vector<double> distances;
-    for (const double angle : angles) {
-        distances.push_back(newton_step(angle));
-    }
-    std::complex<double> nearest = 0.0;
-    for (std::size_t i = 0; i < angles.size(); i++) {
-        const bool falls = i == 0 || distances[i] <= distances[i - 1];
-        const bool rises = i + 1 == angles.size() || distances[i] <= distances[i + 1];
-        if (falls && rises) {
-            const std::complex<double> w = follow(equation, std::polar(1.0, angles[i]));
-            if (std::abs(std::abs(w) - 1.0) < std::abs(std::abs(nearest) - 1.0)) {
-                nearest = w;
-            }
-        }
-    }
-    return nearest;
-}
-
 /* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
 double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
 {
     double before = c.value();
     double value = before + std::max(std::abs(before) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
-    double radius_before = std::abs(follow(equation_at(before), w));
+    double radius_before = std::abs(zero_near(equation_at(before), w));
     for (int i = 0; i < 6; i++) {
-        w = follow(equation_at(value), w);
+        w = zero_near(equation_at(value), w);
         const double slope = (std::abs(w) - radius_before) / (value - before);
         radius_before = std::abs(w);
         before = value;
