@@ -55,10 +55,7 @@ nlohmann::json as_json(const std::vector<rate_verdict> &rates)
     nlohmann::json list = nlohmann::json::array();
     for (const rate_verdict &rate : rates) {
         if (rate.refusal.empty()) {
-            list.push_back({{"rate_Hz", rate.rate_Hz},
-                            {"stable", rate.is_stable()},
-                            {"spectral_radius", rate.spectral_radius},
-                            {"growth_per_s", rate.growth_per_s}});
+            list.push_back({{"rate_Hz", rate.rate_Hz}, {"stable", rate.is_stable}});
         } else {
             list.push_back({{"rate_Hz", rate.rate_Hz}, {"stable", nullptr}, {"refusal", rate.refusal}});
         }
@@ -142,8 +139,8 @@ void print_rates(const std::vector<rate_verdict> &rates)
         }
         std::printf("\n");
     };
-    print_those("stable", [](const rate_verdict &r) { return r.is_stable(); });
-    print_those("UNSTABLE", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable(); });
+    print_those("stable", [](const rate_verdict &r) { return r.is_stable; });
+    print_those("UNSTABLE", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable; });
     print_those("not possible", [](const rate_verdict &r) { return !r.refusal.empty(); });
     for (std::size_t i = 0; i < rates.size(); i++) {
         const std::string &refusal = rates[i].refusal;

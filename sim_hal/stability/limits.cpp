@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "critical_zero.h"
 #include "dominant_root.h"
 #include "first_order_limit.h"
 
@@ -72,6 +73,14 @@ std::optional<rig> with_value(const rig &original, const rig_key &key, double va
     return changed;
 }
 
+/* Zeros are counted just inside the unit circle: on the circle itself lie the poles of a manipulator without a
+ * spring. */
+bool is_stable_loop(const rig &rig)
+{
+    constexpr double radius = 1.0 - 1e-10;
+    return has_no_zero_inside(make_loop_equation(rig), radius);
+}
+
 /* A size to search around where the rig's own value is 0. */
 double usual_value(const rig &rig, scale kind)
 {
@@ -96,7 +105,8 @@ double usual_value(const rig &rig, scale kind)
 /* Halves [good, bad] until it is as narrow as rounding lets it be; both ends keep what `is_good` says of them. */
 void bisect(double &good, double &bad, const std::function<bool(double)> &is_good)
 {
-    while (std::abs(bad - good) > bisection_tolerance * std::max(std::abs(good), std::abs(bad))) {
+    const double narrow = bisection_tolerance * std::max(std::abs(good), std::abs(bad));
+    while (std::abs(bad - good) > narrow) {
         const double middle = 0.5 * (good + bad);
         if (middle == good || middle == bad) {
             return;
@@ -194,24 +204,14 @@ std::string name_of(const mode &mode, const rig &rig)
     return text;
 }
 
-/* The zero of F near w, by Newton. */
-std::complex<double> follow(const loop_equation &equation, std::complex<double> w)
-{
-    for (int i = 0; i < 8; i++) {
-        const equation_value f = evaluate(equation, w);
-        w -= f.value / f.slope;
-    }
-    return w;
-}
-
 /* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
 double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
 {
     double before = c.value();
     double value = before + std::max(std::abs(before) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
-    double radius_before = std::abs(follow(equation_at(before), w));
+    double radius_before = std::abs(zero_near(equation_at(before), w));
     for (int i = 0; i < 6; i++) {
-        w = follow(equation_at(value), w);
+        w = zero_near(equation_at(value), w);
         const double slope = (std::abs(w) - radius_before) / (value - before);
         radius_before = std::abs(w);
         before = value;
@@ -229,11 +229,12 @@ double refined(const crossing &c, std::complex<double> w, const std::function<lo
 stability_limit describe(const crossing &c, const rig &original, const rig_key &key)
 {
     const rig beyond = *with_value(original, key, c.unstable);
-    const mode mode = loop_spectrum(beyond).modes.front();
+    const std::complex<double> w = zero_next_to_unit_circle(make_loop_equation(beyond));
+    const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
                           name_of(mode, beyond)};
     if (!limit.is_jump) {
-        limit.value = refined(c, 1.0 / mode.z, [&](double value) {
+        limit.value = refined(c, w, [&](double value) {
             const auto changed = with_value(original, key, value);
             return make_loop_equation(changed ? *changed : beyond);
         });
@@ -311,7 +312,7 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
 
     const auto is_stable = [&](double value) {
         const auto changed = with_value(original, key, value);
-        return changed && has_no_zero_inside(make_loop_equation(*changed), 1.0);
+        return changed && is_stable_loop(*changed);
     };
     const auto is_stable_to_first_order = [&](double value) {
         const auto changed = with_value(original, key, value);
@@ -332,7 +333,7 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
 {
     const stability_limit *const limit = dead_time.nearest_above();
-    if (limit == nullptr || !has_no_zero_inside(make_loop_equation(rig), 1.0)) {
+    if (limit == nullptr || !is_stable_loop(rig)) {
         return {};
     }
     return limit->value - dead_time.value;
@@ -354,9 +355,7 @@ std::vector<rate_verdict> judge_rates(const rig &original)
         if (const auto error = complete_and_check(changed)) {
             verdict.refusal = error->key + ": " + error->message;
         } else {
-            dominant_root_finder finder;
-            verdict.spectral_radius = finder.spectral_radius(make_loop_equation(changed));
-            verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&changed.firmware);
+            verdict.is_stable = is_stable_loop(changed);
         }
         verdicts.push_back(verdict);
     }

@@ -63,10 +63,7 @@ std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits
 struct rate_verdict {
     std::int64_t rate_Hz;
     std::string refusal; /* why no rig may have it; empty: it may */
-    double spectral_radius = 0.0;
-    double growth_per_s = 0.0;
-
-    bool is_stable() const { return refusal.empty() && spectral_radius < 1.0; }
+    bool is_stable = false;
 };
 
 /* Common rates that divide 1e9, and the rig's own. */

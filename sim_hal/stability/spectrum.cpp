@@ -15,13 +15,6 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-mode mode_of(std::complex<double> z, double period_s)
-{
-    const std::complex<double> s = std::log(z) / period_s;
-    const double magnitude = std::abs(s);
-    return {z, s.real(), std::abs(s.imag()) / two_pi, magnitude > 0.0 ? -s.real() / magnitude : 0.0};
-}
-
 bool comes_first(const mode &a, const mode &b)
 {
     const double larger_a = std::abs(a.z);
@@ -52,6 +45,13 @@ spectrum oscillator_spectrum(double mass, double damping, double stiffness, doub
 }
 
 } // namespace
+
+mode mode_of(std::complex<double> z, double period_s)
+{
+    const std::complex<double> s = std::log(z) / period_s;
+    const double magnitude = std::abs(s);
+    return {z, s.real(), std::abs(s.imag()) / two_pi, magnitude > 0.0 ? -s.real() / magnitude : 0.0};
+}
 
 spectrum loop_spectrum(const rig &rig)
 {

@@ -18,6 +18,8 @@ struct mode {
     double damping_ratio; /* -Re s / |s| */
 };
 
+mode mode_of(std::complex<double> z, double period_s);
+
 struct spectrum {
     std::vector<mode> modes; /* by falling |z|; of a pair, the one with positive imaginary part first */
     double spectral_radius;

@@ -1,0 +1,134 @@
+"""`berth eigen`, `berth limits` and the prediction of `berth run`, from outside."""
+
+import math
+
+import numpy as np
+import pytest
+from conftest import EXIT_INPUT, command, one_json_object, run_json, settings
+
+# Largest |z| of the one-period map, by an independent program from the definitions.
+REFERENCE = {"ess": 0.999254356, "ess-50hz": 0.994238761, "ess-half-dead-time": 0.999298199}
+
+
+def ask(subcommand, rig, values=None):
+    """`berth SUBCOMMAND RIG --json`: the object."""
+    done = command(subcommand, rig, "--json", *settings(values or {}))
+    assert done.returncode == 0, done.stderr.decode()
+    return one_json_object(done.stdout)
+
+
+@pytest.mark.parametrize("rig", REFERENCE)
+def test_reference_values_to_nine_digits(rig):
+    told = ask("eigen", rig)
+    print(f"{rig}: |z| = {told['spectral_radius']:.12f}, reference {REFERENCE[rig]}")
+    assert round(told["spectral_radius"], 9) == REFERENCE[rig]
+    assert told["stable"] is True
+    period_s = 0.02 if rig == "ess-50hz" else 0.0025
+    assert told["growth_per_s"] == pytest.approx(math.log(told["spectral_radius"]) / period_s, rel=1e-12)
+
+
+@pytest.mark.parametrize("rig", REFERENCE)
+def test_eigenvalues_come_by_falling_magnitude_and_in_pairs(rig):
+    told = ask("eigen", rig)
+    z = np.array([complex(*pair) for pair in told["eigenvalues"]])
+    assert (np.diff(np.abs(z)) <= 0.0).all()
+    assert abs(z[0]) == told["spectral_radius"]
+    assert np.allclose(np.sort_complex(z), np.sort_complex(z.conj()))
+
+
+@pytest.mark.parametrize("rig, values", [
+    ("ess", {}), ("ess-50hz", {}), ("ess", {"object.stiffness_N_per_m": 23687}),
+    ("ess", {"robot.transfer_frequency_Hz": 12, "robot.interpolation": "hold", "sensor.low_pass_order": 1}),
+])
+def test_at_each_limit_the_largest_eigenvalue_has_magnitude_1_and_is_the_mode_named(rig, values):
+    limits = ask("limits", rig, values)
+    at_limits = 0
+    for key, parameter in limits["parameters"].items():
+        for side in ("below", "above"):
+            limit = parameter[side]
+            if limit is None or limit["jump"]:
+                continue
+            told = ask("eigen", rig, {**values, key: repr(limit["value"])})
+            z = complex(*told["eigenvalues"][0])
+            assert abs(z) == pytest.approx(1.0, abs=1e-9), (key, side)
+            rate_Hz = next(r["rate_Hz"] for r in limits["rates"] if r["rate_Hz"] == (50 if rig == "ess-50hz" else 400))
+            assert abs(np.angle(z)) * rate_Hz / (2 * np.pi) == pytest.approx(limit["frequency_Hz"], rel=1e-4)
+            # Six digits of the limit are right: a millionth to either side decides.
+            for factor in (1 - 1e-6, 1 + 1e-6):
+                is_stable = ask("eigen", rig, {**values, key: repr(limit["value"] * factor)})["stable"]
+                assert is_stable is ((factor > 1) == (limit["stable"] == "above")), (key, side)
+            at_limits += 1
+    print(f"{rig} {values}: {at_limits} limits checked")
+    assert at_limits >= 5
+
+
+def test_stable_intervals_hold_what_eigenvalues_say():
+    parameter = ask("limits", "ess-50hz")["parameters"]["object.mass_kg"]
+    intervals = parameter["stable_intervals"]
+    print(f"50 Hz, object mass: {intervals}")
+    assert len(intervals) > 1
+    low, high = parameter["range"]
+    for mass_kg in np.geomspace(low * 1.01, high * 0.99, 60):
+        inside = any(start < mass_kg < end for start, end in intervals)
+        assert ask("eigen", "ess-50hz", {"object.mass_kg": repr(float(mass_kg))})["stable"] is inside
+
+
+def test_dead_time_margin_is_what_may_be_added():
+    limits = ask("limits", "ess-50hz")
+    dead_time_ms = 40.0 + limits["dead_time_margin_ms"]
+    assert ask("eigen", "ess-50hz", {"robot.dead_time_ms": repr(dead_time_ms - 1e-3)})["stable"] is True
+    assert ask("eigen", "ess-50hz", {"robot.dead_time_ms": repr(dead_time_ms + 1e-3)})["stable"] is False
+
+
+def test_rates_are_judged_as_eigenvalues_say():
+    for rate in ask("limits", "ess-50hz")["rates"]:
+        done = command("eigen", "ess-50hz", "--json", *settings({"loop.rate_Hz": rate["rate_Hz"]}))
+        if rate["stable"] is None:
+            assert done.returncode == EXIT_INPUT and rate["refusal"].split(":")[0] in done.stderr.decode()
+        else:
+            assert one_json_object(done.stdout)["stable"] is rate["stable"], rate
+
+
+def test_the_table_for_a_person_has_every_parameter_of_the_json():
+    table = command("limits", "ess").stdout.decode()
+    for key, parameter in ask("limits", "ess")["parameters"].items():
+        assert key in table
+        for side in ("below", "above"):
+            if parameter[side] is not None:
+                assert f"{parameter[side]['value']:.6g}" in table
+
+
+# --- prediction beside measurement --------------------------------------------------------------------------------
+@pytest.mark.parametrize("rig", REFERENCE)
+def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
+    result, _ = logs(rig)
+    print(f"{rig}: measured {result['growth_per_s']:.6f} /s, predicted {result['predicted_growth_per_s']:.6f} /s")
+    assert result["predicted_growth_per_s"] == pytest.approx(ask("eigen", rig)["growth_per_s"], rel=1e-9)
+    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=0.01)
+
+
+@pytest.mark.parametrize("rig, values", [
+    ("concept-foam", {}), ("ess", {"robot.clock": "free"}), ("ess", {"robot.dead_time_ms": 5000}),
+])
+def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, tmp_path):
+    assert run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))["predicted_growth_per_s"] is None
+
+
+# --- wrong input --------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("subcommand", ["eigen", "limits"])
+@pytest.mark.parametrize("rig, values, contains", [
+    ("ess", {"object.mass_kg": 0}, ["object.mass_kg", "greater than 0"]),
+    ("ess", {"object.mass_kg": -1}, ["object.mass_kg", "greater than 0"]),
+    ("ess", {"object.stiffness_N_per_m": "nan"}, ["object.stiffness_N_per_m", "finite"]),
+    ("ess", {"robot.dead_time_ms": "inf"}, ["robot.dead_time_ms", "finite"]),
+    ("concept-foam", {}, ["object.kind", "contact"]),
+    ("ess", {"robot.clock": "free"}, ["robot.clock", "locked"]),
+    ("nosuchrig", {}, ["nosuchrig", "no shipped rig"]),
+])
+def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
+    for json in ([], ["--json"]):
+        done = command(subcommand, rig, *json, *settings(values))
+        message = done.stderr.decode()
+        assert done.returncode == EXIT_INPUT and done.stdout == b""
+        assert message.startswith("berth: ") and message.count("\n") == 1 and "internal" not in message
+        assert all(part in message for part in contains), message
