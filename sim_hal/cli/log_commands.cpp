@@ -30,6 +30,10 @@ static int exit_code_of(const replay_result &result)
 int replay_command(const std::string &log, bool json)
 {
     const replay_result result = replay_log(log);
+    if (result.has_gap) {
+        std::fprintf(stderr, "berth: %s: records are missing after tick %lld: replayed up to there\n", log.c_str(),
+                     static_cast<long long>(result.tick));
+    }
     if (json) {
         nlohmann::json object = {{"log", log},
                                  {"equal", result.is_equal},
@@ -54,10 +58,6 @@ int replay_command(const std::string &log, bool json)
     std::printf("%s: %lld ticks replayed, equal bit for bit\n", log.c_str(), static_cast<long long>(result.ticks));
     if (result.is_cut) {
         std::printf("the file is cut: replayed up to the last whole tick\n");
-    }
-    if (result.has_gap) {
-        std::printf("records are missing after tick %lld: replayed up to there\n",
-                    static_cast<long long>(result.tick));
     }
     return exit_code_of(result);
 }

@@ -16,7 +16,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SIZE_MAX_BYTES = 8e6
 CASES = CASES | {"concept-foam": ("concept-foam", []), "force interface": ("ess", ["operator.interface=force",
                                                                                   "run.duration_s=10"])}
-VERDICTS = {"concept-copper": "Diverging", "never released": "Never ran", "one tick": "Never ran"}
+VERDICTS = {"concept-copper": "Diverging", "never released": "Never ran", "one tick": "Never ran",
+            "emergency stop": "Not determined"}
 
 
 def report(*arguments):
