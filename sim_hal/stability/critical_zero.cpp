@@ -19,29 +19,23 @@ std::complex<double> zero_next_to_unit_circle(const loop_equation &equation)
 {
     constexpr double pi = 3.14159265358979323846;
     /* Steps finer than zeros can be close in a ring, and shrinking ones towards w = 1, where slow modes lie. */
-    const double step = 0.25 / (equation.degree() + 1.0);
-    const auto newton_step = [&](double angle) {
-        const equation_value f = evaluate(equation, std::polar(1.0, angle));
-        return std::abs(f.value / f.slope);
+    const int even_steps = 4 * (equation.degree() + 1) * 3 + 1;
+    constexpr int shrinking_steps = 120;
+    const double step = pi / even_steps;
+    const auto angle_at = [&](int i) {
+        return i < shrinking_steps ? step * std::pow(0.9, shrinking_steps - i) : step * (i - shrinking_steps + 1);
     };
-    std::vector<double> angles;
-    for (double angle = 1e-6; angle < step; angle *= 1.1) {
-        angles.push_back(angle);
-    }
-    for (double angle = step; angle < pi; angle += step) {
-        angles.push_back(angle);
-    }
-    angles.push_back(pi);
-    std::vector<double> distances;
-    for (const double angle : angles) {
-        distances.push_back(newton_step(angle));
+    std::vector<double> distances(static_cast<std::size_t>(shrinking_steps + even_steps));
+    for (std::size_t i = 0; i < distances.size(); i++) {
+        const equation_value f = evaluate(equation, std::polar(1.0, angle_at(static_cast<int>(i))));
+        distances[i] = std::abs(f.value / f.slope);
     }
     std::complex<double> nearest = 0.0;
-    for (std::size_t i = 0; i < angles.size(); i++) {
+    for (std::size_t i = 0; i < distances.size(); i++) {
         const bool falls = i == 0 || distances[i] <= distances[i - 1];
-        const bool rises = i + 1 == angles.size() || distances[i] <= distances[i + 1];
+        const bool rises = i + 1 == distances.size() || distances[i] <= distances[i + 1];
         if (falls && rises) {
-            const std::complex<double> w = zero_near(equation, std::polar(1.0, angles[i]));
+            const std::complex<double> w = zero_near(equation, std::polar(1.0, angle_at(static_cast<int>(i))));
             if (std::abs(std::abs(w) - 1.0) < std::abs(std::abs(nearest) - 1.0)) {
                 nearest = w;
             }

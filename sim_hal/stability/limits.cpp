@@ -130,9 +130,10 @@ std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, do
         low = permitted;
     }
     std::vector<double> grid{low};
-    for (double value = low > 0.0 ? low * (1.0 + scan_step) : centre / factor; value < centre * factor;
-         value *= 1.0 + scan_step) {
+    double value = low > 0.0 ? low * (1.0 + scan_step) : centre / factor;
+    while (value < centre * factor) {
         grid.push_back(value);
+        value *= 1.0 + scan_step;
     }
     grid.push_back(centre * factor);
     grid.push_back(own);

@@ -156,6 +156,7 @@ double measured_growth_per_s(const std::vector<double> &position_m, double perio
     const std::size_t begin = end / 10;
     const std::size_t step = std::max<std::size_t>(1, (end - begin) / window_samples);
     const auto count = static_cast<Eigen::Index>((end - begin) / step);
+    REQUIRE(count >= 6);
     Eigen::VectorXd window(count);
     for (Eigen::Index i = 0; i < count; i++) {
         window(i) = position_m[begin + step * static_cast<std::size_t>(i)];
