@@ -209,7 +209,7 @@ TEST_CASE(
         reception_begin_tick(&reception, missed_ticks);
         for (int i = 0; i < count; i++) {
             hal_frame frame = bench::force_frame(1.0, first + i);
-            frame.time_ns = 1000 * (first + i);
+            frame.time_ns = std::int64_t{1000} * (first + i);
             CHECK(take(reception, frame));
         }
         return reception.counts.too_frequent;
