@@ -12,7 +12,7 @@ BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.S)
 
 
 def split_block(text):
-    """[command, printed text] pairs of one console block."""
+    """[command, printed text] pairs of one console block, which starts with a command."""
     parts = (part.partition("\n") for part in re.split(r"^\$ ", text, flags=re.M)[1:])
     return [[command, printed] for command, _, printed in parts]
 
