@@ -194,3 +194,14 @@ def test_reader_of_the_result_that_went_away(tmp_path):
         subprocess.run([BERTH, "run", "ess", "--json", "--out", tmp_path], cwd=ROOT, stdout=closed,
                        stderr=subprocess.PIPE, timeout=60)
     assert replay_json(tmp_path / "ess.ulg", EXIT_DONE)["ticks"] == TICKS
+
+
+# --- what must not run for ever -----------------------------------------------------------------------------------
+def test_a_bus_that_destroys_every_frame_is_refused():
+    done = command("run", "ess", "--no-log", "--set", "bus.error_probability=1")
+    assert done.returncode == EXIT_INPUT and b"bus.error_probability" in done.stderr
+
+
+def test_dead_time_of_a_robot_that_never_reports():
+    done = command("deadtime", "ess", "--set", "bus.loss_probability=1")
+    assert done.returncode == 3 and b"feedback does not come" in done.stderr
