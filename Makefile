@@ -20,8 +20,8 @@ endif
 # --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
 FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
-SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp \
-	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp))
+SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
+	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
 BENCH := tests/bench/tick_bench.cpp

@@ -1,5 +1,6 @@
 #include "key_table.h"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace berth
@@ -57,7 +58,7 @@ rig_key make_flag(std::string_view path, void *(*member)(rig &), std::string_vie
 
 } // namespace
 
-std::vector<rig_key> make_keys()
+static std::vector<rig_key> make_own_keys()
 {
     using r = range;
     return {
@@ -175,6 +176,24 @@ std::vector<rig_key> make_keys()
             "cvode; of the object's position, other states in proportion"),
         KEY("solver.contact_step_us", solver.contact_step_us, r::positive, "fast solver, object.kind = \"contact\""),
     };
+}
+
+/* Those of the effects stand behind the last one of their section. */
+std::vector<rig_key> make_keys()
+{
+    std::vector<rig_key> keys = make_own_keys();
+    std::size_t next_value = 0;
+    for (const effect_key &effect : effect_keys()) {
+        rig_key key = make_key<double>(effect.path, nullptr, range::any, effect.meaning);
+        key.low = effect.low;
+        key.effect_value = next_value++;
+        const std::string_view section = effect.path.substr(0, effect.path.find('.') + 1);
+        const auto last = std::find_if(keys.rbegin(), keys.rend(), [&](const rig_key &known) {
+            return known.path.substr(0, section.size()) == section;
+        });
+        keys.insert(last.base(), key);
+    }
+    return keys;
 }
 
 } // namespace berth

@@ -16,7 +16,7 @@ enum class key_type { number, integer, boolean, choice, text };
 struct rig_key {
     std::string_view path; /* section.name */
     key_type type;
-    void *(*member)(rig &); /* double, std::int64_t, std::int32_t (boolean, choice), bool or std::string */
+    void *(*own_member)(rig &); /* nullptr: one of rig::effect_values */
     bool is_bool;           /* boolean stored as bool rather than std::int32_t */
     double low;             /* number, integer: smallest permitted value */
     double high;
@@ -24,7 +24,21 @@ struct rig_key {
     bool infinity_is_allowed;
     std::vector<std::string_view> choices;
     std::string_view meaning;
+    std::size_t effect_value = 0;
+
+    /* double, std::int64_t, std::int32_t (boolean, choice), bool or std::string */
+    void *member(rig &of) const { return own_member != nullptr ? own_member(of) : &of.effect_values[effect_value]; }
 };
+
+/* A key of an effect that can be switched into a block; 0: the effect is not there. */
+struct effect_key {
+    std::string_view path;
+    double low;
+    std::string_view meaning;
+};
+
+/* Given by the program: sim_hal/effects has those of the simulated rig. */
+const std::vector<effect_key> &effect_keys();
 
 const std::vector<rig_key> &rig_keys();
 

@@ -1,5 +1,6 @@
 #include "rig.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace berth
@@ -120,6 +121,13 @@ std::optional<rig_error> check_others(const rig &rig)
 double rig::sensor_damping_N_s_per_m() const
 {
     return 2.0 * sensor.damping_ratio * std::sqrt(sensor.stiffness_N_per_m * object.mass_kg);
+}
+
+std::optional<double> rig::tolerance_of(std::string_view key) const
+{
+    const auto found =
+        std::find_if(tolerances.begin(), tolerances.end(), [&](const tolerance &known) { return known.key == key; });
+    return found == tolerances.end() ? std::optional<double>() : found->share;
 }
 
 std::optional<rig_error> complete_and_check(rig &rig)

@@ -3,10 +3,13 @@
 #ifndef HAL_RIG_RIG_H
 #define HAL_RIG_RIG_H
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "../../firmware/config.h"
 
@@ -104,6 +107,28 @@ struct solver_rig {
     double contact_step_us = 25.0;       /* fast solver, contact only */
 };
 
+/* `mass_kg = { value = 100, tolerance = 0.05 }`: the value is known to 5 %. */
+struct tolerance {
+    std::string key;
+    double share;
+};
+
+/* [signals]: where a record of other people's keeps a signal. `force_N = { column = "vir_V", scale = 35.15 }` */
+struct signal_source {
+    std::string signal; /* as in a record of ours, unit included */
+    std::string column;
+    double scale = 1.0;
+    double offset = 0.0;
+};
+
+/* What a record can hold, as columns of a CSV file; `segment` tells parts apart that do not belong together in time.
+ */
+constexpr std::array<std::string_view, 8> signal_names = {
+    "t_s",     "operator_force_N", "operator_position_m", "operator_velocity_m_per_s", "command_position_m",
+    "robot_position_m", "force_N", "segment"};
+
+constexpr std::size_t effect_values_max = 64;
+
 struct rig {
     std::string name;
     std::string description;
@@ -115,6 +140,16 @@ struct rig {
     object_rig object;
     bus_rig bus;
     solver_rig solver;
+
+    /* Parameters of the effects that have no member of their own above; 0: the effect is not there. Which is which
+     * stands in the key table. */
+    std::array<double, effect_values_max> effect_values{};
+
+    std::vector<tolerance> tolerances;
+    std::vector<signal_source> signals;
+
+    /* How far the value of a key may be off, as a share of it; nothing: not told. */
+    std::optional<double> tolerance_of(std::string_view key) const;
 
     /* d_S in N s/m. */
     double sensor_damping_N_s_per_m() const;

@@ -1,6 +1,8 @@
 #include "rig_file.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -68,6 +70,76 @@ bool type_fits(const rig_key &key, const toml::node &value)
     }
 }
 
+void set_tolerance(rig &rig, const std::string &path, const toml::node &share, const std::string &where)
+{
+    const rig_key *const key = find_key(path);
+    if (key == nullptr) {
+        fail(where, {path, "unknown key; the nearest known one is " + std::string(nearest_key(path))});
+    }
+    const double value = share.value<double>().value_or(-1.0);
+    if (key->type != key_type::number || !(value >= 0.0 && value < 1.0)) {
+        fail(where, {path, "its tolerance must be a share of it, from 0 to less than 1 (is " + text_of(share) + ")"});
+    }
+    rig.tolerances.push_back({path, value});
+}
+
+/* mass_kg = { value = 100, tolerance = 0.05 } */
+const toml::node &split_tolerance(rig &rig, const std::string &path, const toml::node &node, const std::string &where)
+{
+    const toml::table *const table = node.as_table();
+    if (table == nullptr) {
+        return node;
+    }
+    for (const auto &[name, entry] : *table) {
+        if (name.str() != "value" && name.str() != "tolerance") {
+            fail(where, {path + "." + std::string(name.str()),
+                         "unknown; a number may read { value = 100, tolerance = 0.05 }"});
+        }
+    }
+    const toml::node *const value = table->get("value");
+    if (value == nullptr) {
+        fail(where, {path, "has no value; write { value = 100, tolerance = 0.05 }"});
+    }
+    if (const toml::node *const share = table->get("tolerance")) {
+        set_tolerance(rig, path, *share, where);
+    }
+    return *value;
+}
+
+void read_signal(rig &rig, const std::string &name, const toml::node &node, const std::string &where)
+{
+    const std::string path = "signals." + name;
+    if (std::find(signal_names.begin(), signal_names.end(), name) == signal_names.end()) {
+        std::string message = "no signal of a record; there are";
+        for (const auto known : signal_names) {
+            message += (known == signal_names.front() ? " " : ", ") + std::string(known);
+        }
+        fail(where, {path, message});
+    }
+    signal_source source{name, "", 1.0, 0.0};
+    if (const auto *column = node.as_string()) {
+        source.column = column->get();
+    } else if (const toml::table *const table = node.as_table()) {
+        for (const auto &[entry, value] : *table) {
+            const std::string key(entry.str());
+            if (key == "column" && value.is_string()) {
+                source.column = value.as_string()->get();
+            } else if ((key == "scale" || key == "offset") && value.is_number()) {
+                (key == "scale" ? source.scale : source.offset) = value.value<double>().value_or(0.0);
+            } else {
+                fail(where, {path + "." + key, "must be column = \"...\", scale = a number or offset = a number"});
+            }
+        }
+    }
+    if (source.column.empty()) {
+        fail(where, {path, "names no column; write { column = \"vir_V\", scale = 35.15 }"});
+    }
+    if (!std::isfinite(source.scale) || source.scale == 0.0 || !std::isfinite(source.offset)) {
+        fail(where, {path, "scale and offset must be finite numbers, and scale not 0"});
+    }
+    rig.signals.push_back(source);
+}
+
 void read_value(rig &rig, const std::string &path, const toml::node &value, const std::string &where)
 {
     const rig_key *key = find_key(path);
@@ -116,10 +188,20 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
         const std::string section(name.str());
         if (const auto *entries = value.as_table()) {
             for (const auto &[entry, entry_value] : *entries) {
-                const std::string path = section + "." + std::string(entry.str());
+                const std::string entry_name(entry.str());
                 const std::string where = place(origin, entry.source());
-                read_value(rig, path, entry_value, where);
-                places[path] = where;
+                if (section == "signals") {
+                    read_signal(rig, entry_name, entry_value, where);
+                } else if (section == "tolerances") {
+                    set_tolerance(rig, entry_name, entry_value, where);
+                } else {
+                    const std::string path = section + "." + entry_name;
+                    read_value(rig, path, split_tolerance(rig, path, entry_value, where), where);
+                    places[path] = where;
+                }
+            }
+            if (section == "signals" || section == "tolerances") {
+                continue;
             }
             if (const auto nearest = nearest_section(section); nearest != section) {
                 fail(place(origin, name.source()),
@@ -238,6 +320,26 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
     return rig;
 }
 
+/* What is known about the values, and where records keep the signals. */
+static void print_knowledge(const rig &rig, std::ostringstream &text)
+{
+    const auto number = [](double value) {
+        char digits[32];
+        const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
+        const std::string result(digits, end);
+        return result.find_first_not_of("-0123456789") == std::string::npos ? result + ".0" : result;
+    };
+    text << (rig.tolerances.empty() ? "" : "\n[tolerances]\n");
+    for (const tolerance &known : rig.tolerances) {
+        text << quoted(known.key) << " = " << number(known.share) << "\n";
+    }
+    text << (rig.signals.empty() ? "" : "\n[signals]\n");
+    for (const signal_source &source : rig.signals) {
+        text << source.signal << " = { column = " << quoted(source.column) << ", scale = " << number(source.scale)
+             << ", offset = " << number(source.offset) << " }\n";
+    }
+}
+
 std::string print_rig(const rig &rig)
 {
     std::ostringstream text;
@@ -245,6 +347,9 @@ std::string print_rig(const rig &rig)
     text << "description = " << quoted(rig.description) << "\n";
     std::string section;
     for (const rig_key &key : rig_keys()) {
+        if (key.own_member == nullptr && rig.effect_values[key.effect_value] == 0.0) {
+            continue; /* an effect that is not there */
+        }
         const std::size_t dot = key.path.find('.');
         if (key.path.substr(0, dot) != section) {
             section = key.path.substr(0, dot);
@@ -254,6 +359,7 @@ std::string print_rig(const rig &rig)
         line.resize(std::max<std::size_t>(line.size(), 50), ' ');
         text << line << " # " << key.meaning << "\n";
     }
+    print_knowledge(rig, text);
     return text.str();
 }
 

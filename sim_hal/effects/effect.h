@@ -1,0 +1,77 @@
+/* The library of effects: what a real rig does and the base model does not. An effect is one file that says what it
+ * is, which keys of the rig switch it on, from where a search for it starts, and what it does in its block; and one
+ * line in library.cpp. */
+#ifndef SIM_HAL_EFFECTS_EFFECT_H
+#define SIM_HAL_EFFECTS_EFFECT_H
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "../../hal/rig/keys.h"
+#include "stages.h"
+
+namespace berth
+{
+
+/* What a record shows of the size of things, so that a search starts where the effect would matter. All rms or
+ * largest values about the mean. */
+struct record_scales {
+    double period_s = 0.0;
+    double duration_s = 0.0;
+    double position_m = 0.0;       /* largest excursion of the block's input position */
+    double velocity_m_per_s = 0.0; /* largest */
+    double acceleration_m_per_s2 = 0.0;
+    double force_N = 0.0;                 /* largest */
+    double residual = 0.0;                /* rms of the block's error, in m or N */
+    double residual_frequency_Hz = 0.0;   /* strongest line of the error */
+    std::vector<double> residual_pitch_m; /* strongest periods of the error over position */
+};
+
+using effect_values = std::vector<double>; /* one for each parameter, in order */
+
+struct effect_parameter {
+    std::string_view key; /* of the rig */
+    double low;           /* bounds of a fit */
+    double high;
+    std::string_view meaning; /* only for keys that the effect brings along; else empty: a key that every rig has */
+};
+
+struct effect {
+    std::string_view name;    /* block.what */
+    std::string_view physics; /* one sentence with the equation */
+    std::string_view source;
+    std::vector<effect_parameter> parameters;
+
+    /* Sizes from which a fit starts. */
+    std::vector<effect_values> (*starts)(const rig &base, const record_scales &scales);
+
+    /* Whether it is seen in single samples rather than fitted: what was lost, repeated, thrown off. */
+    bool is_of_single_samples = false;
+
+    /* What else must be so for the keys to count. */
+    void (*switch_on)(rig &) = nullptr;
+
+    /* What it does, where its keys are not those of the base model. At most one of them is not nullptr. */
+    std::unique_ptr<setpoint_stage> (*on_setpoints)(const rig &) = nullptr;
+    std::unique_ptr<motion_stage> (*on_motion)(const rig &) = nullptr;
+    std::unique_ptr<force_stage> (*on_body)(const rig &) = nullptr;
+    std::unique_ptr<motion_stage> (*on_force)(const rig &) = nullptr; /* between low-pass and sample */
+    std::unique_ptr<sample_stage> (*on_samples)(const rig &) = nullptr;
+
+    std::string_view block() const { return name.substr(0, name.find('.')); }
+};
+
+const std::vector<effect> &effect_library();
+const effect *find_effect(std::string_view name);
+
+/* The effect is in the rig: a key that it brought along is not 0. */
+bool is_active(const effect &effect, const rig &rig);
+
+/* Value of a number of the rig by its key; the key must be known. */
+double value_of(const rig &rig, std::string_view key);
+void set_number(rig &rig, std::string_view key, double value);
+
+} // namespace berth
+
+#endif

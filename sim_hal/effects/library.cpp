@@ -1,0 +1,100 @@
+#include "effects.h"
+
+namespace berth
+{
+
+const std::vector<effect> &effect_library()
+{
+    static const std::vector<effect> library = {
+        robot_dead_time(),
+        robot_dead_time_drift(),
+        robot_gain(),
+        robot_lag(),
+        robot_resonance(),
+        robot_velocity_limit(),
+        robot_acceleration_limit(),
+        robot_backlash(),
+        robot_deadband(),
+        robot_lost_commands(),
+        robot_periodic_error(),
+        manipulator_parameters(),
+        manipulator_coulomb_friction(),
+        manipulator_asymmetric_friction(),
+        manipulator_cubic_stiffness(),
+        manipulator_quadratic_stiffness(),
+        manipulator_backlash(),
+        manipulator_gravity_offset(),
+        object_parameters(),
+        object_cubic_stiffness(),
+        object_quadratic_stiffness(),
+        object_coulomb_friction(),
+        object_backlash(),
+        object_second_mode(),
+        object_hysteresis(),
+        object_stiffness_drift(),
+        object_loss_of_contact(),
+        object_impact_damping(),
+        sensor_bias(),
+        sensor_drift(),
+        sensor_gain(),
+        sensor_lag(),
+        sensor_delay(),
+        sensor_saturation(),
+        sensor_quantisation(),
+        sensor_dropouts(),
+        sensor_spikes(),
+        sensor_periodic_disturbance(),
+        loop_lost_samples(),
+        loop_clock_drift(),
+    };
+    return library;
+}
+
+const effect *find_effect(std::string_view name)
+{
+    for (const effect &known : effect_library()) {
+        if (known.name == name) {
+            return &known;
+        }
+    }
+    return nullptr;
+}
+
+const std::vector<effect_key> &effect_keys()
+{
+    static const std::vector<effect_key> keys = [] {
+        std::vector<effect_key> found;
+        for (const effect &effect : effect_library()) {
+            for (const effect_parameter &parameter : effect.parameters) {
+                if (!parameter.meaning.empty()) {
+                    found.push_back({parameter.key, parameter.low < 0.0 ? -unlimited : 0.0, parameter.meaning});
+                }
+            }
+        }
+        return found;
+    }();
+    return keys;
+}
+
+/* The first key that it brought along is the size of an effect. */
+bool is_active(const effect &effect, const rig &rig)
+{
+    for (const effect_parameter &parameter : effect.parameters) {
+        if (!parameter.meaning.empty()) {
+            return value_of(rig, parameter.key) != 0.0;
+        }
+    }
+    return false;
+}
+
+double value_of(const rig &rig, std::string_view key)
+{
+    return *static_cast<double *>(find_key(key)->member(const_cast<berth::rig &>(rig)));
+}
+
+void set_number(rig &rig, std::string_view key, double value)
+{
+    *static_cast<double *>(find_key(key)->member(rig)) = value;
+}
+
+} // namespace berth

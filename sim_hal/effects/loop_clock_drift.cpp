@@ -1,0 +1,28 @@
+#include "effects.h"
+
+namespace berth
+{
+
+effect loop_clock_drift()
+{
+    effect made;
+    made.name = "loop.clock_drift";
+    made.physics =
+        "The robot takes the newest setpoint at ticks of its own clock, which runs off: the dead time is T_R and "
+        "a sawtooth between 0 and T.";
+    made.source = "two quartzes";
+    made.parameters = {{"robot.clock_drift_ppm", -5000.0, 5000.0, {}}, {"robot.clock_phase_ms", 0.0, 100.0, {}}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        std::vector<effect_values> all;
+        for (const double periods : {-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0}) {
+            for (const double phase : {0.15, 0.5, 0.85}) {
+                all.push_back({1e6 * periods * scales.period_s / scales.duration_s, 1e3 * phase * scales.period_s});
+            }
+        }
+        return all;
+    };
+    made.switch_on = [](rig &rig) { rig.robot.clock = robot_clock::free; };
+    return made;
+}
+
+} // namespace berth

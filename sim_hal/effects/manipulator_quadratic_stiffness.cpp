@@ -1,0 +1,28 @@
+#include <cmath>
+
+#include "effects.h"
+#include "force_laws.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect manipulator_quadratic_stiffness()
+{
+    effect made;
+    made.name = "manipulator.quadratic_stiffness";
+    made.physics = "A spring that is stiffer on one side, even: a further force K2 (x - x_op)^2.";
+    made.source = "Duffing";
+    made.parameters = {
+        {"manipulator.quadratic_stiffness_N_per_m2", -1e15, 1e15, "of a further force K2 (x - x_op)^2"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return both_signs({0.03 * scales.force_N / std::pow(scales.position_m, 2),
+                           0.3 * scales.force_N / std::pow(scales.position_m, 2)});
+    };
+    made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
+        return std::make_unique<quadratic_spring>(value_of(rig, "manipulator.quadratic_stiffness_N_per_m2"));
+    };
+    return made;
+}
+
+} // namespace berth

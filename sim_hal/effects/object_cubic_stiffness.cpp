@@ -1,0 +1,27 @@
+#include <cmath>
+
+#include "effects.h"
+#include "force_laws.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect object_cubic_stiffness()
+{
+    effect made;
+    made.name = "object.cubic_stiffness";
+    made.physics = "A spring that hardens or softens, odd: a further force k3 x^3.";
+    made.source = "Duffing";
+    made.parameters = {{"object.cubic_stiffness_N_per_m3", -1e15, 1e15, "of a further force k3 x^3"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return both_signs({0.03 * scales.force_N / std::pow(scales.position_m, 3),
+                           0.3 * scales.force_N / std::pow(scales.position_m, 3)});
+    };
+    made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
+        return std::make_unique<cubic_spring>(value_of(rig, "object.cubic_stiffness_N_per_m3"));
+    };
+    return made;
+}
+
+} // namespace berth

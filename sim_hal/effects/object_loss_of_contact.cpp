@@ -1,0 +1,21 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect object_loss_of_contact()
+{
+    effect made;
+    made.name = "object.loss_of_contact";
+    made.physics =
+        "The grip pulls no more than F_hold: beyond it the object is loose, F = 0, until it is touched again.";
+    made.source = "grippers, magnets, one-sided contact";
+    made.parameters = {{"object.grip_force_N", 0.0, 1e7, "the grip lets go where it has to pull more; 0: never"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return sizes_of(scales.force_N, {0.1, 0.3, 0.5, 0.7, 0.85});
+    };
+    return made;
+}
+
+} // namespace berth

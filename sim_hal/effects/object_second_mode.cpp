@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+
+#include "effects.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Exact over a sub-step in which the object moves evenly: y = x2 - x is a damped oscillator that the object's
+ * acceleration, an impulse at the start of the step, drives. */
+class hanging_mass final : public force_stage
+{
+  public:
+    hanging_mass(double mass_kg, double frequency_Hz, double damping_ratio)
+        : mass_kg_(mass_kg), w_(2.0 * 3.14159265358979323846 * frequency_Hz), z_(damping_ratio)
+    {
+    }
+    void start(const body_motion &motion) override { before_m_per_s_ = motion.velocity_m_per_s; }
+    double force_N(const body_motion &motion, double step_s) override
+    {
+        if (step_s != step_s_) {
+            find_transition(step_s);
+        }
+        const double kick = -(motion.velocity_m_per_s - before_m_per_s_);
+        before_m_per_s_ = motion.velocity_m_per_s;
+        const double rate = rate_m_per_s_ + 0.5 * kick;
+        const double next_m = a_[0] * offset_m_ + a_[1] * rate;
+        rate_m_per_s_ = a_[2] * offset_m_ + a_[3] * rate + 0.5 * kick;
+        offset_m_ = next_m;
+        return -mass_kg_ * (w_ * w_ * offset_m_ + 2.0 * z_ * w_ * rate_m_per_s_);
+    }
+
+  private:
+    void find_transition(double step_s)
+    {
+        step_s_ = step_s;
+        const double decay = std::exp(-z_ * w_ * step_s);
+        const double under = 1.0 - z_ * z_;
+        const double wd = w_ * std::sqrt(std::max(1e-12, std::abs(under)));
+        const double c = under > 0.0 ? std::cos(wd * step_s) : std::cosh(wd * step_s);
+        const double s = (under > 0.0 ? std::sin(wd * step_s) : std::sinh(wd * step_s)) / wd;
+        a_[0] = decay * (c + z_ * w_ * s);
+        a_[1] = decay * s;
+        a_[2] = -decay * w_ * w_ * s;
+        a_[3] = decay * (c - z_ * w_ * s);
+    }
+
+    double mass_kg_;
+    double w_;
+    double z_;
+    double step_s_ = -1.0;
+    double a_[4] = {};
+    double offset_m_ = 0.0;
+    double rate_m_per_s_ = 0.0;
+    double before_m_per_s_ = 0.0;
+};
+
+} // namespace
+
+effect object_second_mode()
+{
+    effect made;
+    made.name = "object.second_mode";
+    made.physics = "A further mass hangs on the object: m2 x2'' + d2 (x2' - x') + k2 (x2 - x) = 0.";
+    made.source = "the next mode of a flexible appendage";
+    made.parameters = {{"object.second_mass_kg", 0.0, 1e9, "m2 of a further mass on the object; 0: none"},
+                       {"object.second_frequency_Hz", 0.05, 200.0, "of the further mass by itself"},
+                       {"object.second_damping_ratio", 0.0, 2.0, "of the same"}};
+    made.starts = [](const rig &base, const record_scales &) {
+        std::vector<effect_values> all;
+        for (const double frequency_Hz : {1.0, 1.6, 2.5, 4.0, 6.3, 10.0, 16.0}) {
+            all.push_back({0.05 * base.object.mass_kg, frequency_Hz, 0.02});
+        }
+        return all;
+    };
+    made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
+        return std::make_unique<hanging_mass>(value_of(rig, "object.second_mass_kg"),
+                                              value_of(rig, "object.second_frequency_Hz"),
+                                              value_of(rig, "object.second_damping_ratio"));
+    };
+    return made;
+}
+
+} // namespace berth

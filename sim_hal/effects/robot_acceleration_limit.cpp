@@ -1,0 +1,20 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect robot_acceleration_limit()
+{
+    effect made;
+    made.name = "robot.acceleration_limit";
+    made.physics = "The robot follows as fast as |r''| <= A permits.";
+    made.source = "drive limits";
+    made.parameters = {{"robot.acceleration_limit_m_per_s2", 1e-9, 1e9, {}}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return sizes_of(scales.acceleration_m_per_s2, {0.1, 0.2, 0.4, 0.7});
+    };
+    return made;
+}
+
+} // namespace berth

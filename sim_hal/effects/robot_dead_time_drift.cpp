@@ -1,0 +1,20 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect robot_dead_time_drift()
+{
+    effect made;
+    made.name = "robot.dead_time_drift";
+    made.physics = "The dead time grows or shrinks while the loop runs: T_R(t) = T_R + r t.";
+    made.source = "a queue that fills where two clocks differ";
+    made.parameters = {{"robot.dead_time_drift_ms_per_s", -20.0, 20.0, "change of the dead time"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return both_signs({1e3 * scales.period_s / scales.duration_s, 8e3 * scales.period_s / scales.duration_s});
+    };
+    return made;
+}
+
+} // namespace berth

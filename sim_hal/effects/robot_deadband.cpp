@@ -1,0 +1,49 @@
+#include <cmath>
+
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+namespace
+{
+
+class deadband final : public setpoint_stage
+{
+  public:
+    explicit deadband(double width_m) : width_m_(width_m) {}
+    void start(double setpoint_m) override { held_m_ = setpoint_m; }
+    double take(double setpoint_m) override
+    {
+        if (std::abs(setpoint_m - held_m_) > width_m_) {
+            held_m_ = setpoint_m;
+        }
+        return held_m_;
+    }
+
+  private:
+    double width_m_;
+    double held_m_ = 0.0;
+};
+
+} // namespace
+
+effect robot_deadband()
+{
+    effect made;
+    made.name = "robot.deadband";
+    made.physics = "A setpoint nearer than delta to the one that the robot stands on is ignored; else it is taken.";
+    made.source = "servo drives";
+    made.parameters = {
+        {"robot.deadband_m", 0.0, 10.0, "setpoints nearer than this to the last one taken are ignored"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return sizes_of(scales.position_m, {0.002, 0.005, 0.01, 0.02, 0.05, 0.1});
+    };
+    made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
+        return std::make_unique<deadband>(value_of(rig, "robot.deadband_m"));
+    };
+    return made;
+}
+
+} // namespace berth

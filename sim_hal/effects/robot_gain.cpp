@@ -1,0 +1,37 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+namespace
+{
+
+class gain final : public setpoint_stage
+{
+  public:
+    explicit gain(double factor) : factor_(factor) {}
+    void start(double) override {}
+    double take(double setpoint_m) override { return factor_ * setpoint_m; }
+
+  private:
+    double factor_;
+};
+
+} // namespace
+
+effect robot_gain()
+{
+    effect made;
+    made.name = "robot.gain";
+    made.physics = "The robot goes too far or not far enough: r = (1 + e) x.";
+    made.source = "calibration of drives and kinematics; Krenn & Schaefer, Fig. 5";
+    made.parameters = {{"robot.gain_error", -0.9, 2.0, "e: the robot goes to (1 + e) x"}};
+    made.starts = [](const rig &, const record_scales &) { return both_signs({0.03}); };
+    made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
+        return std::make_unique<gain>(1.0 + value_of(rig, "robot.gain_error"));
+    };
+    return made;
+}
+
+} // namespace berth

@@ -1,0 +1,24 @@
+#include "effects.h"
+#include "force_laws.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect robot_lag()
+{
+    effect made;
+    made.name = "robot.lag";
+    made.physics = "The robot follows like a first-order low-pass: tau r' = u - r.";
+    made.source = "position controllers without feed-forward";
+    made.parameters = {{"robot.lag_ms", 0.0, 2000.0, "tau of a first-order lag"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        return sizes({1e3 * scales.period_s, 8e3 * scales.period_s, 40.0});
+    };
+    made.on_motion = [](const rig &rig) -> std::unique_ptr<motion_stage> {
+        return std::make_unique<first_order_lag>(1e-3 * value_of(rig, "robot.lag_ms"));
+    };
+    return made;
+}
+
+} // namespace berth

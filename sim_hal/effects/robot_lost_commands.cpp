@@ -1,0 +1,17 @@
+#include "effects.h"
+
+namespace berth
+{
+
+effect robot_lost_commands()
+{
+    effect made;
+    made.name = "robot.lost_commands";
+    made.physics = "A setpoint is lost with probability p; the robot stands at its last one until the next.";
+    made.source = "bus load, connectors";
+    made.parameters = {{"robot.lost_command_probability", 0.0, 1.0, "a setpoint never reaches the robot"}};
+    made.is_of_single_samples = true;
+    return made;
+}
+
+} // namespace berth

@@ -1,0 +1,58 @@
+#include <cmath>
+
+#include "effects.h"
+
+namespace berth
+{
+
+namespace
+{
+
+class periodic_error final : public motion_stage
+{
+  public:
+    periodic_error(double amplitude_m, double pitch_m, double phase_rad)
+        : amplitude_m_(amplitude_m), rad_per_m_(2.0 * 3.14159265358979323846 / pitch_m), phase_rad_(phase_rad)
+    {
+    }
+    void start(double) override {}
+    double advance(double value, double) override
+    {
+        return value + amplitude_m_ * std::sin(rad_per_m_ * value + phase_rad_);
+    }
+
+  private:
+    double amplitude_m_;
+    double rad_per_m_;
+    double phase_rad_;
+};
+
+} // namespace
+
+effect robot_periodic_error()
+{
+    effect made;
+    made.name = "robot.periodic_error";
+    made.physics = "An error that repeats over the path: r = r0 + a sin(2 pi r0 / L + phi).";
+    made.source = "gear teeth, strain-wave gears, spindles";
+    made.parameters = {{"robot.periodic_error_m", 0.0, 1.0, "a"},
+                       {"robot.periodic_error_pitch_m", 1e-9, 100.0, "L"},
+                       {"robot.periodic_error_phase_rad", -7.0, 7.0, "phi"}};
+    made.starts = [](const rig &, const record_scales &scales) {
+        std::vector<effect_values> all;
+        for (const double pitch_m : scales.residual_pitch_m) {
+            for (const double phase_rad : {-2.356, -0.785, 0.785, 2.356}) {
+                all.push_back({1.4 * scales.residual, pitch_m, phase_rad});
+            }
+        }
+        return all;
+    };
+    made.on_motion = [](const rig &rig) -> std::unique_ptr<motion_stage> {
+        return std::make_unique<periodic_error>(value_of(rig, "robot.periodic_error_m"),
+                                                value_of(rig, "robot.periodic_error_pitch_m"),
+                                                value_of(rig, "robot.periodic_error_phase_rad"));
+    };
+    return made;
+}
+
+} // namespace berth

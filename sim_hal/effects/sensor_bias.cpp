@@ -1,0 +1,18 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect sensor_bias()
+{
+    effect made;
+    made.name = "sensor.bias";
+    made.physics = "Every sample is off by b.";
+    made.source = "data sheets of force sensors";
+    made.parameters = {{"sensor.bias_N", -1e7, 1e7, {}}};
+    made.starts = [](const rig &, const record_scales &scales) { return both_signs({0.02 * scales.force_N}); };
+    return made;
+}
+
+} // namespace berth

@@ -1,0 +1,20 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+effect sensor_delay()
+{
+    effect made;
+    made.name = "sensor.delay";
+    made.physics = "The force comes later or earlier than told: another T_S.";
+    made.source = "data sheets of force sensors";
+    made.parameters = {{"sensor.delay_ms", 0.0, 1000.0, {}}};
+    made.starts = [](const rig &base, const record_scales &scales) {
+        return shifted(base.sensor.delay_ms, 1e3 * scales.period_s);
+    };
+    return made;
+}
+
+} // namespace berth

@@ -1,0 +1,36 @@
+#include "effects.h"
+#include "starts.h"
+
+namespace berth
+{
+
+namespace
+{
+
+class gain final : public sample_stage
+{
+  public:
+    explicit gain(double factor) : factor_(factor) {}
+    double take(double force_N, double) override { return factor_ * force_N; }
+
+  private:
+    double factor_;
+};
+
+} // namespace
+
+effect sensor_gain()
+{
+    effect made;
+    made.name = "sensor.gain";
+    made.physics = "The sensor shows too much or too little: y = (1 + e) F.";
+    made.source = "calibration";
+    made.parameters = {{"sensor.gain_error", -0.9, 5.0, "e: the sensor shows (1 + e) F"}};
+    made.starts = [](const rig &, const record_scales &) { return both_signs({0.05}); };
+    made.on_samples = [](const rig &rig) -> std::unique_ptr<sample_stage> {
+        return std::make_unique<gain>(1.0 + value_of(rig, "sensor.gain_error"));
+    };
+    return made;
+}
+
+} // namespace berth

@@ -1,0 +1,18 @@
+#include "effects.h"
+
+namespace berth
+{
+
+effect sensor_spikes()
+{
+    effect made;
+    made.name = "sensor.spikes";
+    made.physics = "With probability p a single sample is off by about +-A.";
+    made.source = "electromagnetic disturbance";
+    made.parameters = {{"sensor.spike_probability", 0.0, 1.0, "a single sample is off"},
+                       {"sensor.spike_N", 0.0, 1e7, "by about this much, either way"}};
+    made.is_of_single_samples = true;
+    return made;
+}
+
+} // namespace berth

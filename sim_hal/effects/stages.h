@@ -1,0 +1,56 @@
+/* Where an effect can act. A stage lives for one run over one record, and is called once a tick or once a sub-step.
+ */
+#ifndef SIM_HAL_EFFECTS_STAGES_H
+#define SIM_HAL_EFFECTS_STAGES_H
+
+namespace berth
+{
+
+/* Setpoints as the robot takes them, once a tick. */
+class setpoint_stage
+{
+  public:
+    virtual ~setpoint_stage() = default;
+    virtual void start(double setpoint_m) = 0;
+    virtual double take(double setpoint_m) = 0;
+};
+
+/* A signal on its way through the hardware, straight within a sub-step: the robot's position in m, the force in N.
+ */
+class motion_stage
+{
+  public:
+    virtual ~motion_stage() = default;
+    virtual void start(double value) = 0;
+    virtual double advance(double value, double step_s) = 0;
+};
+
+/* A body, at the end of a sub-step as it would be without this force. */
+struct body_motion {
+    double position_m;
+    double deflection_m; /* of its spring: of the manipulator x - x_op, of the object x */
+    double velocity_m_per_s;
+    double time_s;
+    double velocity_per_force; /* what 1 N over the sub-step adds to the velocity, m/(s N) */
+};
+
+/* A further force on a body, against its motion where it is positive. */
+class force_stage
+{
+  public:
+    virtual ~force_stage() = default;
+    virtual void start(const body_motion &) {}
+    virtual double force_N(const body_motion &motion, double step_s) = 0;
+};
+
+/* Samples of the force as they leave the sensor, once a tick. */
+class sample_stage
+{
+  public:
+    virtual ~sample_stage() = default;
+    virtual double take(double force_N, double time_s) = 0;
+};
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,53 @@
+/* Sizes from which a search for an effect starts, for effects with one parameter. */
+#ifndef SIM_HAL_EFFECTS_STARTS_H
+#define SIM_HAL_EFFECTS_STARTS_H
+
+#include <algorithm>
+#include <initializer_list>
+
+#include "effect.h"
+
+namespace berth
+{
+
+inline std::vector<effect_values> sizes(std::initializer_list<double> values)
+{
+    std::vector<effect_values> all;
+    for (const double value : values) {
+        all.push_back({value});
+    }
+    return all;
+}
+
+inline std::vector<effect_values> sizes_of(double scale, std::initializer_list<double> shares)
+{
+    std::vector<effect_values> all;
+    for (const double share : shares) {
+        all.push_back({share * scale});
+    }
+    return all;
+}
+
+inline std::vector<effect_values> both_signs(std::initializer_list<double> values)
+{
+    std::vector<effect_values> all;
+    for (const double value : values) {
+        all.push_back({value});
+        all.push_back({-value});
+    }
+    return all;
+}
+
+/* A delay of a few periods more or less. */
+inline std::vector<effect_values> shifted(double delay_ms, double period_ms)
+{
+    std::vector<effect_values> all;
+    for (const double periods : {-3.0, -1.0, -0.5, 0.5, 1.0, 3.0}) {
+        all.push_back({std::max(0.1 * period_ms, delay_ms + periods * period_ms)});
+    }
+    return all;
+}
+
+} // namespace berth
+
+#endif
