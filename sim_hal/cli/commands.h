@@ -37,6 +37,15 @@ struct map_arguments : rig_arguments {
     bool yes = false;
 };
 
+struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
+    std::vector<std::string> records;
+    std::string validation;
+    std::string repetition;
+    std::string standstill;
+    std::vector<std::string> without;
+    std::string out_folder = "build/diagnosis";
+};
+
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
@@ -49,6 +58,8 @@ int eigen_command(const rig_arguments &arguments);
 int map_command(const map_arguments &arguments);
 int limits_command(const rig_arguments &arguments);
 int rigs_command(bool json);
+int diagnose_command(const diagnose_arguments &arguments);
+int effects_command(bool json);
 
 } // namespace berth
 

@@ -46,6 +46,32 @@ void add_map_options(CLI::App &command, berth::map_arguments &arguments)
     command.add_flag("--yes", arguments.yes, "go on where a map is very large");
 }
 
+void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &arguments)
+{
+    command
+        .add_option("RECORD", arguments.records,
+                    "a log of `berth run` (.ulg) or a CSV file (also .gz) with units in its header")
+        ->required();
+    command.add_option("--rig", arguments.rig, "the rig as it is believed to be: a shipped one or a rig file")
+        ->required();
+    command
+        .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--validate", arguments.validation,
+                       "a record with another command, on which the gain is proved");
+    command.add_option("--repeat", arguments.repetition,
+                       "the same command once more: how much of a record is noise");
+    command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone");
+    command.add_option("--without", arguments.without, "leave out an effect; may be repeated")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--out", arguments.out_folder, "folder for diagnosis.json and extended.toml")
+        ->capture_default_str();
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
 /* The parser only says that there is no subcommand. */
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
 {
@@ -115,6 +141,16 @@ int run(int argc, char **argv)
         app.add_subcommand("limits", "how far each parameter of the rig may go until the loop is unstable");
     add_rig_options(*limits_app, limits);
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
+
+    berth::diagnose_arguments diagnose;
+    CLI::App *diagnose_app = app.add_subcommand(
+        "diagnose", "where a rig file is wrong about measured data, why, and what the model has to know");
+    add_diagnose_options(*diagnose_app, diagnose);
+    diagnose_app->callback([&] { exit_code = berth::diagnose_command(diagnose); });
+
+    CLI::App *effects_app = app.add_subcommand("effects", "list the effects that a diagnosis knows");
+    effects_app->add_flag("--json", json, "print one JSON array and nothing else");
+    effects_app->callback([&] { exit_code = berth::effects_command(json); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");

@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "active.h"
 #include "effects.h"
 
 namespace berth
@@ -76,20 +79,52 @@ const std::vector<effect_key> &effect_keys()
     return keys;
 }
 
-/* The first key that it brought along is the size of an effect. */
+namespace
+{
+
+/* Looked up once: this is asked for in every replay. */
+struct own_key {
+    const effect *of;
+    const rig_key *size; /* the first key that it brought along; nullptr: it has none */
+};
+
+const std::vector<own_key> &own_keys()
+{
+    static const std::vector<own_key> found = [] {
+        std::vector<own_key> all;
+        for (const effect &known : effect_library()) {
+            const auto own =
+                std::find_if(known.parameters.begin(), known.parameters.end(),
+                             [](const effect_parameter &parameter) { return !parameter.meaning.empty(); });
+            all.push_back({&known, own == known.parameters.end() ? nullptr : find_key(own->key)});
+        }
+        return all;
+    }();
+    return found;
+}
+
+} // namespace
+
 bool is_active(const effect &effect, const rig &rig)
 {
-    for (const effect_parameter &parameter : effect.parameters) {
-        if (!parameter.meaning.empty()) {
-            return value_of(rig, parameter.key) != 0.0;
-        }
-    }
-    return false;
+    const auto &keys = own_keys();
+    const auto found = std::find_if(keys.begin(), keys.end(), [&](const own_key &key) { return key.of == &effect; });
+    return found != keys.end() && found->size != nullptr && rig.effect_values[found->size->effect_value] != 0.0;
 }
 
 double value_of(const rig &rig, std::string_view key)
 {
     return *static_cast<double *>(find_key(key)->member(const_cast<berth::rig &>(rig)));
+}
+
+double value_of_effect(const rig &rig, std::string_view key)
+{
+    static const bool is_any = !effect_keys().empty();
+    const auto none = [](double value) { return value == 0.0; };
+    if (!is_any || std::all_of(rig.effect_values.begin(), rig.effect_values.end(), none)) {
+        return 0.0; /* the usual case, without a search for the key */
+    }
+    return value_of(rig, key);
 }
 
 void set_number(rig &rig, std::string_view key, double value)

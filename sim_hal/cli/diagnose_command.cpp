@@ -1,0 +1,211 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "../diagnosis/diagnosis.h"
+#include "../version.h"
+#include "atomic_file.h"
+#include "commands.h"
+
+namespace berth
+{
+
+namespace
+{
+
+std::string_view name_of(block block)
+{
+    return block_names[static_cast<int>(block)];
+}
+
+std::string_view name_of(verdict verdict)
+{
+    return verdict_names[static_cast<int>(verdict)];
+}
+
+nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
+{
+    nlohmann::json all = nlohmann::json::array();
+    for (const parameter_estimate &parameter : parameters) {
+        all.push_back({{"name", parameter.key.substr(parameter.key.find('.') + 1)},
+                       {"key", parameter.key},
+                       {"value", parameter.value},
+                       {"ci95", parameter.ci95},
+                       {"unit", unit_of(parameter.key)}});
+    }
+    return all;
+}
+
+nlohmann::json as_json(const part_rms &rms)
+{
+    return {{"before", rms.before}, {"retuned", rms.retuned}, {"after", rms.after}, {"floor", rms.floor}};
+}
+
+nlohmann::json as_json(const block_diagnosis &block)
+{
+    nlohmann::json causes = nlohmann::json::array();
+    for (const cause &known : block.causes) {
+        causes.push_back(
+            {{"effect", known.effect->name},
+             {"parameters", as_json(known.parameters)},
+             {"delta_bic", known.delta_bic},
+             {"share_explained", known.share_explained},
+             {"held_out_gain",
+              {{"value", known.held_out_gain}, {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}}}});
+    }
+    nlohmann::json alternatives = nlohmann::json::array();
+    for (const alternative &other : block.alternatives) {
+        alternatives.push_back({{"effect", other.effect->name}, {"delta_bic", other.delta_bic}});
+    }
+    return {{"block", name_of(block.block)},
+            {"verdict", name_of(block.verdict)},
+            {"causes", causes},
+            {"alternatives", alternatives},
+            {"base", as_json(block.base)},
+            {"residual_rms",
+             {{"unit", block_units[static_cast<int>(block.block)]},
+              {"fit", as_json(block.fit_rms)},
+              {"held_out", as_json(block.held_out_rms)},
+              {"floor_is_measured", block.floor_is_measured}}},
+            {"left", {{"share", block.left}, {"depends", error_class_names[static_cast<int>(block.left_class)]}}}};
+}
+
+nlohmann::json as_json(const diagnosis &found)
+{
+    nlohmann::json json{{"verdict", name_of(found.verdict)},
+                        {"causes", nlohmann::json::array()},
+                        {"alternatives", nlohmann::json::array()},
+                        {"next_experiment", nullptr},
+                        {"versions", {{"berth", version()}, {"schema", 1}}}};
+    json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
+    json["residual_rms"] = nlohmann::json::object();
+    json["blocks"] = nlohmann::json::array();
+    for (const block_diagnosis &block : found.blocks) {
+        nlohmann::json made = as_json(block);
+        json["causes"].insert(json["causes"].end(), made["causes"].begin(), made["causes"].end());
+        json["alternatives"].insert(json["alternatives"].end(), made["alternatives"].begin(),
+                                    made["alternatives"].end());
+        json["residual_rms"][std::string(name_of(block.block))] = made["residual_rms"];
+        json["blocks"].push_back(std::move(made));
+    }
+    json["inputs"] = nlohmann::json::array();
+    for (const auto &[path, hash] : found.inputs) {
+        json["inputs"].push_back({{"path", path}, {"hash", hash}});
+    }
+    json["notes"] = found.notes;
+    return json;
+}
+
+void print_block(const block_diagnosis &block)
+{
+    const char *const unit = block_units[static_cast<int>(block.block)].data();
+    std::printf(
+        "%-12s %-18s error %.3g %s rms as given, %.3g re-tuned, %.3g extended; held out %.3g -> %.3g; floor %.3g\n",
+        name_of(block.block).data(), name_of(block.verdict).data(), block.fit_rms.before, unit,
+        block.fit_rms.retuned, block.fit_rms.after, block.held_out_rms.retuned, block.held_out_rms.after,
+        block.fit_rms.floor);
+    for (const cause &known : block.causes) {
+        std::printf("  %s", std::string(known.effect->name).c_str());
+        for (const parameter_estimate &parameter : known.parameters) {
+            std::printf("  %s = %.5g +- %.2g", parameter.key.substr(parameter.key.find('.') + 1).c_str(),
+                        parameter.value, parameter.ci95);
+        }
+        std::printf("\n    explains %.1f %% of the explainable error, BIC better by %.0f, held-out gain %.1f %% "
+                    "(%.1f to %.1f)\n",
+                    100.0 * known.share_explained, known.delta_bic, 100.0 * known.held_out_gain,
+                    100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high);
+    }
+    for (const alternative &other : block.alternatives) {
+        std::printf("  or %s (BIC worse by %.1f)\n", std::string(other.effect->name).c_str(), other.delta_bic);
+    }
+    if (block.verdict == verdict::unknown || block.verdict == verdict::partly_explained) {
+        std::printf("  %.0f %% of the explainable error is left: %s\n", 100.0 * block.left,
+                    error_class_names[static_cast<int>(block.left_class)].data());
+    }
+}
+
+void write_file(const std::string &path, const std::string &text)
+{
+    atomic_file file(path);
+    file.write(text);
+    file.finish();
+}
+
+} // namespace
+
+int diagnose_command(const diagnose_arguments &arguments)
+{
+    diagnosis_request request;
+    request.records = arguments.records;
+    request.validation = arguments.validation;
+    request.repetition = arguments.repetition;
+    request.standstill = arguments.standstill;
+    request.rig = load_rig(arguments.rig, arguments.overrides);
+    for (const std::string &name : arguments.without) {
+        if (find_effect(name) == nullptr) {
+            throw input_error("--without " + name + ": there is no such effect; see berth effects");
+        }
+        request.options.without.push_back(name);
+    }
+    const diagnosis found = diagnose(request);
+
+    std::error_code error;
+    std::filesystem::create_directories(arguments.out_folder, error);
+    if (error) {
+        throw input_error(arguments.out_folder + ": cannot be made: " + error.message());
+    }
+    const nlohmann::json json = as_json(found);
+    write_file(arguments.out_folder + "/diagnosis.json",
+               json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
+    if (arguments.json) {
+        print_json(json);
+        return 0;
+    }
+    std::printf("verdict: %s%s%s\n", std::string(name_of(found.verdict)).c_str(),
+                found.located.empty() ? "" : ", in the ", found.located.c_str());
+    for (const block_diagnosis &block : found.blocks) {
+        print_block(block);
+    }
+    for (const std::string &note : found.notes) {
+        std::printf("note: %s\n", note.c_str());
+    }
+    std::printf("written to %s: diagnosis.json, extended.toml\n", arguments.out_folder.c_str());
+    return 0;
+}
+
+int effects_command(bool json)
+{
+    nlohmann::json all = nlohmann::json::array();
+    for (const effect &known : effect_library()) {
+        nlohmann::json parameters = nlohmann::json::array();
+        for (const effect_parameter &parameter : known.parameters) {
+            const rig_key *const key = find_key(parameter.key);
+            parameters.push_back({{"key", parameter.key},
+                                  {"unit", unit_of(parameter.key)},
+                                  {"meaning", key->meaning},
+                                  {"low", parameter.low},
+                                  {"high", parameter.high}});
+        }
+        all.push_back({{"effect", known.name},
+                       {"physics", known.physics},
+                       {"source", known.source},
+                       {"parameters", parameters}});
+    }
+    if (json) {
+        print_json(all);
+        return 0;
+    }
+    for (const auto &known : all) {
+        std::printf("%s\n  %s\n  source: %s\n", known["effect"].get<std::string>().c_str(),
+                    known["physics"].get<std::string>().c_str(), known["source"].get<std::string>().c_str());
+        for (const auto &parameter : known["parameters"]) {
+            std::printf("  %-45s %s\n", parameter["key"].get<std::string>().c_str(),
+                        parameter["meaning"].get<std::string>().c_str());
+        }
+    }
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,76 @@
+/* What is wrong in one block, and why. */
+#ifndef SIM_HAL_DIAGNOSIS_BLOCK_DIAGNOSIS_H
+#define SIM_HAL_DIAGNOSIS_BLOCK_DIAGNOSIS_H
+
+#include <optional>
+
+#include "events.h"
+#include "search.h"
+
+namespace berth
+{
+
+enum class verdict { nothing_detectable, named, one_of, partly_explained, unknown, software_mismatch };
+
+constexpr std::string_view verdict_names[] = {"nothing_detectable", "named",   "one_of",
+                                              "partly_explained",   "unknown", "software_mismatch"};
+
+struct parameter_estimate {
+    std::string key;
+    double value;
+    double ci95;
+};
+
+struct cause {
+    const berth::effect *effect;
+    std::vector<parameter_estimate> parameters;
+    double delta_bic = 0.0;
+    double share_explained = 0.0;
+    double held_out_gain = 0.0; /* share by which the held-out sum of squares falls */
+    double held_out_gain_low = 0.0;
+    double held_out_gain_high = 0.0;
+};
+
+struct alternative {
+    const berth::effect *effect;
+    double delta_bic; /* to the winner, positive: worse */
+};
+
+struct part_rms {
+    double before = 0.0;  /* the rig as given */
+    double retuned = 0.0; /* within its tolerances */
+    double after = 0.0;
+    double floor = 0.0;
+};
+
+struct block_diagnosis {
+    berth::block block;
+    berth::verdict verdict = verdict::nothing_detectable;
+    std::vector<cause> causes;
+    std::vector<alternative> alternatives;
+    part_rms fit_rms;
+    part_rms held_out_rms;
+    bool floor_is_measured = false;
+    double explainable = 0.0; /* white sum of squares above the floor, per row, of the re-tuned base */
+    double left = 0.0;        /* share of it that is left and depends on the state or on time */
+    error_class left_class = error_class::linear;
+    berth::rig extended; /* the given rig with base and effects fitted */
+    std::vector<parameter_estimate> base;
+    std::vector<double> error_before; /* one a row */
+    std::vector<double> error_after;
+};
+
+struct diagnosis_input {
+    const record *fit = nullptr;
+    const record *validation = nullptr; /* or parts of `fit` are held out */
+    std::optional<noise_model> floor;   /* measured at standstill or by repetition */
+    search_options options;
+    int effects_max = 3;
+};
+
+block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
+                               std::vector<event_finding> found_events);
+
+} // namespace berth
+
+#endif

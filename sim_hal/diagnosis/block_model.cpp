@@ -1,0 +1,240 @@
+#include "block_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Dense>
+
+#include "../effects/active.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Until what was before the record has died away: the sensor's spring swings for a tenth of a second, the rest is
+ * margin. */
+constexpr double settle_s = 0.4;
+
+/* The manipulator integrates its errors: parts of this length start anew. */
+constexpr double window_s = 2.0;
+
+/* Ten parts; the fourth and the eighth are held out. */
+constexpr std::size_t parts = 10;
+constexpr bool is_held_out(std::size_t part)
+{
+    return part == 3 || part == 7;
+}
+
+} // namespace
+
+bool can_replay(const record &record, block block)
+{
+    switch (block) {
+    case block::manipulator:
+        return record.has_operator() && !record.command_position_m.empty();
+    case block::robot:
+        return !record.command_position_m.empty() && !record.robot_position_m.empty();
+    case block::force:
+        return (!record.command_position_m.empty() || !record.robot_position_m.empty()) && !record.force_N.empty();
+    }
+    return false;
+}
+
+std::vector<std::string_view> base_keys(block block, const rig &rig)
+{
+    std::vector<std::string_view> keys;
+    const auto add_if = [&](bool condition, std::string_view key) {
+        if (condition) {
+            keys.push_back(key);
+        }
+    };
+    switch (block) {
+    case block::manipulator:
+        keys = {"manipulator.mass_kg"};
+        add_if(rig.firmware.manipulator.damping_N_s_per_m > 0.0, "manipulator.damping_N_s_per_m");
+        add_if(rig.firmware.manipulator.stiffness_N_per_m > 0.0, "manipulator.stiffness_N_per_m");
+        break;
+    case block::robot:
+        keys = {"robot.dead_time_ms"};
+        add_if(rig.has_transfer_behaviour(), "robot.transfer_frequency_Hz");
+        add_if(rig.has_transfer_behaviour(), "robot.transfer_damping_ratio");
+        break;
+    case block::force:
+        keys = {"object.mass_kg"};
+        add_if(rig.object.damping_N_s_per_m > 0.0, "object.damping_N_s_per_m");
+        add_if(rig.object.stiffness_N_per_m > 0.0, "object.stiffness_N_per_m");
+        add_if(rig.sensor.low_pass_order > 0, "sensor.low_pass_frequency_Hz");
+        add_if(rig.sensor.low_pass_order == 2, "sensor.low_pass_damping_ratio");
+        keys.push_back("sensor.delay_ms");
+        break;
+    }
+    return keys;
+}
+
+bool acts_in(const effect &effect, block block, const record &record, const rig &rig)
+{
+    const std::string_view of = effect.block();
+    const bool is_contact = rig.object.kind == object_kind::contact;
+    if (effect.name == "object.impact_damping" && !is_contact) {
+        return false;
+    }
+    if ((effect.name == "object.loss_of_contact" || effect.name == "object.backlash") && is_contact) {
+        return false;
+    }
+    switch (block) {
+    case block::manipulator:
+        return of == "manipulator";
+    case block::robot:
+        return of == "robot" || effect.name == "loop.clock_drift";
+    case block::force:
+        return of == "object" || of == "sensor" ||
+               (record.robot_position_m.empty() && (of == "robot" || effect.name == "loop.clock_drift"));
+    }
+    return false;
+}
+
+block_model::block_model(block block, const record &record, const rig &, const sample_events &events, bool hold_out)
+    : block_(block), record_(record), events_(events)
+{
+    divide(hold_out);
+}
+
+const std::vector<double> &block_model::measured() const
+{
+    switch (block_) {
+    case block::manipulator:
+        return record_.command_position_m;
+    case block::robot:
+        return record_.robot_position_m;
+    case block::force:
+        break;
+    }
+    return record_.force_N;
+}
+
+void block_model::divide(bool hold_out)
+{
+    uses_.assign(record_.size(), row_use::none);
+    const auto settle = static_cast<std::size_t>(settle_s / record_.period_s);
+    for (const record_segment &segment : record_.segments) {
+        const bool starts_anew = block_ == block::manipulator;
+        const std::size_t skip = starts_anew ? 0 : std::min(settle, (segment.end - segment.begin) / 4);
+        for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
+            const bool is_held = hold_out && is_held_out(n * parts / record_.size());
+            uses_[n] = is_held ? row_use::held_out : row_use::fit;
+        }
+        const auto length = std::max<std::size_t>(20, static_cast<std::size_t>(window_s / record_.period_s));
+        for (std::size_t begin = segment.begin; starts_anew && begin < segment.end;) {
+            /* What would be left over at the end goes with the last one. */
+            const std::size_t end = begin + 2 * length > segment.end ? segment.end : begin + length;
+            windows_.push_back({begin, end});
+            begin = end;
+        }
+    }
+    for (std::size_t n = 0; n < record_.size(); n++) {
+        const bool robot_is_known = events_.robot_repeats.empty() || events_.robot_repeats[n] == 0;
+        const bool force_is_known = (events_.force_repeats.empty() || events_.force_repeats[n] == 0) &&
+                                    (events_.spike.empty() || events_.spike[n] == 0);
+        if ((block_ == block::robot && !robot_is_known) || (block_ == block::force && !force_is_known)) {
+            uses_[n] = row_use::none;
+        }
+    }
+}
+
+void block_model::replay_motion(const rig &rig)
+{
+    static const std::vector<const rig_key *> robot_keys = [] {
+        std::vector<const rig_key *> found;
+        for (const rig_key &key : rig_keys()) {
+            if (key.path.substr(0, 6) == "robot." && key.type == key_type::number) {
+                found.push_back(&key);
+            }
+        }
+        return found;
+    }();
+    const bool fine = block_ == block::force && object_is_nonlinear(rig);
+    std::vector<double> made_for{static_cast<double>(rig.robot.clock), fine ? 1.0 : 0.0};
+    for (const rig_key *const key : robot_keys) {
+        made_for.push_back(*static_cast<double *>(key->member(const_cast<berth::rig &>(rig))));
+    }
+    if (made_for != motion_keys_) {
+        replay_robot(rig, record_, events_, fine, motion_);
+        motion_keys_ = std::move(made_for);
+    }
+}
+
+void block_model::error(const rig &rig, std::vector<double> &error)
+{
+    const std::vector<double> &truth = measured();
+    error.resize(record_.size());
+    const std::vector<double> *simulated = &simulated_;
+    switch (block_) {
+    case block::manipulator:
+        replay_manipulator(rig, record_, windows_, simulated_);
+        break;
+    case block::robot:
+        replay_motion(rig);
+        simulated = &motion_.at_tick_m;
+        break;
+    case block::force:
+        replay_motion(rig);
+        replay_force(rig, record_, motion_, simulated_);
+        break;
+    }
+    for (std::size_t n = 0; n < truth.size(); n++) {
+        error[n] = uses_[n] == row_use::none ? 0.0 : truth[n] - (*simulated)[n];
+    }
+    if (block_ == block::manipulator) {
+        remove_starts(rig, error);
+    }
+}
+
+/* A window's first position and velocity are known badly: what they explain is taken out, by least squares. */
+void block_model::remove_starts(const rig &rig, std::vector<double> &error) const
+{
+    const manipulator_config &config = rig.firmware.manipulator;
+    Eigen::Matrix2d a;
+    const double h = record_.period_s;
+    a << 0.0, 1.0, -config.stiffness_N_per_m / config.mass_kg, -config.damping_N_s_per_m / config.mass_kg;
+    Eigen::Matrix2d transition = Eigen::Matrix2d::Identity();
+    Eigen::Matrix2d term = Eigen::Matrix2d::Identity();
+    for (int i = 1; i < 24; i++) { /* a period is short against the manipulator's own */
+        term = (term * a * h / i).eval();
+        transition += term;
+    }
+    for (const record_segment &window : windows_) {
+        const auto count = static_cast<Eigen::Index>(window.end - window.begin);
+        Eigen::MatrixXd basis(count, 2);
+        Eigen::Matrix2d power = Eigen::Matrix2d::Identity();
+        for (Eigen::Index n = 0; n < count; n++) {
+            basis.row(n) = power.row(0);
+            power = (transition * power).eval();
+        }
+        Eigen::Map<Eigen::VectorXd> part(error.data() + window.begin, count);
+        const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
+        const Eigen::VectorXd start = qr.solve(part);
+        part -= basis * start;
+    }
+}
+
+void block_model::respond_to_force(const rig &rig, std::vector<double> &force_N) const
+{
+    const manipulator_config &config = rig.firmware.manipulator;
+    const double h = record_.period_s;
+    for (const record_segment &window : windows_) {
+        double position_m = 0.0;
+        double velocity_m_per_s = 0.0;
+        for (std::size_t n = window.begin; n < window.end; n++) {
+            const double push_N = force_N[n];
+            force_N[n] = position_m;
+            velocity_m_per_s +=
+                h * (push_N - config.stiffness_N_per_m * position_m - config.damping_N_s_per_m * velocity_m_per_s) /
+                config.mass_kg;
+            position_m += h * velocity_m_per_s;
+        }
+    }
+    remove_starts(rig, force_N);
+}
+
+} // namespace berth

@@ -1,0 +1,68 @@
+/* One block of the loop over one record: its error as a function of the rig. */
+#ifndef SIM_HAL_DIAGNOSIS_BLOCK_MODEL_H
+#define SIM_HAL_DIAGNOSIS_BLOCK_MODEL_H
+
+#include <string_view>
+#include <vector>
+
+#include "../effects/effect.h"
+#include "noise.h"
+#include "record.h"
+#include "replay.h"
+
+namespace berth
+{
+
+/* Operator and force to command; command to robot position; command through the robot to force. */
+enum class block { manipulator, robot, force };
+
+constexpr std::string_view block_names[] = {"manipulator", "robot", "force"};
+constexpr std::string_view block_units[] = {"m", "m", "N"};
+
+/* The record has what goes in and what comes out. */
+bool can_replay(const record &record, block block);
+
+/* Keys of the base model that decide what the block does. */
+std::vector<std::string_view> base_keys(block block, const rig &rig);
+
+/* Effects of the block `effect` show in `block`. Without a measured robot position the force has to tell of the
+ * robot, too. */
+bool acts_in(const effect &effect, block block, const record &record, const rig &rig);
+
+class block_model
+{
+  public:
+    /* Parts of the record, spread over it, are held out from fits if `hold_out`. */
+    block_model(block block, const record &record, const rig &base, const sample_events &events, bool hold_out);
+
+    /* Measured less simulated, one a row, in m or N; rows not in use have 0. */
+    void error(const rig &rig, std::vector<double> &error);
+
+    const std::vector<double> &measured() const;
+    const std::vector<row_use> &uses() const { return uses_; }
+    const record &data() const { return record_; }
+    block which() const { return block_; }
+    const robot_motion &motion() const { return motion_; } /* of the last replay; block::robot, block::force */
+
+    /* Replaces a signal of the block's output, row by row, by the response to a further force (manipulator: what a
+     * force does to the position, less what a start differs). */
+    void respond_to_force(const rig &rig, std::vector<double> &force_N) const;
+
+  private:
+    void divide(bool hold_out);
+    void replay_motion(const rig &rig);
+    void remove_starts(const rig &rig, std::vector<double> &error) const;
+
+    block block_;
+    const record &record_;
+    const sample_events &events_;
+    std::vector<row_use> uses_;
+    std::vector<record_segment> windows_; /* manipulator: parts that each start anew */
+    robot_motion motion_;
+    std::vector<double> motion_keys_; /* what motion_ was made for */
+    std::vector<double> simulated_;
+};
+
+} // namespace berth
+
+#endif

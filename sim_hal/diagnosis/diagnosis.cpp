@@ -1,0 +1,262 @@
+#include "diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../../hal/rig/rig_file.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr std::vector<double> record::*all_signals[] = {
+    &record::operator_force_N,   &record::operator_position_m, &record::operator_velocity_m_per_s,
+    &record::command_position_m, &record::robot_position_m,    &record::force_N};
+
+/* The records one after another, as segments of one. */
+record read_all(const std::vector<std::string> &paths, const rig &rig,
+                std::vector<std::pair<std::string, std::string>> &inputs)
+{
+    record all;
+    for (const std::string &path : paths) {
+        record next = read_record(path, rig);
+        inputs.emplace_back(path, next.hash);
+        if (all.size() == 0) {
+            all = std::move(next);
+            continue;
+        }
+        const std::size_t offset = all.size();
+        const double shift_s = all.time_s.back() + all.period_s - next.time_s.front();
+        for (const auto signal : all_signals) {
+            if ((all.*signal).empty() != (next.*signal).empty()) {
+                throw input_error(path + ": has not the same signals as " + all.path);
+            }
+            (all.*signal).insert((all.*signal).end(), (next.*signal).begin(), (next.*signal).end());
+        }
+        for (const double time_s : next.time_s) {
+            all.time_s.push_back(time_s + shift_s);
+        }
+        for (const record_segment &part : next.segments) {
+            all.segments.push_back({part.begin + offset, part.end + offset});
+        }
+        all.notes.insert(all.notes.end(), next.notes.begin(), next.notes.end());
+        all.is_from_this_firmware = all.is_from_this_firmware && next.is_from_this_firmware;
+    }
+    return all;
+}
+
+const std::vector<double> &output_of(const record &record, block block)
+{
+    return block == block::manipulator ? record.command_position_m
+           : block == block::robot     ? record.robot_position_m
+                                       : record.force_N;
+}
+
+/* Noise of a channel while nothing moves: about a straight line. */
+std::optional<noise_model> standstill_floor(const record &record, block block)
+{
+    const std::vector<double> &x = output_of(record, block);
+    if (x.empty()) {
+        return {};
+    }
+    std::vector<double> noise(x.size(), 0.0);
+    std::vector<row_use> uses(x.size(), row_use::fit);
+    for (const record_segment &part : record.segments) {
+        const double count = static_cast<double>(part.end - part.begin);
+        double mean = 0.0;
+        double slope = 0.0;
+        double square = 0.0;
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            mean += x[n] / count;
+        }
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            const double at = static_cast<double>(n - part.begin) - 0.5 * (count - 1.0);
+            slope += at * (x[n] - mean);
+            square += at * at;
+        }
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            const double at = static_cast<double>(n - part.begin) - 0.5 * (count - 1.0);
+            noise[n] = x[n] - mean - at * (square > 0.0 ? slope / square : 0.0);
+        }
+        uses[part.begin] = row_use::none;
+    }
+    return estimate_noise(noise, uses);
+}
+
+/* Half the variance of the difference of two runs with the same commands. */
+std::optional<noise_model> repetition_floor(const record &first, const record &second, block block)
+{
+    const std::vector<double> &a = output_of(first, block);
+    const std::vector<double> &b = output_of(second, block);
+    const std::vector<double> &ca = block == block::manipulator ? first.operator_force_N : first.command_position_m;
+    const std::vector<double> &cb =
+        block == block::manipulator ? second.operator_force_N : second.command_position_m;
+    const std::size_t size = std::min(a.size(), b.size());
+    if (size == 0 || ca.size() < size || cb.size() < size) {
+        return {};
+    }
+    double largest = 0.0;
+    double difference = 0.0;
+    for (std::size_t n = 0; n < size; n++) {
+        largest = std::max(largest, std::abs(ca[n]));
+        difference = std::max(difference, std::abs(ca[n] - cb[n]));
+    }
+    if (difference > 1e-6 * largest) {
+        return {}; /* another run: what differs is more than noise */
+    }
+    std::vector<double> noise(size);
+    for (std::size_t n = 0; n < size; n++) {
+        noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
+    }
+    return estimate_noise(noise, std::vector<row_use>(size, row_use::fit));
+}
+
+/* A record that repeats itself, forwards or backwards, proves nothing about itself. */
+void refuse_copies(const record &record)
+{
+    for (const auto signal : {&record::force_N, &record::robot_position_m}) {
+        const std::vector<double> &x = record.*signal;
+        const std::size_t half = x.size() / 2;
+        if (half < 20) {
+            continue;
+        }
+        for (const bool mirrored : {false, true}) {
+            for (const double sign : {1.0, -1.0}) {
+                std::size_t same = 0;
+                std::size_t changes = 0;
+                for (std::size_t n = 1; n < half; n++) {
+                    const std::size_t other = mirrored ? x.size() - 1 - n : x.size() - half + n;
+                    same += std::abs(x[n] - sign * x[other]) <= 1e-9 * std::abs(x[n]);
+                    changes += x[n] != x[n - 1];
+                }
+                if (2 * changes > half && 10 * same > 9 * half) {
+                    throw input_error(record.path + ": its second half is its first one" +
+                                      (mirrored ? " backwards" : " again") +
+                                      ": held-out data that is no independent evidence; give a record that was "
+                                      "measured in one go");
+                }
+            }
+        }
+    }
+}
+
+verdict overall(const std::vector<block_diagnosis> &blocks)
+{
+    const auto any = [&](verdict wanted) {
+        return std::any_of(blocks.begin(), blocks.end(),
+                           [&](const block_diagnosis &block) { return block.verdict == wanted; });
+    };
+    const bool has_causes = std::any_of(blocks.begin(), blocks.end(),
+                                        [](const block_diagnosis &block) { return !block.causes.empty(); });
+    if (any(verdict::software_mismatch)) {
+        return verdict::software_mismatch;
+    }
+    if (any(verdict::partly_explained) || (any(verdict::unknown) && has_causes)) {
+        return verdict::partly_explained;
+    }
+    for (const verdict wanted : {verdict::unknown, verdict::one_of, verdict::named}) {
+        if (any(wanted)) {
+            return wanted;
+        }
+    }
+    return verdict::nothing_detectable;
+}
+
+/* The command of this firmware must come out to the last step of the wire, 10 pm. */
+void judge_software(block_diagnosis &result)
+{
+    constexpr double exact_m = 2e-11;
+    if (result.fit_rms.before > exact_m) {
+        result.verdict = verdict::software_mismatch;
+    } else {
+        result.verdict = verdict::nothing_detectable;
+        result.causes.clear();
+    }
+}
+
+} // namespace
+
+std::string_view unit_of(std::string_view key)
+{
+    for (const std::string_view unit :
+         {"N_per_m3", "N_per_m2", "N_s_per_m", "N_per_m", "m_per_s2", "m_per_s", "ms_per_s", "N_per_s", "s_per_m",
+          "per_s", "kg", "Hz", "ms", "ppm", "rad", "N", "m"}) {
+        if (key.size() > unit.size() && key.substr(key.size() - unit.size()) == unit &&
+            key[key.size() - unit.size() - 1] == '_') {
+            return unit;
+        }
+    }
+    return "1";
+}
+
+diagnosis diagnose(const diagnosis_request &request)
+{
+    diagnosis result;
+    result.data = read_all(request.records, request.rig, result.inputs);
+    const record &data = result.data;
+    refuse_copies(data);
+    std::optional<record> validation;
+    std::optional<record> standstill;
+    std::optional<record> repetition;
+    for (const auto &[path, made] :
+         {std::make_pair(&request.validation, &validation), std::make_pair(&request.standstill, &standstill),
+          std::make_pair(&request.repetition, &repetition)}) {
+        if (!path->empty()) {
+            *made = read_record(*path, request.rig);
+            result.inputs.emplace_back(*path, (*made)->hash);
+        }
+    }
+    if (!validation) {
+        result.notes.push_back("two tenths of the record are held out; a record with another command as --validate "
+                               "would be better evidence");
+    }
+    result.notes.insert(result.notes.end(), data.notes.begin(), data.notes.end());
+
+    result.extended = request.rig;
+    sample_events events;
+    const std::vector<event_finding> repeats = find_repeats(data, request.rig, events);
+    bool any = false;
+    for (const block block : {block::manipulator, block::robot, block::force}) {
+        if (!can_replay(data, block)) {
+            continue;
+        }
+        any = true;
+        diagnosis_input input;
+        input.fit = &data;
+        input.validation = validation && can_replay(*validation, block) ? &*validation : nullptr;
+        if (standstill) {
+            input.floor = standstill_floor(*standstill, block);
+        } else if (repetition) {
+            input.floor = repetition_floor(data, *repetition, block);
+        }
+        input.options = request.options;
+        if (block == block::manipulator && data.is_from_this_firmware) {
+            input.effects_max = 0;
+        }
+        block_diagnosis found = diagnose_block(block, input, result.extended, events,
+                                               block == block::force ? repeats : std::vector<event_finding>{});
+        if (block == block::manipulator && data.is_from_this_firmware) {
+            judge_software(found);
+        }
+        result.extended = found.extended;
+        result.blocks.push_back(std::move(found));
+    }
+    if (!any) {
+        throw input_error(data.path + ": no block can be replayed: a diagnosis needs operator_force_N or "
+                                      "operator_position_m with command_position_m, command_position_m with "
+                                      "robot_position_m, or one of these two with force_N");
+    }
+    result.verdict = overall(result.blocks);
+    std::size_t at_fault = 0;
+    for (const block_diagnosis &block : result.blocks) {
+        if (block.verdict != verdict::nothing_detectable) {
+            at_fault++;
+            result.located = at_fault == 1 ? std::string(block_names[static_cast<int>(block.block)]) : "";
+        }
+    }
+    return result;
+}
+
+} // namespace berth

@@ -1,0 +1,40 @@
+/* The whole diagnosis: every block that the record can drive, in the order of the loop. */
+#ifndef SIM_HAL_DIAGNOSIS_DIAGNOSIS_H
+#define SIM_HAL_DIAGNOSIS_DIAGNOSIS_H
+
+#include <string>
+#include <vector>
+
+#include "block_diagnosis.h"
+
+namespace berth
+{
+
+struct diagnosis_request {
+    std::vector<std::string> records;
+    std::string validation; /* may be empty, as the two below */
+    std::string repetition;
+    std::string standstill;
+    berth::rig rig;
+    search_options options;
+};
+
+struct diagnosis {
+    berth::verdict verdict = verdict::nothing_detectable;
+    std::string located; /* the block that is at fault; empty: none, or more than one */
+    std::vector<block_diagnosis> blocks;
+    berth::rig extended;
+    record data;
+    std::vector<std::pair<std::string, std::string>> inputs; /* path, hash */
+    std::vector<std::string> notes;
+};
+
+/* Throws input_error for records that cannot be used. */
+diagnosis diagnose(const diagnosis_request &request);
+
+/* Unit of a key, from its name; "1" for a plain number. */
+std::string_view unit_of(std::string_view key);
+
+} // namespace berth
+
+#endif

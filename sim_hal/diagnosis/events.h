@@ -1,0 +1,40 @@
+/* What happened to single samples: seen in the data themselves, not fitted. */
+#ifndef SIM_HAL_DIAGNOSIS_EVENTS_H
+#define SIM_HAL_DIAGNOSIS_EVENTS_H
+
+#include <string_view>
+#include <vector>
+
+#include "block_model.h"
+
+namespace berth
+{
+
+struct event_finding {
+    const berth::effect *effect;
+    std::vector<double> values; /* of its parameters */
+    std::vector<double> ci95;
+    std::size_t count;  /* of samples concerned */
+    double share = 0.0; /* of the explainable error, set where it is known */
+};
+
+/* Samples that stay exactly what they were, more often than chance, while their neighbours change. Sets the rows in
+ * `events`. */
+std::vector<event_finding> find_repeats(const record &record, const rig &given, sample_events &events);
+
+/* Steps in which the force comes. `noise_rms`: of the force. */
+std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms);
+
+/* Single samples far off their neighbours, in the error of the force. Sets the rows in `events`. */
+std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
+                                       sample_events &events);
+
+/* Setpoints after which the robot stood for a period, in the error of the robot's position. Sets the rows in
+ * `events`.
+ */
+std::vector<event_finding> find_lost_commands(const block_model &model, const rig &rig,
+                                              const std::vector<double> &error, sample_events &events);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,47 @@
+/* Parameters of a rig fitted to the error of a block: output error, weighted by the noise. */
+#ifndef SIM_HAL_DIAGNOSIS_FIT_H
+#define SIM_HAL_DIAGNOSIS_FIT_H
+
+#include <vector>
+
+#include "block_model.h"
+
+namespace berth
+{
+
+struct free_parameter {
+    const rig_key *key;
+    double low; /* bounds */
+    double high;
+    double expected = 0.0; /* prior: expected value and its standard deviation; infinity: none */
+    double expected_sd = std::numeric_limits<double>::infinity();
+};
+
+struct fit_result {
+    berth::rig rig;
+    std::vector<free_parameter> parameters;
+    std::vector<double> ci95; /* half width, in the parameters' units */
+    double cost = 0.0;        /* sum of squares of the white error over the rows of the fit */
+    std::size_t rows = 0;
+    int replays = 0;
+};
+
+/* Levenberg-Marquardt (Eigen's port of MINPACK) from the values in `start`. */
+fit_result fit(block_model &model, const noise_model &noise, const rig &start,
+               const std::vector<free_parameter> &parameters, int replays_max);
+
+/* White error of a rig over the rows of the fit. */
+double cost_of(block_model &model, const noise_model &noise, const rig &rig, row_use use = row_use::fit);
+
+/* The base model's parameters, free within the tolerances that the rig file gives. */
+std::vector<free_parameter> base_parameters(block block, const rig &given);
+
+/* Those of an effect, with bounds about a start. */
+std::vector<free_parameter> effect_parameters(const effect &effect, const rig &start);
+
+/* `more` replaces those of `first` that have the same key. */
+std::vector<free_parameter> joined(std::vector<free_parameter> first, const std::vector<free_parameter> &more);
+
+} // namespace berth
+
+#endif

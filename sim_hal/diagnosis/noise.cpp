@@ -1,0 +1,113 @@
+#include "noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Dense>
+
+namespace berth
+{
+
+namespace
+{
+
+/* Sums of products e_(n-i) e_(n-j) over rows of which all lags are in use. */
+Eigen::MatrixXd lag_products(const std::vector<double> &error, const std::vector<row_use> &uses, int lags,
+                             std::size_t &rows)
+{
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(lags + 1, lags + 1);
+    int run = 0;
+    rows = 0;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        run = uses[n] == row_use::none ? 0 : run + 1;
+        if (run <= lags) {
+            continue;
+        }
+        rows++;
+        for (int i = 0; i <= lags; i++) {
+            for (int j = 0; j <= i; j++) {
+                sums(i, j) += error[n - static_cast<std::size_t>(i)] * error[n - static_cast<std::size_t>(j)];
+            }
+        }
+    }
+    sums.triangularView<Eigen::Upper>() = sums.transpose();
+    return sums;
+}
+
+} // namespace
+
+noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max)
+{
+    std::size_t rows = 0;
+    const Eigen::MatrixXd sums = lag_products(error, uses, order_max, rows);
+    noise_model best;
+    if (rows < 20 || !(sums(0, 0) > 0.0)) {
+        best.sigma = best.rms =
+            std::max(1e-300, std::sqrt(sums(0, 0) / std::max<double>(1.0, static_cast<double>(rows))));
+        return best;
+    }
+    const double count = static_cast<double>(rows);
+    double best_bic = 0.0;
+    for (int order = 0; order <= order_max; order++) {
+        Eigen::VectorXd a(order);
+        double left = sums(0, 0);
+        if (order > 0) {
+            Eigen::MatrixXd g = sums.block(1, 1, order, order);
+            g.diagonal().array() *= 1.0 + 1e-12;
+            a = g.ldlt().solve(sums.col(0).segment(1, order));
+            left -= a.dot(sums.col(0).segment(1, order));
+        }
+        left = std::max(left, 1e-14 * sums(0, 0));
+        const double bic = count * std::log(left / count) + order * std::log(count);
+        if (order == 0 || bic < best_bic - 6.0) {
+            best_bic = bic;
+            best.ar.assign(a.data(), a.data() + order);
+            best.sigma = std::sqrt(left / count);
+        }
+    }
+    best.rms = std::sqrt(sums(0, 0) / count);
+    return best;
+}
+
+void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
+            row_use use, std::vector<double> &white)
+{
+    white.clear();
+    const std::size_t order = noise.ar.size();
+    const double scale = 1.0 / noise.sigma;
+    std::size_t run = 0;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        run = uses[n] == row_use::none ? 0 : run + 1;
+        if (uses[n] != use || run <= order) {
+            continue;
+        }
+        double value = error[n];
+        for (std::size_t i = 0; i < order; i++) {
+            value -= noise.ar[i] * error[n - 1 - i];
+        }
+        white.push_back(scale * value);
+    }
+}
+
+double sum_of_squares(const std::vector<double> &values)
+{
+    double sum = 0.0;
+    for (const double value : values) {
+        sum += value * value;
+    }
+    return sum;
+}
+
+double rms_of(const std::vector<double> &error, const std::vector<row_use> &uses, row_use use)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (uses[n] == use) {
+            sum += error[n] * error[n];
+            count++;
+        }
+    }
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+} // namespace berth

@@ -1,0 +1,37 @@
+/* The measurement noise of a channel: what no model explains. */
+#ifndef SIM_HAL_DIAGNOSIS_NOISE_H
+#define SIM_HAL_DIAGNOSIS_NOISE_H
+
+#include <cstdint>
+#include <vector>
+
+#include "record.h"
+
+namespace berth
+{
+
+/* What a row serves for. */
+enum class row_use : std::uint8_t { none, fit, held_out };
+
+/* e_n = a_1 e_(n-1) + ... + a_p e_(n-p) + w_n, w white with standard deviation sigma. */
+struct noise_model {
+    std::vector<double> ar;
+    double sigma = 1.0;
+    double rms = 1.0; /* of e */
+};
+
+/* By least squares over the rows in use. `order_max` lags are tried and as many kept as BIC wants. */
+noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max = 8);
+
+/* w_n / sigma of the rows with this use, in order; rows whose past is not in use are left out. */
+void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
+            row_use use, std::vector<double> &white);
+
+double sum_of_squares(const std::vector<double> &values);
+
+/* rms over the rows with this use. */
+double rms_of(const std::vector<double> &error, const std::vector<row_use> &uses, row_use use);
+
+} // namespace berth
+
+#endif

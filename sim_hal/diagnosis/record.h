@@ -1,0 +1,46 @@
+/* A measured record: what went into the blocks of the loop and what came out, at a constant rate. */
+#ifndef SIM_HAL_DIAGNOSIS_RECORD_H
+#define SIM_HAL_DIAGNOSIS_RECORD_H
+
+#include <string>
+#include <vector>
+
+#include "../../hal/rig/rig.h"
+
+namespace berth
+{
+
+/* Rows from `begin` up to `end` follow each other one period apart. */
+struct record_segment {
+    std::size_t begin;
+    std::size_t end;
+};
+
+/* Row n: at t_n the operator's values and the newest force count, and act until t_(n+1); command_position_m is the
+ * setpoint sent at t_n, robot_position_m where the robot is then. A signal that was not recorded is empty. */
+struct record {
+    std::string path;
+    std::string hash; /* of the file's bytes */
+    double period_s = 0.0;
+    std::vector<double> time_s;
+    std::vector<double> operator_force_N;
+    std::vector<double> operator_position_m;
+    std::vector<double> operator_velocity_m_per_s;
+    std::vector<double> command_position_m;
+    std::vector<double> robot_position_m;
+    std::vector<double> force_N;
+    std::vector<record_segment> segments;
+    bool is_from_this_firmware = false; /* then the command must replay exactly */
+    std::vector<std::string> notes;     /* what a reader should know of the data */
+
+    std::size_t size() const { return time_s.size(); }
+    bool has_operator() const { return !operator_force_N.empty() || !operator_position_m.empty(); }
+};
+
+/* Reads a log of `berth run` or a CSV file (also .gz), its columns named as the members above or as `rig.signals`
+ * says. The rate must be that of the rig. Throws input_error. */
+record read_record(const std::string &path, const rig &rig);
+
+} // namespace berth
+
+#endif

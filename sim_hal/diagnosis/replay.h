@@ -1,0 +1,53 @@
+/* The blocks of the loop, each driven by what was recorded at its input: so an error is found where it arises, and
+ * stays there. */
+#ifndef SIM_HAL_DIAGNOSIS_REPLAY_H
+#define SIM_HAL_DIAGNOSIS_REPLAY_H
+
+#include <cstdint>
+#include <vector>
+
+#include "../../hal/rig/rig.h"
+#include "record.h"
+
+namespace berth
+{
+
+/* What happened to single samples, by row of the record; empty: nothing did. */
+struct sample_events {
+    std::vector<std::uint8_t> lost_command;  /* the setpoint of this row did not reach the robot */
+    std::vector<std::uint8_t> robot_repeats; /* the robot's position is that of the row before */
+    std::vector<std::uint8_t> force_repeats;
+    std::vector<std::uint8_t> spike; /* the force of this row is not one */
+};
+
+/* The robot's position over time. In each tick `parts` steps: some up to the knot of the reference, some after. */
+struct robot_motion {
+    int steps_before_knot = 0;
+    int steps_after_knot = 0;
+    double step_before_s = 0.0;
+    double step_after_s = 0.0;
+    std::vector<double> position_m; /* at the ends of steps; the first of a segment at its start */
+    std::vector<double> at_tick_m;  /* one a row */
+
+    int steps() const { return steps_before_knot + steps_after_knot; }
+};
+
+/* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. `fine`: as
+ * many steps a tick as a nonlinear object needs. */
+void replay_robot(const rig &rig, const record &record, const sample_events &events, bool fine,
+                  robot_motion &motion);
+
+/* Motion to force samples, N, one a row. */
+void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N);
+
+/* Operator and measured force to the position of the manipulator, m, one a row. Each of `windows` starts from
+ * position and velocity that a parabola through the record gives. */
+void replay_manipulator(const rig &rig, const record &record, const std::vector<record_segment> &windows,
+                        std::vector<double> &position_m);
+
+/* A body effect or a lost grip in the object: the motion has to be fine. */
+bool object_is_nonlinear(const rig &rig);
+
+} // namespace berth
+
+#endif

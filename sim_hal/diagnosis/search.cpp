@@ -1,0 +1,207 @@
+#include "search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Dense>
+
+#include "spectrum_lines.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* A size of an effect, and how much it promises. */
+struct start_point {
+    const berth::effect *effect;
+    berth::rig rig;
+    double promise; /* decrease of the white sum of squares */
+};
+
+berth::rig with_values(const rig &base, const effect &effect, const effect_values &values)
+{
+    rig made = base;
+    if (effect.switch_on != nullptr) {
+        effect.switch_on(made);
+    }
+    for (std::size_t i = 0; i < values.size(); i++) {
+        set_number(made, effect.parameters[i].key, values[i]);
+    }
+    return made;
+}
+
+/* What small changes of the parameters do to the white error, as an orthonormal basis. */
+class tangent_space
+{
+  public:
+    tangent_space(block_model &model, const noise_model &noise, const fit_result &at, const Eigen::VectorXd &white)
+    {
+        Eigen::MatrixXd jacobian(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
+        std::vector<double> error;
+        std::vector<double> moved_white;
+        for (std::size_t i = 0; i < at.parameters.size(); i++) {
+            const free_parameter &parameter = at.parameters[i];
+            rig moved = at.rig;
+            double &value = *static_cast<double *>(parameter.key->member(moved));
+            value += 1e-4 * (value != 0.0 ? value : parameter.high);
+            model.error(moved, error);
+            whiten(noise, error, model.uses(), row_use::fit, moved_white);
+            jacobian.col(static_cast<Eigen::Index>(i)) =
+                Eigen::Map<const Eigen::VectorXd>(moved_white.data(), white.size()) - white;
+        }
+        for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
+            const double size = jacobian.col(i).norm();
+            jacobian.col(i) /= size > 0.0 ? size : 1.0;
+        }
+        const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
+        basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(white.size(), qr.rank());
+    }
+
+    Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
+
+  private:
+    Eigen::MatrixXd basis_;
+};
+
+bool is_tried(const effect &effect, block_model &model, const rig &given,
+              const std::vector<const berth::effect *> &found, const search_options &options)
+{
+    return !effect.is_of_single_samples && effect.starts != nullptr &&
+           acts_in(effect, model.which(), model.data(), given) &&
+           std::find(found.begin(), found.end(), &effect) == found.end() &&
+           std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
+}
+
+} // namespace
+
+double bic_of(double cost, std::size_t rows, std::size_t parameters)
+{
+    const double count = static_cast<double>(std::max<std::size_t>(rows, 1));
+    return count * std::log(std::max(cost, 1e-300) / count) + static_cast<double>(parameters) * std::log(count);
+}
+
+record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error)
+{
+    const record &record = model.data();
+    record_scales scales;
+    scales.period_s = record.period_s;
+    scales.duration_s = record.period_s * static_cast<double>(record.size());
+    (void)rig;
+    const std::vector<double> &x =
+        !record.command_position_m.empty() ? record.command_position_m : record.robot_position_m;
+    double mean = 0.0;
+    for (const double value : x) {
+        mean += value / static_cast<double>(x.size());
+    }
+    const std::size_t step = std::max<std::size_t>(1, static_cast<std::size_t>(0.005 / record.period_s));
+    double before = 0.0;
+    for (const record_segment &part : record.segments) {
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            scales.position_m = std::max(scales.position_m, std::abs(x[n] - mean));
+            if (n >= part.begin + step) {
+                const double rate = (x[n] - x[n - step]) / (static_cast<double>(step) * record.period_s);
+                scales.velocity_m_per_s = std::max(scales.velocity_m_per_s, std::abs(rate));
+                if (n > part.begin + step) {
+                    scales.acceleration_m_per_s2 =
+                        std::max(scales.acceleration_m_per_s2, std::abs(rate - before) / record.period_s);
+                }
+                before = rate;
+            }
+        }
+    }
+    for (const std::vector<double> *forces : {&record.force_N, &record.operator_force_N}) {
+        const bool counts = model.which() == block::force ? forces == &record.force_N : true;
+        for (std::size_t n = 0; counts && n < forces->size(); n++) {
+            scales.force_N = std::max(scales.force_N, std::abs((*forces)[n]));
+        }
+    }
+    if (scales.force_N == 0.0) {
+        scales.force_N = rig.firmware.manipulator.stiffness_N_per_m * scales.position_m;
+    }
+    scales.residual = rms_of(error, model.uses(), row_use::fit);
+    scales.residual_frequency_Hz = strongest_frequency_Hz(error, record.period_s);
+    if (model.which() == block::robot) {
+        scales.residual_pitch_m = strongest_pitches_m(error, model.motion().at_tick_m, 3);
+    }
+    return scales;
+}
+
+std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
+                                      const rig &given, const std::vector<const effect *> &found,
+                                      const search_options &options)
+{
+    std::vector<double> error;
+    std::vector<double> white;
+    model.error(incumbent.rig, error);
+    whiten(noise, error, model.uses(), row_use::fit, white);
+    const auto size = static_cast<Eigen::Index>(white.size());
+    const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
+    const tangent_space base(model, noise, incumbent, here);
+    const Eigen::VectorXd rest = base.less(here);
+    const record_scales scales = scales_of(model, incumbent.rig, error);
+
+    std::vector<start_point> starts;
+    for (const effect &effect : effect_library()) {
+        if (!is_tried(effect, model, given, found, options)) {
+            continue;
+        }
+        for (const effect_values &values : effect.starts(incumbent.rig, scales)) {
+            start_point start{&effect, with_values(incumbent.rig, effect, values), 0.0};
+            model.error(start.rig, error);
+            whiten(noise, error, model.uses(), row_use::fit, white);
+            const Eigen::VectorXd there = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
+            const Eigen::VectorXd change = base.less(there - here);
+            const double square = change.squaredNorm();
+            if (!(square > 0.0) || !std::isfinite(square)) {
+                continue;
+            }
+            /* The effect in another size, as far as it is linear in it. */
+            const double best = std::min(3.0, std::max(0.1, -change.dot(rest) / square));
+            start.promise = -2.0 * best * change.dot(rest) - best * best * square;
+            const bool more_is_linear = effect.parameters.size() == 1 || effect.parameters[0].meaning.size() > 0;
+            if (more_is_linear && values[0] != 0.0 && effect.parameters[0].low < 0.0) {
+                set_number(start.rig, effect.parameters[0].key, best * values[0]);
+            }
+            starts.push_back(std::move(start));
+        }
+    }
+    std::sort(starts.begin(), starts.end(),
+              [](const start_point &a, const start_point &b) { return a.promise > b.promise; });
+
+    std::vector<candidate> candidates;
+    int tried = 0;
+    std::vector<const effect *> fitted_twice;
+    for (const start_point &start : starts) {
+        const auto same = std::count_if(candidates.begin(), candidates.end(),
+                                        [&](const candidate &known) { return known.effect == start.effect; });
+        if (same >= 2 || (same >= 1 && std::count(fitted_twice.begin(), fitted_twice.end(), start.effect) > 0)) {
+            continue;
+        }
+        if (tried >= options.fits_max || start.promise < 10.0) {
+            break;
+        }
+        const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
+        candidate made;
+        made.effect = start.effect;
+        made.fitted = fit(model, noise, start.rig, parameters, options.replays_max);
+        made.white_cost = made.fitted.cost;
+        made.bic = bic_of(made.fitted.cost, made.fitted.rows, parameters.size());
+        candidates.push_back(std::move(made));
+        tried += same == 0;
+    }
+    std::sort(candidates.begin(), candidates.end(),
+              [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
+    /* Of two fits of one effect the better stays. */
+    std::vector<candidate> best;
+    for (candidate &made : candidates) {
+        const bool is_there = std::any_of(best.begin(), best.end(),
+                                          [&](const candidate &known) { return known.effect == made.effect; });
+        if (!is_there) {
+            best.push_back(std::move(made));
+        }
+    }
+    return best;
+}
+
+} // namespace berth

@@ -1,0 +1,42 @@
+/* Which effect of the library explains the error of a block. */
+#ifndef SIM_HAL_DIAGNOSIS_SEARCH_H
+#define SIM_HAL_DIAGNOSIS_SEARCH_H
+
+#include <functional>
+#include <vector>
+
+#include "fit.h"
+#include "leftover.h"
+
+namespace berth
+{
+
+/* An effect fitted together with the base model's parameters and the effects found before. */
+struct candidate {
+    const berth::effect *effect = nullptr;
+    fit_result fitted;
+    double bic = 0.0;
+    double white_cost = 0.0; /* under the noise that all candidates are compared with */
+};
+
+struct search_options {
+    std::vector<std::string> without; /* effects that are not to be tried */
+    int fits_max = 6;
+    int replays_max = 60;
+};
+
+/* How large things are in this block. */
+record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error);
+
+/* Tries every effect that acts in the block and is not in `found`: first one replay for each start, projected on
+ * what the base model could make up for; then a fit of the most promising ones. Best BIC first. */
+std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
+                                      const rig &given, const std::vector<const effect *> &found,
+                                      const search_options &options);
+
+/* Rows ln(cost / rows) + parameters ln(rows): smaller is better. */
+double bic_of(double cost, std::size_t rows, std::size_t parameters);
+
+} // namespace berth
+
+#endif

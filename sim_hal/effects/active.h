@@ -1,0 +1,32 @@
+/* The stages of the effects that a rig has. */
+#ifndef SIM_HAL_EFFECTS_ACTIVE_H
+#define SIM_HAL_EFFECTS_ACTIVE_H
+
+#include "effect.h"
+
+namespace berth
+{
+
+/* In the order of the library. `hook`: one of effect's on_ members. `block`: only of this one; empty: of any. */
+template <typename stage>
+std::vector<std::unique_ptr<stage>> active_stages(const rig &rig,
+                                                  std::unique_ptr<stage> (*effect::*hook)(const berth::rig &),
+                                                  std::string_view block = {})
+{
+    std::vector<std::unique_ptr<stage>> stages;
+    for (const effect &known : effect_library()) {
+        if (known.*hook != nullptr && is_active(known, rig) && (block.empty() || known.block() == block)) {
+            if (auto made = (known.*hook)(rig)) {
+                stages.push_back(std::move(made));
+            }
+        }
+    }
+    return stages;
+}
+
+/* Value of a key that an effect brings along. */
+double value_of_effect(const rig &rig, std::string_view key);
+
+} // namespace berth
+
+#endif
