@@ -58,8 +58,16 @@ nlohmann::json as_json(const block_diagnosis &block)
     for (const alternative &other : block.alternatives) {
         alternatives.push_back({{"effect", other.effect->name}, {"delta_bic", other.delta_bic}});
     }
+    nlohmann::json ranking = nlohmann::json::array();
+    for (const ranked &one : block.ranking) {
+        ranking.push_back({{"round", one.round},
+                           {"effect", one.effect->name},
+                           {"delta_bic", one.delta_bic},
+                           {"share_explained", one.share_explained}});
+    }
     return {{"block", name_of(block.block)},
             {"verdict", name_of(block.verdict)},
+            {"ranking", ranking},
             {"causes", causes},
             {"alternatives", alternatives},
             {"base", as_json(block.base)},

@@ -98,6 +98,13 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
     return all;
 }
 
+/* A step of the wire: nothing is known better. */
+double resolution_of(block block)
+{
+    const double step = block == block::force ? 1e-7 : 1e-11;
+    return step / std::sqrt(12.0);
+}
+
 /* Refits, first with all errors alike, then weighted by the noise that is left when what depends on the state is
  * taken out. */
 noise_model floor_under(block_model &model, const rig &rig)
@@ -107,6 +114,9 @@ noise_model floor_under(block_model &model, const rig &rig)
     noise_model noise = estimate_noise(error, model.uses(), 0);
     for (int pass = 0; pass < 2; pass++) {
         noise = estimate_noise(find_leftover(model, noise, rig, error).unexplained, model.uses());
+    }
+    if (noise.rms < resolution_of(model.which())) {
+        noise = {{}, resolution_of(model.which()), resolution_of(model.which())};
     }
     return noise;
 }
@@ -173,10 +183,9 @@ class block_search
 
     bool is_worth_going_on(const block_diagnosis &result)
     {
-        const bool is_first = result.causes.empty();
-        return (leftover_.explained > leftover_significant || exceeds_measured_floor() ||
-                incumbent_.cost > 1.5 * static_cast<double>(incumbent_.rows)) &&
-               (is_first || share_left() > 0.02);
+        /* What plain features do not see, an effect of the library may. */
+        return result.causes.empty() ||
+               (share_left() > 0.02 && (leftover_.explained > leftover_significant || exceeds_measured_floor()));
     }
 
     double share_left()
@@ -218,12 +227,17 @@ class block_search
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
         const candidate &best = candidates.front();
+        const double explainable = excess(incumbent_.cost, incumbent_.rows);
+        for (const candidate &one : candidates) {
+            result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
+                                      (incumbent_.cost - one.fitted.cost) / explainable});
+        }
 
         block_model &unseen = unseen_ ? *unseen_ : model_;
         const row_use use = unseen_ ? row_use::fit : row_use::held_out;
         const gain gained =
             held_out_gain(unseen, noise_, incumbent_.rig, best.fitted.rig, model_.data().period_s, use);
-        const double share = (incumbent_.cost - best.fitted.cost) / excess(incumbent_.cost, incumbent_.rows);
+        const double share = (incumbent_.cost - best.fitted.cost) / explainable;
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0) {
             return false;
         }

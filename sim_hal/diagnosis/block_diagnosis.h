@@ -36,6 +36,14 @@ struct alternative {
     double delta_bic; /* to the winner, positive: worse */
 };
 
+/* How a candidate did in one round of the search. */
+struct ranked {
+    int round;
+    const berth::effect *effect;
+    double delta_bic;       /* to the model of the round before, positive: better */
+    double share_explained; /* of the explainable error */
+};
+
 struct part_rms {
     double before = 0.0;  /* the rig as given */
     double retuned = 0.0; /* within its tolerances */
@@ -48,6 +56,7 @@ struct block_diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::vector<cause> causes;
     std::vector<alternative> alternatives;
+    std::vector<ranked> ranking;
     part_rms fit_rms;
     part_rms held_out_rms;
     bool floor_is_measured = false;

@@ -220,6 +220,47 @@ void block_model::remove_starts(const rig &rig, std::vector<double> &error) cons
 
 void block_model::respond_to_force(const rig &rig, std::vector<double> &force_N) const
 {
+    if (block_ == block::manipulator) {
+        move_manipulator(rig, force_N);
+        remove_starts(rig, force_N);
+    } else if (block_ == block::force) {
+        pass_sensor(rig, force_N);
+    }
+}
+
+/* Low-pass and delay, to the precision that a regression needs. */
+void block_model::pass_sensor(const rig &rig, std::vector<double> &force_N) const
+{
+    const double h = record_.period_s;
+    const double w = 6.28318530717958647692 * rig.sensor.low_pass_frequency_Hz;
+    const double lag_s = (rig.sensor.low_pass_order == 2   ? 2.0 * rig.sensor.low_pass_damping_ratio / w
+                          : rig.sensor.low_pass_order == 1 ? 1.0 / w
+                                                           : 0.0) *
+                         0.5;
+    const double keep = lag_s > 0.0 ? std::exp(-h / lag_s) : 0.0;
+    const double late = 1e-3 * rig.sensor.delay_ms / h;
+    const auto whole = static_cast<std::size_t>(late);
+    const double rest = late - static_cast<double>(whole);
+    for (const record_segment &part : record_.segments) {
+        double first = force_N[part.begin];
+        double second = first;
+        std::vector<double> passed;
+        for (std::size_t n = part.begin; n < part.end; n++) { /* two lags of half the low-pass's own */
+            first = force_N[n] + (first - force_N[n]) * keep;
+            second = first + (second - first) * keep;
+            passed.push_back(second);
+        }
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            const std::size_t at = n - part.begin;
+            const double newer = passed[at >= whole ? at - whole : 0];
+            const double older = passed[at >= whole + 1 ? at - whole - 1 : 0];
+            force_N[n] = (1.0 - rest) * newer + rest * older;
+        }
+    }
+}
+
+void block_model::move_manipulator(const rig &rig, std::vector<double> &force_N) const
+{
     const manipulator_config &config = rig.firmware.manipulator;
     const double h = record_.period_s;
     for (const record_segment &window : windows_) {
@@ -234,7 +275,6 @@ void block_model::respond_to_force(const rig &rig, std::vector<double> &force_N)
             position_m += h * velocity_m_per_s;
         }
     }
-    remove_starts(rig, force_N);
 }
 
 } // namespace berth

@@ -44,14 +44,16 @@ class block_model
     block which() const { return block_; }
     const robot_motion &motion() const { return motion_; } /* of the last replay; block::robot, block::force */
 
-    /* Replaces a signal of the block's output, row by row, by the response to a further force (manipulator: what a
-     * force does to the position, less what a start differs). */
+    /* Replaces a further force in the block by what it does to the output, row by row: the position of the
+     * manipulator, less what a start differs; the force after low-pass and delay. */
     void respond_to_force(const rig &rig, std::vector<double> &force_N) const;
 
   private:
     void divide(bool hold_out);
     void replay_motion(const rig &rig);
     void remove_starts(const rig &rig, std::vector<double> &error) const;
+    void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
+    void pass_sensor(const rig &rig, std::vector<double> &force_N) const;
 
     block block_;
     const record &record_;

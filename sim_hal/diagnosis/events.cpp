@@ -145,9 +145,8 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
     std::vector<double> amplitudes;
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
         /* The sample itself, not its neighbours, which see half of it; and not a step, which has a second half. */
-        const bool is_single = std::abs(off[n - 1]) < 0.75 * std::abs(off[n]) &&
-                               std::abs(off[n + 1]) < 0.75 * std::abs(off[n]) && off[n - 1] * off[n] < 0.0 &&
-                               off[n + 1] * off[n] < 0.0;
+        const auto is_half = [&](double neighbour) { return std::abs(neighbour / off[n] + 0.5) < 0.25; };
+        const bool is_single = is_half(off[n - 1]) && is_half(off[n + 1]);
         if (std::abs(off[n]) > far * sigma && is_single) {
             rows[n] = 1;
             amplitudes.push_back(std::abs(off[n]));

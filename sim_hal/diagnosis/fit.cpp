@@ -19,16 +19,19 @@ double &member_of(rig &rig, const rig_key &key)
     return *static_cast<double *>(key.member(rig));
 }
 
-/* A parameter between its bounds as an angle, so that the optimiser knows no bounds (MINUIT). */
+/* A parameter between its bounds as an angle, so that the optimiser knows no bounds (MINUIT). Counted from 1 rad
+ * below the middle: the optimiser measures its first step by the size of the angles, which must not be 0. */
+constexpr double angle_of_middle = 1.0;
+
 double value_at(const free_parameter &parameter, double angle)
 {
-    return parameter.low + 0.5 * (parameter.high - parameter.low) * (1.0 + std::sin(angle));
+    return parameter.low + 0.5 * (parameter.high - parameter.low) * (1.0 + std::sin(angle - angle_of_middle));
 }
 
 double angle_of(const free_parameter &parameter, double value)
 {
     const double s = 2.0 * (value - parameter.low) / (parameter.high - parameter.low) - 1.0;
-    return std::asin(std::min(1.0, std::max(-1.0, s)));
+    return angle_of_middle + std::asin(std::min(1.0, std::max(-1.0, s)));
 }
 
 /* What Eigen's optimiser asks for. */
@@ -72,7 +75,8 @@ class problem
         Eigen::VectorXd there(values());
         for (Eigen::Index i = 0; i < angles.size(); i++) {
             Eigen::VectorXd moved = angles;
-            const double step = angles(i) > 0.0 ? -angle_step : angle_step; /* away from the nearer bound */
+            const double step =
+                angles(i) > angle_of_middle ? -angle_step : angle_step; /* away from the nearer bound */
             moved(i) += step;
             (*this)(moved, there);
             jacobian.col(i) = (there - here) / step;
@@ -125,7 +129,8 @@ std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
     for (std::size_t i = 0; i < parameters.size(); i++) {
         const free_parameter &p = parameters[i];
         const double slope =
-            0.5 * (p.high - p.low) * std::max(1e-6, std::abs(std::cos(angles(static_cast<Eigen::Index>(i)))));
+            0.5 * (p.high - p.low) *
+            std::max(1e-6, std::abs(std::cos(angles(static_cast<Eigen::Index>(i)) - angle_of_middle)));
         jacobian.col(static_cast<Eigen::Index>(i)) /= slope;
     }
     const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300);
@@ -158,7 +163,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         Eigen::LevenbergMarquardt<berth::problem, double> optimiser(problem);
         optimiser.parameters.ftol = 1e-5;
         optimiser.parameters.xtol = 1e-6;
-        optimiser.parameters.factor = 10.0;
+        optimiser.parameters.factor = 0.5;
         optimiser.minimizeInit(angles);
         auto status = Eigen::LevenbergMarquardtSpace::Running;
         while (status == Eigen::LevenbergMarquardtSpace::Running && problem.replays() < replays_max) {

@@ -146,10 +146,13 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
         }
         return std::move(maker.features);
     }
-    /* The motion as the model has it: of the robot, or of the force. */
+    /* The motion as the model has it. */
     const signal &x = model.motion().at_tick_m;
     maker.add_laws(x, derivative(x, record.segments, record.period_s), true);
     if (model.which() == block::force) {
+        for (feature &made : maker.features) {
+            model.respond_to_force(rig, made.values);
+        }
         signal f(record.size());
         std::vector<double> error;
         model.error(rig, error);

@@ -12,7 +12,11 @@ namespace
 {
 
 constexpr double two_pi = 6.28318530717958647692;
-constexpr int fine_steps_a_tick = 4; /* of a nonlinear block: an error of 1e-4 of a 10 Hz motion at 400 Hz */
+
+/* Of a nonlinear block: an error of 1e-4 of a 10 Hz motion at 400 Hz. Corners that an effect makes in the motion lie
+ * between the steps and hit the sensor's stiff spring: twice as many. */
+constexpr int fine_steps_a_tick = 4;
+constexpr int cornered_steps_a_tick = 8;
 
 /* The limits of the robot, as those of the firmware: what is let through of a setpoint. */
 class limiter
@@ -214,13 +218,13 @@ class transfer_behaviour
 
 /* Steps end at the knots of the reference, so that it is straight within a step; a dead time that changes has its
  * knots anywhere. */
-void divide_tick(const rig &rig, double period_s, bool fine, robot_motion &motion)
+void divide_tick(const rig &rig, double period_s, int steps, robot_motion &motion)
 {
     const bool knots_wander =
         rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
     const double knot_s = knots_wander ? 0.0 : std::fmod(1e-3 * rig.robot.dead_time_ms, period_s);
     const bool at_tick = knot_s < 1e-6 * period_s || knot_s > (1.0 - 1e-6) * period_s;
-    const double step_max_s = (fine || knots_wander ? 1.0 / fine_steps_a_tick : 1.0) * period_s * (1.0 + 1e-9);
+    const double step_max_s = period_s / std::max(steps, knots_wander ? fine_steps_a_tick : 1) * (1.0 + 1e-9);
     const auto steps_in = [&](double duration_s) { return static_cast<int>(std::ceil(duration_s / step_max_s)); };
     motion.steps_before_knot = at_tick ? 0 : steps_in(knot_s);
     motion.steps_after_knot = at_tick ? steps_in(period_s) : steps_in(period_s - knot_s);
@@ -235,7 +239,10 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
     const double period_s = record.period_s;
     const bool holds = rig.robot.interpolation == interpolation::hold;
     const bool has_motion_effect = !active_stages(rig, &effect::on_motion).empty();
-    divide_tick(rig, period_s, fine || has_motion_effect || rig.has_transfer_behaviour(), motion);
+    const int steps = has_motion_effect                      ? cornered_steps_a_tick
+                      : fine || rig.has_transfer_behaviour() ? fine_steps_a_tick
+                                                             : 1;
+    divide_tick(rig, period_s, steps, motion);
     motion.position_m.resize(record.size() * static_cast<std::size_t>(motion.steps()) + record.segments.size());
     motion.at_tick_m.resize(record.size());
 
