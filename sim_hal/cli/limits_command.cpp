@@ -134,7 +134,7 @@ void print_rates(const std::vector<rate_verdict> &rates)
         std::printf("  %-14s", title);
         for (const rate_verdict &rate : rates) {
             if (belongs(rate)) {
-                std::printf(" %lld", static_cast<long long>(rate.rate_Hz));
+                std::printf(" %g", rate.rate_Hz);
             }
         }
         std::printf("\n");
@@ -146,7 +146,7 @@ void print_rates(const std::vector<rate_verdict> &rates)
         const std::string &refusal = rates[i].refusal;
         const std::string key = refusal.substr(0, refusal.find(':'));
         if (!refusal.empty() && (i == 0 || rates[i - 1].refusal.compare(0, key.size(), key) != 0)) {
-            std::printf("  %-14s %lld: %s\n", "", static_cast<long long>(rates[i].rate_Hz), refusal.c_str());
+            std::printf("  %-14s %g: %s\n", "", rates[i].rate_Hz, refusal.c_str());
         }
     }
 }

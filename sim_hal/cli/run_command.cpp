@@ -62,7 +62,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
 {
     const auto app = std::make_unique<struct app>();
     run_result result;
-    const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    const double ticks = rig.run.duration_s * rig.firmware.loop.rate_Hz;
     result.newest.position_m.reserve(static_cast<std::size_t>(std::min(ticks, reserved_ticks_max)));
     result.newest.tick.reserve(result.newest.position_m.capacity());
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);

@@ -171,9 +171,8 @@ void print_summary(const run_result &result, const rig &rig)
     print_growth(result);
     print_prediction(result);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
-    std::printf("  %-14s %lld at %lld Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
-                static_cast<long long>(rig.firmware.loop.rate_Hz), result.simulated_s,
-                static_cast<long long>(result.overruns));
+    std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
+                rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));
     std::printf("  %-14s %s%s%s\n", "supervisor", supervisor_state_name(result.state),
                 result.cause != STOP_NONE ? ", because: " : "",
                 result.cause != STOP_NONE ? stop_cause_name(result.cause) : "");

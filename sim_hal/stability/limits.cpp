@@ -342,14 +342,14 @@ std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits
 
 std::vector<rate_verdict> judge_rates(const rig &original)
 {
-    std::vector<std::int64_t> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
-                                       500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
+    std::vector<double> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
+                                 500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
     rates_Hz.push_back(original.firmware.loop.rate_Hz);
     std::sort(rates_Hz.begin(), rates_Hz.end());
     rates_Hz.erase(std::unique(rates_Hz.begin(), rates_Hz.end()), rates_Hz.end());
 
     std::vector<rate_verdict> verdicts;
-    for (const std::int64_t rate_Hz : rates_Hz) {
+    for (const double rate_Hz : rates_Hz) {
         rig changed = original;
         changed.firmware.loop.rate_Hz = rate_Hz;
         rate_verdict verdict{rate_Hz, ""};

@@ -61,7 +61,7 @@ std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits
 
 /* A rate of the loop, everything else in seconds as it is. */
 struct rate_verdict {
-    std::int64_t rate_Hz;
+    double rate_Hz;
     std::string refusal; /* why no rig may have it; empty: it may */
     bool is_stable = false;
 };
