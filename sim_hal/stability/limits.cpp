@@ -166,15 +166,12 @@ std::vector<crossing> find_crossings(const std::vector<double> &grid, const std:
     return found;
 }
 
-std::vector<stable_interval> stable_intervals(const std::vector<double> &grid, bool starts_stable,
-                                              const std::vector<stability_limit> &limits)
+/* `ends` of stable intervals within the grid, by rising value. */
+std::vector<stable_interval> intervals_between(const std::vector<double> &grid, bool starts_stable,
+                                               std::vector<double> ends)
 {
-    std::vector<double> ends;
     if (starts_stable) {
-        ends.push_back(grid.front());
-    }
-    for (const stability_limit &limit : limits) {
-        ends.push_back(limit.value);
+        ends.insert(ends.begin(), grid.front());
     }
     if (ends.size() % 2 == 1) {
         ends.push_back(grid.back());
@@ -324,11 +321,34 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
     for (const crossing &c : find_crossings(grid, is_stable)) {
         result.limits.push_back(describe(c, original, key));
     }
-    result.stable = stable_intervals(grid, is_stable(grid.front()), result.limits);
+    std::vector<double> ends;
+    for (const stability_limit &limit : result.limits) {
+        ends.push_back(limit.value);
+    }
+    result.stable = intervals_between(grid, is_stable(grid.front()), std::move(ends));
     for (const crossing &c : find_crossings(grid, is_stable_to_first_order)) {
         result.first_order_limits.push_back(c.value());
     }
     return result;
+}
+
+std::vector<stable_interval> stable_within(const rig &original, std::string_view key_path, double from, double to)
+{
+    const rig_key &key = *find_key(key_path);
+    const auto is_stable = [&](double value) {
+        const auto changed = with_value(original, key, value);
+        return changed && is_stable_loop(*changed);
+    };
+    const auto steps = static_cast<int>(std::ceil((to - from) / (scan_step * to)));
+    std::vector<double> grid;
+    for (int i = 0; i <= steps; i++) {
+        grid.push_back(i < steps ? from + (to - from) * i / steps : to);
+    }
+    std::vector<double> ends;
+    for (const crossing &c : find_crossings(grid, is_stable)) {
+        ends.push_back(c.value());
+    }
+    return intervals_between(grid, is_stable(from), ends);
 }
 
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
