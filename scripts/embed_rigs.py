@@ -10,7 +10,8 @@ from pathlib import Path
 
 def function(name, files):
     """The C++ function `name` that returns the files, short names first."""
-    lines = [f"const std::vector<shipped_file> &{name}()", "{", "    static const std::vector<shipped_file> files = {"]
+    kind = "const std::vector<shipped_file>"
+    lines = [f"{kind} &{name}()", "{", f"    static {kind} files = {{"]
     for file in sorted(files, key=lambda path: (len(path.stem), path)):
         lines.append(f'        {{"{file.stem}", R"toml({file.read_text()})toml"}},')
     return lines + ["    };", "    return files;", "}", ""]

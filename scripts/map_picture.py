@@ -38,7 +38,8 @@ def draw_band(axes, x, y, radius, lower, told):
     handles = []
     if np.nanmin(lower) < 1.0 < np.nanmax(lower):
         axes.contour(x, y, lower, levels=[1.0], colors="black", linewidths=2, linestyles=":")
-        handles.append(plt.Line2D([], [], color="black", linewidth=2, linestyle=":", label=f"the same at {lower_ms:g} ms"))
+        handles.append(plt.Line2D([], [], color="black", linewidth=2, linestyle=":",
+                                  label=f"the same at {lower_ms:g} ms"))
     between = (radius - 1.0) * (lower - 1.0)  # negative where one of them is stable and the other is not
     if np.nanmin(between) < 0.0:
         axes.contourf(x, y, between, levels=[-np.inf, 0.0], colors=["black"], alpha=0.25)

@@ -99,7 +99,7 @@ std::string read_text(const std::string &key, const toml::node &value, const std
     if (!value.is_string()) {
         fail(where, {key, "must be text in quotes"});
     }
-    const std::string text = value.as_string()->get();
+    std::string text = value.as_string()->get();
     if (const auto error = text_error(text)) {
         fail(where, {key, *error});
     }
@@ -108,7 +108,7 @@ std::string read_text(const std::string &key, const toml::node &value, const std
 
 std::string read_file_name(const std::string &key, const toml::node &value, const std::string &where)
 {
-    const std::string name = read_text(key, value, where);
+    std::string name = read_text(key, value, where);
     if (!is_file_name(name)) {
         fail(where,
              {key, "names files: it must have at most 100 bytes, no \"/\" and no control characters, and must "

@@ -1,4 +1,4 @@
-"""`--robot`: presets against the table that they come from, bands against maps made one by one, and what is refused."""
+"""`--robot`: presets against the table that they come from, bands against maps of their ends, and what is refused."""
 
 import json
 import math
@@ -186,7 +186,8 @@ def test_print_config_shows_effective_values_and_loads_again(tmp_path):
 def test_a_preset_that_is_damaged_in_a_log_is_said_to_be(tmp_path):
     told = run_json("ess", tmp_path, "--robot", "abb-egm", "--set", "run.duration_s=1")
     content = pathlib.Path(told["log"]).read_bytes()
-    for old, new in ((b'"dead_time_ms":', b'"dead_tyme_ms":'), (b'{"assumed', b'["assumed'), (b"[40.0,80.0]", b"[40.0 80.0]")):
+    for old, new in ((b'"dead_time_ms":', b'"dead_tyme_ms":'), (b'{"assumed', b'["assumed'),
+                     (b"[40.0,80.0]", b"[40.0 80.0]")):
         assert old in content
         damaged = tmp_path / "damaged.ulg"
         damaged.write_bytes(content.replace(old, new))
@@ -205,8 +206,8 @@ def map_columns(folder, *arguments):
 def test_both_ends_of_a_band_are_the_maps_at_these_dead_times(vary, tmp_path):
     what = ["ess", "--vary", vary, "--grid", "60x40"]
     told, columns = map_columns(tmp_path / "band", *what, "--robot", "abb-egm")
-    ends = {ms: map_columns(tmp_path / str(ms), *what, "--set", "loop.rate_Hz=250", "--set", f"robot.dead_time_ms={ms}")
-            for ms in (40, 80)}
+    ends = {ms: map_columns(tmp_path / str(ms), *what,
+                            *settings({"loop.rate_Hz": 250, "robot.dead_time_ms": ms})) for ms in (40, 80)}
     assert np.array_equal(columns["spectral_radius"], ends[80][1]["spectral_radius"], equal_nan=True)
     assert np.array_equal(columns["spectral_radius_low"], ends[40][1]["spectral_radius"], equal_nan=True)
     assert told["robot"]["dead_time_band_ms"] == [40, 80] and told["lower_end"]["dead_time_ms"] == 40
@@ -234,13 +235,13 @@ def test_no_band_where_the_dead_time_is_an_axis(tmp_path):
 def test_a_point_that_is_only_possible_at_the_upper_end(tmp_path):
     told, columns = map_columns(tmp_path, "ess", "--robot", "abb-egm", "--x", "loop.rate_Hz=20:50:4", "--y",
                                 "object.mass_kg=50:100:2")
-    at_20_Hz = columns["looprate_Hz" if "looprate_Hz" in columns.dtype.names else "loop.rate_Hz"] == 20
+    at_20_Hz = columns["looprate_Hz"] == 20  # genfromtxt leaves the dot out
     assert np.isfinite(columns["spectral_radius"][at_20_Hz]).all()  # a period of 50 ms
     assert np.isnan(columns["spectral_radius_low"][at_20_Hz]).all()
     assert told["points_invalid"] == 2 * 1  # 30 Hz does not divide
 
 
-@pytest.mark.parametrize("stiffness_N_per_m, stable", [(2368.7, "all"), (10000, "part"), (60000, "none")])
+@pytest.mark.parametrize("stiffness_N_per_m, stable", [(2368.7, "all"), (15000, "part"), (60000, "none")])
 def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, stable):
     what = {"object.stiffness_N_per_m": stiffness_N_per_m, "object.damping_N_s_per_m": 400}
     arguments = ["ess", "--robot", "abb-egm", *settings(what)]
@@ -294,11 +295,14 @@ def test_a_file_of_a_user_is_called_after_itself(tmp_path):
 
 
 BAD = {
-    "unknown key": (("dead_time_ms", "dead_tme_ms"), ":5: robot.dead_tme_ms: unknown key; the nearest known one is robot.dead_time_ms"),
-    "reversed range": (("[10.0, 30.0]", "[30.0, 10.0]"), ":5: robot.dead_time_ms: the range from 30.0 to 10.0 is reversed"),
+    "unknown key": (("dead_time_ms", "dead_tme_ms"), ":5: robot.dead_tme_ms: unknown key; the nearest known one is "
+                                                     "robot.dead_time_ms"),
+    "reversed range": (("[10.0, 30.0]", "[30.0, 10.0]"), ":5: robot.dead_time_ms: the range from 30.0 to "
+                                                         "10.0 is reversed"),
     "nan": (("30.0]", "nan]"), ":5: robot.dead_time_ms: must be a finite number (is nan)"),
     "missing source": (('source = "our own measurement"\n', ""), ": source: is missing"),
-    "too short for straight lines": (("[10.0, 30.0]", "[1.0, 30.0]"), ":5: robot.dead_time_ms: must be at least one period"),
+    "too short for straight lines": (("[10.0, 30.0]", "[1.0, 30.0]"), ":5: robot.dead_time_ms: must be at "
+                                                                       "least one period"),
     "no period of whole ns": (("period_ms = 5.0", "rate_Hz = 300"), ":3: loop.rate_Hz: must divide 1e9"),
     "part of the object": (("[robot]", "[object]\nmass_kg = 3.0\n[robot]"), ":4: object: is no section"),
     "no TOML": (("[robot]", "[robot"), ":4: "),
@@ -306,8 +310,8 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-@pytest.mark.parametrize("subcommand", [["run", "--no-log"], ["eigen"], ["limits"], ["map", "--vary", "mass"], ["deadtime"]],
-                         ids=lambda words: words[0])
+@pytest.mark.parametrize("subcommand", [["run", "--no-log"], ["eigen"], ["limits"], ["map", "--vary", "mass"],
+                                        ["deadtime"]], ids=lambda words: words[0])
 def test_a_wrong_preset_is_one_clear_message(subcommand, name, tmp_path):
     (old, new), says = BAD[name]
     assert old in MINE
