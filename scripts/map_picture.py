@@ -95,7 +95,8 @@ def draw(csv, picture):
     stable = f"{100 * told['stable_share']:.1f} %"
     if lower is not None:
         stable += f" to {100 * told['lower_end']['stable_share']:.1f} %"
-    axes.set_title(f"{told['rig']}{robot}, {what}: {stable} stable")
+    title = f"{told['rig']}{robot}, {what}: {stable} stable"
+    axes.set_title(title if len(title) <= 70 else title.replace(": ", ":\n"))
     figure.savefig(picture, dpi=130)
     plt.close(figure)
 
