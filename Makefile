@@ -25,7 +25,7 @@ SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim
 CLI := $(wildcard sim_hal/cli/*.cpp)
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
 BENCH := tests/bench/tick_bench.cpp
-RIGS := $(wildcard sim_hal/rigs/*.toml)
+RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 
 # --- flags --------------------------------------------------------------------------------------------------------
 # The firmware gives the same bits on every machine: no fused multiply-add, no vectorised Eigen (its packets may be

@@ -48,6 +48,15 @@ static bool within(double value, double limit)
     return value >= -limit && value <= limit;
 }
 
+/* A rate that is no whole number of Hz comes with as many digits as a double has. */
+static bool divides_second(double rate_Hz)
+{
+    const double period_ns = (double)NS_PER_S / rate_Hz;
+    const double whole_ns = (double)(int64_t)(period_ns + 0.5);
+    const double tolerance_ns = 1e-12 * period_ns;
+    return period_ns - whole_ns <= tolerance_ns && whole_ns - period_ns <= tolerance_ns;
+}
+
 struct config_error config_validate(const struct app_config *config)
 {
     static const char *const must_be_positive = "must be a finite number greater than 0";
@@ -64,8 +73,8 @@ struct config_error config_validate(const struct app_config *config)
         bool fails;
         struct config_error error;
     } checks[] = {
-        {loop->rate_Hz < 1 || loop->rate_Hz > 1000000, {"loop.rate_Hz", "must be from 1 to 1000000"}},
-        {loop->rate_Hz >= 1 && NS_PER_S % loop->rate_Hz != 0,
+        {!(loop->rate_Hz >= 1.0 && loop->rate_Hz <= 1e6), {"loop.rate_Hz", "must be from 1 to 1000000"}},
+        {!(loop->rate_Hz >= 1.0 && divides_second(loop->rate_Hz)),
          {"loop.rate_Hz", "must divide 1e9, so that the period is a whole number of nanoseconds"}},
         {loop->missed_ticks_budget < 0, {"loop.missed_ticks_budget", "must be 0 or more"}},
         {!positive(manipulator->mass_kg), {"manipulator.mass_kg", must_be_positive}},
@@ -119,7 +128,7 @@ struct config_error config_validate(const struct app_config *config)
 
 int64_t config_period_ns(const struct app_config *config)
 {
-    return NS_PER_S / config->loop.rate_Hz;
+    return (int64_t)((double)NS_PER_S / config->loop.rate_Hz + 0.5);
 }
 
 double config_period_s(const struct app_config *config)

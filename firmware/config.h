@@ -16,7 +16,7 @@ enum operator_interface { OPERATOR_INTERFACE_MOTION, OPERATOR_INTERFACE_FORCE, O
 
 /* [loop] */
 struct loop_config {
-    int64_t rate_Hz;             /* must divide 1e9 ns */
+    double rate_Hz;              /* must divide 1e9 ns, as 400 or 250/3 (a period of 12 ms) do */
     int64_t missed_ticks_budget; /* missed ticks in one run before the supervisor faults */
 };
 

@@ -23,7 +23,7 @@ static const struct transmission_row status_row = {BERTH_CAN_LOOP_STATUS_FRAME_I
 
 void robot_channel_start(struct robot_channel *channel, const struct app_config *config)
 {
-    const int64_t period_ticks = config->loop.rate_Hz / STATUS_RATE_HZ;
+    const int64_t period_ticks = NS_PER_S / STATUS_RATE_HZ / config_period_ns(config);
     *channel = (struct robot_channel){.status_period_ticks = period_ticks > 0 ? period_ticks : 1};
 }
 

@@ -173,7 +173,7 @@ def main():
 
     machine = {"processor": processor(), "cpu": cpu, "load_average": os.getloadavg()[0]}
     rig = tomllib.loads(output_of("build/berth", "run", RIG, "--print-config"))
-    print(f"berth bench: rig {RIG} at {rig['loop']['rate_Hz']} Hz on one core, CPU {cpu} of {machine['processor']}; "
+    print(f"berth bench: rig {RIG} at {rig['loop']['rate_Hz']:g} Hz on one core, CPU {cpu} of {machine['processor']}; "
           f"load average {machine['load_average']:.1f}")
     tick = firmware_tick(effort)
     print_tick(tick)

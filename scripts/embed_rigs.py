@@ -1,18 +1,28 @@
-"""Writes a C++ source that holds the rig files given, so that the program finds them wherever it is installed.
+"""Writes a C++ source that holds the rigs and robot presets given, so that the program finds them wherever it is
+installed. Their folder says which they are: rigs or robots.
 
-usage: embed_rigs.py OUTPUT RIG.toml...
+usage: embed_rigs.py OUTPUT FILE.toml...
 """
 
 import sys
 from pathlib import Path
 
 
-def main(output, *rigs):
-    lines = ['#include "hal/rig/rig_file.h"', "", "namespace berth {", ""]
-    lines += ["const std::vector<shipped_rig> &shipped_rigs()", "{", "    static const std::vector<shipped_rig> rigs = {"]
-    for rig in sorted(rigs, key=lambda path: (len(Path(path).stem), path)):
-        lines.append(f'        {{"{Path(rig).stem}", R"toml({Path(rig).read_text()})toml"}},')
-    lines += ["    };", "    return rigs;", "}", "", "} // namespace berth", ""]
+def function(name, files):
+    """The C++ function `name` that returns the files, short names first."""
+    kind = "const std::vector<shipped_file>"
+    lines = [f"{kind} &{name}()", "{", f"    static {kind} files = {{"]
+    for file in sorted(files, key=lambda path: (len(path.stem), path)):
+        lines.append(f'        {{"{file.stem}", R"toml({file.read_text()})toml"}},')
+    return lines + ["    };", "    return files;", "}", ""]
+
+
+def main(output, *paths):
+    files = [Path(path) for path in paths]
+    lines = ['#include "hal/rig/robot_file.h"', "", "namespace berth {", ""]
+    for kind in ("rigs", "robots"):
+        lines += function(f"shipped_{kind}", [file for file in files if file.parent.name == kind])
+    lines += ["} // namespace berth", ""]
     Path(output).write_text("\n".join(lines))
 
 

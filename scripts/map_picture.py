@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Draws a map written by `berth map`: largest |z|, the limit of stability, the robot's wall, the rig itself.
+Where a range of dead times is reported, colours are for its upper end, and the band between both limits is shaded.
 
   map_picture.py build/maps/ess-elasticity.csv     writes build/maps/ess-elasticity.png
 """
@@ -21,16 +22,35 @@ TITLES = {"omega_per_omega_M": "ω/ω_M of the coupled system without dead time"
 
 
 def load(csv):
-    """x, y, |z| and the wall as grids (rows of y), and what is told beside the file."""
+    """Grids (rows of y) of x, y, |z|, the wall, and |z| at the lower end of the dead time (None without a range);
+    and what is told beside the file."""
     told = json.loads(csv.with_suffix(".json").read_text())
     shape = told["axes"]["y"]["count"], told["axes"]["x"]["count"]
-    columns = np.loadtxt(csv, delimiter=",", skiprows=1)
-    return [column.reshape(shape) for column in columns[:, [0, 1, 2, 4]].T] + [told]
+    columns = np.genfromtxt(csv, delimiter=",", names=True, deletechars="")
+    names = [*columns.dtype.names[:2], "spectral_radius", "wall"]
+    lower = columns["spectral_radius_low"].reshape(shape) if told["lower_end"] else None
+    return [columns[name].reshape(shape) for name in names] + [lower, told]
+
+
+def draw_band(axes, x, y, radius, lower, told):
+    """The limit at the lower end of the dead time, and the band between it and the upper end's; legend handles."""
+    upper_ms, lower_ms = told["robot"]["dead_time_ms"], told["lower_end"]["dead_time_ms"]
+    handles = []
+    if np.nanmin(lower) < 1.0 < np.nanmax(lower):
+        axes.contour(x, y, lower, levels=[1.0], colors="black", linewidths=2, linestyles=":")
+        handles.append(plt.Line2D([], [], color="black", linewidth=2, linestyle=":",
+                                  label=f"the same at {lower_ms:g} ms"))
+    between = (radius - 1.0) * (lower - 1.0)  # negative where one of them is stable and the other is not
+    if np.nanmin(between) < 0.0:
+        axes.contourf(x, y, between, levels=[-np.inf, 0.0], colors=["black"], alpha=0.25)
+        handles.append(Patch(facecolor="black", alpha=0.25,
+                             label=f"depends on the dead time, {lower_ms:g} to {upper_ms:g} ms"))
+    return handles
 
 
 def draw(csv, picture):
     """One picture of one map."""
-    x, y, radius, wall, told = load(csv)
+    x, y, radius, wall, lower, told = load(csv)
     if not np.isfinite(radius).any():
         sys.exit(f"{csv}: no point of this map has a value")
     figure, axes = plt.subplots(figsize=(8, 5.5), constrained_layout=True)
@@ -46,7 +66,10 @@ def draw(csv, picture):
     handles = []
     if np.nanmin(radius) < 1.0 < np.nanmax(radius):
         axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=2)
-        handles.append(plt.Line2D([], [], color="black", linewidth=2, label="limit of stability, |z| = 1"))
+        at = "" if lower is None else f" at {told['robot']['dead_time_ms']:g} ms"
+        handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability, |z| = 1{at}"))
+    if lower is not None:
+        handles += draw_band(axes, x, y, radius, lower, told)
     if np.nanmin(wall) < np.nanmax(wall):
         frequency_Hz, level = (wall, 0.5)
         if told["vary"]:  # known between the points, too
@@ -68,8 +91,12 @@ def draw(csv, picture):
     axes.set_xlabel(TITLES.get(names[0], names[0]))
     axes.set_ylabel(TITLES.get(names[1], names[1]))
     what = f"{told['vary']} of the object varied" if told["vary"] else f"{names[0]} and {names[1]} varied"
-    share = told["stable_share"]
-    axes.set_title(f"{told['rig']}, {what}: {100 * share:.1f} % stable")
+    robot = f" on {told['robot']['preset']}" if told["robot"] else ""
+    stable = f"{100 * told['stable_share']:.1f} %"
+    if lower is not None:
+        stable += f" to {100 * told['lower_end']['stable_share']:.1f} %"
+    title = f"{told['rig']}{robot}, {what}: {stable} stable"
+    axes.set_title(title if len(title) <= 70 else title.replace(": ", ":\n"))
     figure.savefig(picture, dpi=130)
     plt.close(figure)
 

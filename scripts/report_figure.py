@@ -135,7 +135,7 @@ def write_head(figure, log, summary):
     cause = summary["stop_cause"]
     because = "" if cause == "none" else f" ({signals.words(cause)})"
     ticks = f"{summary['ticks']:,}".replace(",", " ")
-    line = (f"peak force {summary['peak_force_N']:.2f} N   ·   {ticks} ticks at {log.config['loop']['rate_Hz']} Hz, "
+    line = (f"peak force {summary['peak_force_N']:.2f} N   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
             f"{signals.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")

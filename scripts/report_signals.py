@@ -255,7 +255,7 @@ def facts(log, summary):
         ("peak force", f"{summary['peak_force_N']:.2f} N", "as used by the loop"),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),
-        ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz} Hz, {summary['simulated_s']:.2f} s"),
+        ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz:g} Hz, {summary['simulated_s']:.2f} s"),
         ("overruns", str(summary["overruns"]), "missed ticks"),
         ("supervisor", summary["state"], "" if cause == "none" else f"because: {words(cause)}"),
         ("limits acted", limit_words(summary), "ticks" if any(summary["limit_ticks"].values()) else ""),

@@ -69,7 +69,8 @@ static std::vector<rig_key> make_own_keys()
             "emergency stop is pressed; inf: never"),
         KEY("run.enable_off_s", run.enable_off_s, r::not_negative_or_inf, "enable is taken away; inf: never"),
 
-        KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive, "ticks a second; must divide 1e9"),
+        KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive,
+            "ticks a second; must divide 1e9, as 400 or 250/3 with all its digits"),
         KEY("loop.missed_ticks_budget", firmware.loop.missed_ticks_budget, r::not_negative,
             "missed ticks before the supervisor faults"),
 

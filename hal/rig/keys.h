@@ -48,6 +48,9 @@ const rig_key *find_key(std::string_view path);
 /* The known path most like `path`, by edit distance; a bare name is compared with names. */
 std::string_view nearest_key(std::string_view path);
 
+/* Levenshtein distance. */
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
 /* The section most like `name`, which is `name` itself if there is one. */
 std::string_view nearest_section(std::string_view name);
 

@@ -9,17 +9,18 @@ namespace berth
 namespace
 {
 
-std::string near_rates(std::int64_t rate_Hz)
+std::string near_rates(double rate_Hz)
 {
-    std::int64_t below = rate_Hz;
-    std::int64_t above = rate_Hz;
+    auto below = static_cast<std::int64_t>(std::floor(rate_Hz));
+    auto above = static_cast<std::int64_t>(std::ceil(rate_Hz));
     while (NS_PER_S % below != 0) {
         below--;
     }
     while (NS_PER_S % above != 0) {
         above++;
     }
-    return "; the nearest rates that do are " + std::to_string(below) + " and " + std::to_string(above) + " Hz";
+    return "; the nearest whole rates that do are " + std::to_string(below) + " and " + std::to_string(above) +
+           " Hz";
 }
 
 /* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. */
@@ -28,7 +29,9 @@ constexpr std::int64_t status_frames_a_second = 10;
 
 std::optional<rig_error> check_bus(const rig &rig)
 {
-    const std::int64_t frames_a_second = robot_frames_a_tick * rig.firmware.loop.rate_Hz + status_frames_a_second;
+    const auto frames_a_second =
+        static_cast<std::int64_t>(std::ceil(robot_frames_a_tick * rig.firmware.loop.rate_Hz)) +
+        status_frames_a_second;
     if (frames_a_second * frame_time_ns(rig.bus, 8) > NS_PER_S) {
         return rig_error{"bus.bit_rate_bit_per_s",
                          "is too low for " + std::to_string(frames_a_second) +
@@ -91,7 +94,7 @@ std::optional<rig_error> check_sensor(const rig &rig)
 
 std::optional<rig_error> check_others(const rig &rig)
 {
-    const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    const double ticks = rig.run.duration_s * rig.firmware.loop.rate_Hz;
     if (ticks > 1e10) {
         return rig_error{"run.duration_s", "gives more than 1e10 ticks"};
     }
@@ -138,8 +141,8 @@ std::optional<rig_error> complete_and_check(rig &rig)
 
     const config_error error = config_validate(&rig.firmware);
     if (error.key != nullptr) {
-        const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1 &&
-                             rig.firmware.loop.rate_Hz <= 1000000;
+        const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1.0 &&
+                             rig.firmware.loop.rate_Hz <= 1e6;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
     }
     for (const auto check : {check_bus, check_robot, check_sensor, check_others}) {

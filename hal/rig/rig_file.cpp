@@ -1,24 +1,18 @@
 #include "rig_file.h"
 
 #include <algorithm>
+<<<<<<< HEAD
 #include <charconv>
 #include <cmath>
+=======
+#include <cstdio>
+>>>>>>> main
 #include <fstream>
-#include <map>
 #include <sstream>
 
-/* Inputs at which the parser's own checks stop it, such as a line of "[" alone: an error of the file, no abort. */
-struct toml_check_failed {
-};
-[[noreturn]] static void fail_toml_check()
-{
-    throw toml_check_failed{};
-}
-#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : fail_toml_check())
-#define TOML_EXCEPTIONS 1
-#include <toml++/toml.h>
-
 #include "keys.h"
+#include "robot_file.h"
+#include "toml_file.h"
 
 namespace berth
 {
@@ -26,6 +20,7 @@ namespace berth
 namespace
 {
 
+<<<<<<< HEAD
 using key_places = std::map<std::string, std::string, std::less<>>; /* key path -> "file:line" */
 
 std::string place(const std::string &origin, const toml::source_region &source)
@@ -161,6 +156,8 @@ bool is_file_name(std::string_view name)
            std::none_of(name.begin(), name.end(), is_control);
 }
 
+=======
+>>>>>>> main
 void read_top_level(rig &rig, const std::string &name, const toml::node &value, const std::string &where)
 {
     std::string *member = name == "name" ? &rig.name : name == "description" ? &rig.description : nullptr;
@@ -168,18 +165,7 @@ void read_top_level(rig &rig, const std::string &name, const toml::node &value, 
         fail(where, {name, "unknown key; keys stand in a section, the nearest known one is " +
                                std::string(nearest_key(name))});
     }
-    if (!value.is_string()) {
-        fail(where, {name, "must be text in quotes"});
-    }
-    *member = value.as_string()->get();
-    if (const auto error = text_error(*member)) {
-        fail(where, {name, *error});
-    }
-    if (member == &rig.name && !is_file_name(rig.name)) {
-        fail(where,
-             {name, "names the log file: it must have at most 100 bytes, no \"/\" and no control characters, and "
-                    "must not start with \".\""});
-    }
+    *member = member == &rig.name ? read_file_name(name, value, where) : read_text(name, value, where);
 }
 
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
@@ -213,33 +199,6 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
     }
 }
 
-/* The line at whose end the parser's checks stop it. */
-std::size_t line_of_failed_check(const std::string &text)
-{
-    std::size_t line = 1;
-    for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 1), line++) {
-        try {
-            (void)toml::parse(std::string_view(text).substr(0, end + 1));
-        } catch (const toml::parse_error &) {
-            continue; /* a value that goes on in the next line */
-        } catch (const toml_check_failed &) {
-            break;
-        }
-    }
-    return line;
-}
-
-toml::table parse_toml(const std::string &text, const std::string &origin)
-{
-    try {
-        return toml::parse(text, origin);
-    } catch (const toml::parse_error &error) {
-        throw input_error(place(origin, error.source()) + ": " + std::string(error.description()));
-    } catch (const toml_check_failed &) {
-        throw input_error(origin + ":" + std::to_string(line_of_failed_check(text)) + ": syntax error");
-    }
-}
-
 void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_places &places)
 {
     for (const std::string &override : overrides) {
@@ -253,6 +212,26 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
             fail(where, *error);
         }
         places[path] = where;
+    }
+}
+
+void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
+{
+    for (const robot_preset::setting &setting : robot.settings) {
+        if (!setting.text.empty()) {
+            set_value(rig, setting.path, setting.text); /* was checked when the preset was read */
+        }
+        places[setting.path] = setting.where;
+    }
+}
+
+/* `context` is added where the fault may lie in what the message does not name. */
+void check(rig &rig, const std::string &origin, const key_places &places, const std::string &context)
+{
+    if (auto error = complete_and_check(rig)) {
+        const auto found = places.find(error->key);
+        error->message += context;
+        fail(found == places.end() ? origin + " (default value)" : found->second, *error);
     }
 }
 
@@ -281,37 +260,53 @@ std::string read_file(const std::string &path)
     return text.str();
 }
 
-rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides)
+bool is_overridden(std::string_view path, const std::vector<std::string> &overrides)
+{
+    return std::any_of(overrides.begin(), overrides.end(),
+                       [&](const std::string &override) { return override.substr(0, override.find('=')) == path; });
+}
+
+rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides,
+              const robot_preset *robot)
 {
     rig rig;
     key_places places;
     read_table(rig, parse_toml(text, origin), origin, places);
+    if (robot != nullptr) {
+        apply_robot(rig, *robot, places);
+    }
     apply_overrides(rig, overrides, places);
-    if (const auto error = complete_and_check(rig)) {
-        const auto found = places.find(error->key);
-        fail(found == places.end() ? origin + " (default value)" : found->second, *error);
+    if (robot == nullptr) {
+        check(rig, origin, places, "");
+        return rig;
+    }
+    if (robot->dead_time_periods && !is_overridden("robot.dead_time_ms", overrides)) {
+        rig.robot.dead_time_ms = *robot->dead_time_periods * 1e3 / rig.firmware.loop.rate_Hz;
+    }
+    const std::string context = "; with robot preset " + robot->name;
+    check(rig, origin, places, context);
+    if (const auto band = dead_time_band(*robot, overrides)) {
+        berth::rig lower = rig;
+        lower.robot.dead_time_ms = band->from;
+        check(lower, origin, places, context + ", at the lower end of its range");
     }
     return rig;
 }
 
-rig load_rig(const std::string &name_or_path, const std::vector<std::string> &overrides)
+rig load_rig(const std::string &name_or_path, const std::vector<std::string> &overrides, const robot_preset *robot)
 {
     for (const auto &shipped : shipped_rigs()) {
         if (name_or_path == shipped.name) {
-            return parse_rig(shipped.text, name_or_path + ".toml", overrides);
+            return parse_rig(shipped.text, name_or_path + ".toml", overrides, robot);
         }
     }
-    const bool looks_like_path =
-        name_or_path.find('/') != std::string::npos || name_or_path.find(".toml") != std::string::npos;
-    if (!looks_like_path && !std::ifstream(name_or_path)) {
+    if (!looks_like_path(name_or_path) && !std::ifstream(name_or_path)) {
         throw input_error(name_or_path + ": no shipped rig has this name (" + names_of_shipped_rigs() +
                           ") and there is no such file");
     }
-    rig rig = parse_rig(read_file(name_or_path), name_or_path, overrides);
+    rig rig = parse_rig(read_file(name_or_path), name_or_path, overrides, robot);
     if (rig.name.empty()) {
-        const std::size_t slash = name_or_path.rfind('/');
-        const std::string file = slash == std::string::npos ? name_or_path : name_or_path.substr(slash + 1);
-        rig.name = file.substr(0, file.rfind('.'));
+        rig.name = stem_of(name_or_path);
         if (!is_file_name(rig.name)) {
             throw input_error(name_or_path +
                               ": its name cannot name the log; give the rig another with name = \"...\"");

@@ -18,20 +18,27 @@ class input_error : public std::runtime_error
     using std::runtime_error::runtime_error;
 };
 
-/* A rig shipped with the program. */
-struct shipped_rig {
+/* A rig or a robot preset shipped with the program. */
+struct shipped_file {
     const char *name;
     const char *text;
 };
 
-const std::vector<shipped_rig> &shipped_rigs();
+const std::vector<shipped_file> &shipped_rigs();
 
-/* Loads a shipped rig by name or a file by path, applies `overrides` ("section.key=value") and checks the result.
- * Throws input_error. */
-rig load_rig(const std::string &name_or_path, const std::vector<std::string> &overrides = {});
+struct robot_preset; /* robot_file.h */
+
+/* Loads a shipped rig by name or a file by path, applies the robot preset, if there is one, then `overrides`
+ * ("section.key=value"), and checks the result: over the whole range of dead times, if the preset states one. What
+ * the preset does not state stays the rig's. Throws input_error. */
+rig load_rig(const std::string &name_or_path, const std::vector<std::string> &overrides = {},
+             const robot_preset *robot = nullptr);
 
 /* The same from text; `origin` stands for the file's name in messages. */
-rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides = {});
+rig parse_rig(const std::string &text, const std::string &origin, const std::vector<std::string> &overrides = {},
+              const robot_preset *robot = nullptr);
+
+bool is_overridden(std::string_view path, const std::vector<std::string> &overrides);
 
 /* The resolved rig as a rig file with every key and what it means; reads back to the same rig. */
 std::string print_rig(const rig &rig);

@@ -14,6 +14,7 @@ namespace berth
 /* What every subcommand that takes a rig has in common. */
 struct rig_arguments {
     std::string rig;
+    std::string robot;                  /* --robot; empty: the rig's own */
     std::vector<std::string> overrides; /* --set */
     bool json = false;
 };
@@ -60,6 +61,7 @@ int limits_command(const rig_arguments &arguments);
 int rigs_command(bool json);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
+int robots_command(const std::string &name_or_path, bool json);
 
 } // namespace berth
 

@@ -4,6 +4,7 @@
 #include "../hil/deadtime.h"
 #include "../hil/sim_hal.h"
 #include "commands.h"
+#include "robot_choice.h"
 
 namespace berth
 {
@@ -27,7 +28,8 @@ double watch_s(const rig &rig)
 
 int deadtime_command(const rig_arguments &arguments)
 {
-    rig rig = load_rig(arguments.rig, arguments.overrides);
+    const chosen_rig chosen = choose_rig(arguments);
+    rig rig = chosen.rig;
     rig.run.duration_s = never; /* as long as the measurement takes */
     struct hal *hal = sim_open(rig);
     deadtime_measurement measured;
@@ -40,6 +42,7 @@ int deadtime_command(const rig_arguments &arguments)
     }
     if (arguments.json) {
         print_json({{"rig", rig.name},
+                    {"robot", robot_as_json(chosen)},
                     {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
                     {"first_motion_ms", 1e3 * measured.first_motion_s},
                     {"configured_ms", rig.robot.dead_time_ms}});
@@ -47,6 +50,9 @@ int deadtime_command(const rig_arguments &arguments)
         std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms%s)\n",
                     rig.name.c_str(), 1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms,
                     rig.robot.interpolation == interpolation::hold ? "; \"hold\" is seen to one tick" : "");
+        if (chosen.robot) {
+            std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
+        }
     }
     return 0;
 }

@@ -4,6 +4,7 @@
 
 #include "../stability/spectrum.h"
 #include "commands.h"
+#include "robot_choice.h"
 
 namespace berth
 {
@@ -36,27 +37,55 @@ void print_modes(const char *title, const spectrum &spectrum)
     }
 }
 
+nlohmann::json told_as_json(const chosen_rig &chosen, const spectrum &loop, const std::optional<spectrum> &lower_end)
+{
+    nlohmann::json json = as_json(loop);
+    json["rig"] = chosen.rig.name;
+    json["manipulator"] = as_json(manipulator_spectrum(chosen.rig));
+    json["coupled"] = as_json(coupled_spectrum(chosen.rig));
+    json["robot"] = robot_as_json(chosen);
+    json["lower_end"] = nullptr;
+    if (lower_end) {
+        json["lower_end"] = as_json(*lower_end);
+        json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
+    }
+    return json;
+}
+
+void print_verdict(const spectrum &loop)
+{
+    std::printf("%s, spectral radius %.9f, growth %+.6f /s\n", loop.is_stable ? "stable" : "UNSTABLE",
+                loop.spectral_radius, loop.growth_per_s);
+}
+
 } // namespace
 
 int eigen_command(const rig_arguments &arguments)
 {
-    const rig rig = load_rig(arguments.rig, arguments.overrides);
+    const chosen_rig chosen = choose_rig(arguments);
+    const rig &rig = chosen.rig;
     const spectrum loop = loop_spectrum(rig);
-    const spectrum manipulator = manipulator_spectrum(rig);
-    const spectrum coupled = coupled_spectrum(rig);
+    std::optional<spectrum> lower_end;
+    if (chosen.dead_time_band) {
+        lower_end = loop_spectrum(chosen.at_lower_end());
+    }
+    const nlohmann::json json = told_as_json(chosen, loop, lower_end);
     if (arguments.json) {
-        nlohmann::json json = as_json(loop);
-        json["rig"] = rig.name;
-        json["manipulator"] = as_json(manipulator);
-        json["coupled"] = as_json(coupled);
-        std::printf("%s\n", json.dump().c_str());
+        print_json(json);
         return 0;
     }
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(),
-                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
+    std::printf("%s: ", rig.name.c_str());
+    print_verdict(loop);
+    if (chosen.robot) {
+        std::printf("  robot %s\n", robot_sentence(json["robot"]).c_str());
+    }
+    if (lower_end) {
+        std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
+        print_verdict(*lower_end);
+    }
     print_modes("loop with dead time", loop);
-    print_modes("manipulator alone", manipulator);
-    print_modes("manipulator and object coupled, without dead time", coupled);
+    print_modes("manipulator alone", manipulator_spectrum(rig));
+    print_modes("manipulator and object coupled, without dead time", coupled_spectrum(rig));
     return 0;
 }
 

@@ -5,6 +5,7 @@
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "commands.h"
+#include "robot_choice.h"
 
 namespace berth
 {
@@ -30,12 +31,46 @@ nlohmann::json as_json(const stability_limit *limit)
             {"frequency_Hz", limit->mode.frequency_Hz}};
 }
 
+nlohmann::json as_json(const std::vector<stable_interval> &intervals)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const stable_interval &interval : intervals) {
+        list.push_back({interval.from, interval.to});
+    }
+    return list;
+}
+
+/* The dead times that the robot preset reports, and where in their range the loop is stable. */
+struct band_verdict {
+    range_ms band;
+    std::vector<stable_interval> stable;
+
+    bool is_whole() const { return stable.size() == 1 && stable[0].from == band.from && stable[0].to == band.to; }
+};
+
+std::optional<band_verdict> judge_band(const chosen_rig &chosen)
+{
+    if (!chosen.dead_time_band) {
+        return {};
+    }
+    const auto [from, to] = *chosen.dead_time_band;
+    return band_verdict{{from, to}, stable_within(chosen.rig, "robot.dead_time_ms", from, to)};
+}
+
+nlohmann::json as_json(const std::optional<band_verdict> &verdict)
+{
+    if (!verdict) {
+        return nullptr;
+    }
+    return {{"band_ms", {verdict->band.from, verdict->band.to}},
+            {"stable", verdict->is_whole()       ? "all"
+                       : verdict->stable.empty() ? "none"
+                                                 : "part"},
+            {"stable_intervals_ms", as_json(verdict->stable)}};
+}
+
 nlohmann::json as_json(const parameter_limits &parameter)
 {
-    nlohmann::json stable = nlohmann::json::array();
-    for (const stable_interval &interval : parameter.stable) {
-        stable.push_back({interval.from, interval.to});
-    }
     nlohmann::json limits = nlohmann::json::array();
     for (const stability_limit &limit : parameter.limits) {
         limits.push_back(as_json(&limit));
@@ -45,7 +80,7 @@ nlohmann::json as_json(const parameter_limits &parameter)
             {"below", as_json(parameter.nearest_below())},
             {"above", as_json(parameter.nearest_above())},
             {"limits", limits},
-            {"stable_intervals", stable},
+            {"stable_intervals", as_json(parameter.stable)},
             {"first_order_below", or_null(parameter.first_order_below())},
             {"first_order_above", or_null(parameter.first_order_above())}};
 }
@@ -109,6 +144,25 @@ void print_intervals(const parameter_limits &parameter)
     std::printf("\n");
 }
 
+void print_band(const std::optional<band_verdict> &verdict)
+{
+    if (!verdict) {
+        return;
+    }
+    std::printf("  reported dead time from %g to %g ms: ", verdict->band.from, verdict->band.to);
+    if (verdict->stable.empty()) {
+        std::printf("UNSTABLE over the whole of it");
+    } else if (verdict->is_whole()) {
+        std::printf("stable over the whole of it");
+    } else {
+        std::printf("stable over a part of it:");
+        for (const stable_interval &interval : verdict->stable) {
+            std::printf(" [%s, %s]", number(interval.from).c_str(), number(interval.to).c_str());
+        }
+    }
+    std::printf("\n");
+}
+
 void print_parameters(const std::vector<parameter_limits> &parameters)
 {
     print_line("", "", "nearest limit", "", "first-order formula", "");
@@ -134,7 +188,7 @@ void print_rates(const std::vector<rate_verdict> &rates)
         std::printf("  %-14s", title);
         for (const rate_verdict &rate : rates) {
             if (belongs(rate)) {
-                std::printf(" %lld", static_cast<long long>(rate.rate_Hz));
+                std::printf(" %g", rate.rate_Hz);
             }
         }
         std::printf("\n");
@@ -146,7 +200,7 @@ void print_rates(const std::vector<rate_verdict> &rates)
         const std::string &refusal = rates[i].refusal;
         const std::string key = refusal.substr(0, refusal.find(':'));
         if (!refusal.empty() && (i == 0 || rates[i - 1].refusal.compare(0, key.size(), key) != 0)) {
-            std::printf("  %-14s %lld: %s\n", "", static_cast<long long>(rates[i].rate_Hz), refusal.c_str());
+            std::printf("  %-14s %g: %s\n", "", rates[i].rate_Hz, refusal.c_str());
         }
     }
 }
@@ -155,7 +209,8 @@ void print_rates(const std::vector<rate_verdict> &rates)
 
 int limits_command(const rig_arguments &arguments)
 {
-    const rig rig = load_rig(arguments.rig, arguments.overrides);
+    const chosen_rig chosen = choose_rig(arguments);
+    const rig &rig = chosen.rig;
     const spectrum loop = loop_spectrum(rig);
     std::vector<parameter_limits> parameters;
     std::optional<double> margin_ms;
@@ -166,11 +221,14 @@ int limits_command(const rig_arguments &arguments)
         }
     }
     const std::vector<rate_verdict> rates = judge_rates(rig);
+    const std::optional<band_verdict> band = judge_band(chosen);
     const double damping = map_point_of(rig).damping_ratio;
     const double damping_limit = first_order_damping_limit(rig);
 
     if (arguments.json) {
         nlohmann::json json = {{"rig", rig.name},
+                               {"robot", robot_as_json(chosen)},
+                               {"dead_time_band", as_json(band)},
                                {"stable", loop.is_stable},
                                {"spectral_radius", loop.spectral_radius},
                                {"growth_per_s", loop.growth_per_s},
@@ -187,6 +245,10 @@ int limits_command(const rig_arguments &arguments)
     }
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(),
                 loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
+    if (chosen.robot) {
+        std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
+    }
+    print_band(band);
     if (loop.is_stable) {
         std::printf("  dead-time margin: %s\n",
                     margin_ms ? (number(*margin_ms) + " ms").c_str() : "none up to ten times the robot's dead time");

@@ -16,6 +16,11 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command.add_option("RIG", arguments.rig, "a shipped rig (see `berth rigs`) or the path of a rig file")
         ->required();
     command
+        .add_option("--robot", arguments.robot,
+                    "a robot preset (see `berth robots`) or the path of a preset file: the rig gets its period and "
+                    "dead time, before --set; of a reported range, the upper end")
+        ->type_name("NAME");
+    command
         .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
         ->type_name("KEY=VALUE")
         ->take_all()
@@ -155,6 +160,12 @@ int run(int argc, char **argv)
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });
+
+    std::string robot;
+    CLI::App *robots_app = app.add_subcommand("robots", "list the robot presets for --robot, or print one");
+    robots_app->add_option("NAME", robot, "a robot preset, or the path of a preset file: print it");
+    robots_app->add_flag("--json", json, "print one JSON object and nothing else");
+    robots_app->callback([&] { exit_code = berth::robots_command(robot, json); });
 
     try {
         app.parse(argc, argv);

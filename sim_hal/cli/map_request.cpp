@@ -170,13 +170,12 @@ map_request coupled_request(const map_arguments &arguments, rig &&base)
 
 } // namespace
 
-map_request make_map_request(const map_arguments &arguments)
+map_request make_map_request(const map_arguments &arguments, rig base)
 {
     const bool has_keys = !arguments.x.empty() || !arguments.y.empty();
     if (arguments.vary.empty() == !has_keys) {
         throw input_error("map: give either --vary elasticity, --vary mass, or both --x and --y");
     }
-    rig base = load_rig(arguments.rig, arguments.overrides);
     loop_spectrum(base); /* refuses rigs without one */
     map_request request;
     if (!has_keys) {

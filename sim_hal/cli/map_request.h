@@ -12,7 +12,7 @@ namespace berth
 constexpr double wall_Hz = 5.0;
 
 /* Throws input_error that names what is wrong. */
-map_request make_map_request(const map_arguments &arguments);
+map_request make_map_request(const map_arguments &arguments, rig base);
 
 /* Damped eigenfrequency of manipulator and object coupled without dead time, in Hz; 0 if it does not swing. */
 double coupled_damped_frequency_Hz(const rig &rig);

@@ -14,6 +14,7 @@
 #include "../log/candump.h"
 #include "../version.h"
 #include "commands.h"
+#include "robot_choice.h"
 #include "run_result.h"
 
 namespace berth
@@ -62,7 +63,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
 {
     const auto app = std::make_unique<struct app>();
     run_result result;
-    const double ticks = rig.run.duration_s * static_cast<double>(rig.firmware.loop.rate_Hz);
+    const double ticks = rig.run.duration_s * rig.firmware.loop.rate_Hz;
     result.newest.position_m.reserve(static_cast<std::size_t>(std::min(ticks, reserved_ticks_max)));
     result.newest.tick.reserve(result.newest.position_m.capacity());
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);
@@ -101,26 +102,33 @@ bool write_candumps(run_result &result)
     return true;
 }
 
-rig rig_of(const run_arguments &arguments)
+chosen_rig rig_of(run_arguments arguments)
 {
-    std::vector<std::string> overrides = arguments.overrides;
+    std::vector<std::string> &overrides = arguments.overrides;
     if (!arguments.profile_file.empty()) {
         overrides.push_back("profile.kind=file");
         overrides.push_back("profile.file=" + arguments.profile_file);
     }
-    return load_rig(arguments.rig, overrides);
+    return choose_rig(arguments);
 }
 
 } // namespace
 
 int run_command(const run_arguments &arguments)
 {
-    const rig rig = rig_of(arguments);
+    const chosen_rig chosen = rig_of(arguments);
+    const rig &rig = chosen.rig;
     if (arguments.print_config) {
+        if (chosen.robot) {
+            std::printf("# robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
+        }
         std::fputs(print_rig(rig).c_str(), stdout);
         return 0;
     }
     sim_options options;
+    if (chosen.robot) {
+        options.robot = robot_as_text(chosen);
+    }
     options.stop = &stop_wanted;
     if (!arguments.no_log) {
         const profile readable(rig); /* throws before a folder is made for nothing */
@@ -142,6 +150,7 @@ int run_command(const run_arguments &arguments)
         end_progress();
     }
     result.log = options.log_path;
+    result.robot = robot_as_json(chosen);
     const bool is_logged = arguments.no_log || write_candumps(result);
     if (arguments.json) {
         print_json(as_json(result, rig));

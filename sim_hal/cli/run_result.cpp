@@ -7,6 +7,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
+#include "robot_choice.h"
 #include "verdict.h"
 
 namespace berth
@@ -168,12 +169,14 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
 void print_summary(const run_result &result, const rig &rig)
 {
     std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
+    if (!result.robot.is_null()) {
+        std::printf("  %-14s %s\n", "robot", robot_sentence(result.robot).c_str());
+    }
     print_growth(result);
     print_prediction(result);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
-    std::printf("  %-14s %lld at %lld Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
-                static_cast<long long>(rig.firmware.loop.rate_Hz), result.simulated_s,
-                static_cast<long long>(result.overruns));
+    std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
+                rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));
     std::printf("  %-14s %s%s%s\n", "supervisor", supervisor_state_name(result.state),
                 result.cause != STOP_NONE ? ", because: " : "",
                 result.cause != STOP_NONE ? stop_cause_name(result.cause) : "");
@@ -203,6 +206,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     nlohmann::json json = {
         {"rig", rig.name},
+        {"robot", result.robot},
         {"stable", nullptr},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},

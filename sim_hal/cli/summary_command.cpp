@@ -2,6 +2,7 @@
 
 #include "../log/ulog_reader.h"
 #include "commands.h"
+#include "robot_choice.h"
 #include "run_result.h"
 
 namespace berth
@@ -42,6 +43,9 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     conclude(result, rig, last);
     result.frames_accepted = frames_received - result.frames_rejected - result.error_frames;
     result.log = path;
+    if (const auto robot = log.infos().find("berth_robot"); robot != log.infos().end()) {
+        result.robot = recorded_robot(robot->second, path);
+    }
     const auto recorded_version = log.infos().find("ver_sw");
     result.version = recorded_version != log.infos().end() ? recorded_version->second : "unknown";
     state.is_cut = log.is_cut();

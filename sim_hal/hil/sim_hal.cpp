@@ -31,16 +31,20 @@ namespace
 
 constexpr std::int64_t progress_every_ticks = 4096;
 
-log_header header_of(const rig &rig)
+log_header header_of(const rig &rig, const sim_options &options)
 {
 #define FORMAT_FIELD(type, name) #type " " #name ";"
-    return {{{"sys_name", "berth"},
-             {"ver_sw", version()},
-             {"berth_config_hash", config_hash(rig)},
-             {"berth_config", print_rig(rig)}},
-            {{ULOG_TICK_ID, "tick", tick_record_format},
-             {ULOG_FRAME_ID, "can_frame", frame_record_format},
-             {ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)}}};
+    log_header header = {{{"sys_name", "berth"},
+                          {"ver_sw", version()},
+                          {"berth_config_hash", config_hash(rig)},
+                          {"berth_config", print_rig(rig)}},
+                         {{ULOG_TICK_ID, "tick", tick_record_format},
+                          {ULOG_FRAME_ID, "can_frame", frame_record_format},
+                          {ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)}}};
+    if (!options.robot.empty()) {
+        header.infos.emplace_back("berth_robot", options.robot);
+    }
+    return header;
 }
 
 std::int64_t ns_of(double time_s)
@@ -94,7 +98,7 @@ void sim_set_input(struct hal *hal, hal_line line, uint8_t level)
 } // namespace berth
 
 hal::hal(const berth::rig &wanted, berth::sim_options given)
-    : rig(wanted), log(given.log_path, berth::header_of(wanted)), options(std::move(given)),
+    : rig(wanted), log(given.log_path, berth::header_of(wanted, given)), options(std::move(given)),
       period_ns(config_period_ns(&wanted.firmware)), tick_count(berth::ns_of(wanted.run.duration_s) / period_ns),
       emergency_stop_ns(berth::ns_of(wanted.run.emergency_stop_s)),
       enable_off_ns(berth::ns_of(wanted.run.enable_off_s))

@@ -17,6 +17,7 @@ struct sim_options {
     std::string log_path;                       /* ULog; empty: none */
     std::function<void(double share)> progress; /* called now and then with 0 to 1 */
     const std::atomic<bool> *stop = nullptr;    /* becomes true: an orderly stop is wanted */
+    std::string robot = {};                     /* told in the log: the rig's robot preset; empty: none */
 };
 
 /* Opens the simulated rig. Throws input_error. Close with hal_close(). */

@@ -166,15 +166,12 @@ std::vector<crossing> find_crossings(const std::vector<double> &grid, const std:
     return found;
 }
 
-std::vector<stable_interval> stable_intervals(const std::vector<double> &grid, bool starts_stable,
-                                              const std::vector<stability_limit> &limits)
+/* `ends` of stable intervals within the grid, by rising value. */
+std::vector<stable_interval> intervals_between(const std::vector<double> &grid, bool starts_stable,
+                                               std::vector<double> ends)
 {
-    std::vector<double> ends;
     if (starts_stable) {
-        ends.push_back(grid.front());
-    }
-    for (const stability_limit &limit : limits) {
-        ends.push_back(limit.value);
+        ends.insert(ends.begin(), grid.front());
     }
     if (ends.size() % 2 == 1) {
         ends.push_back(grid.back());
@@ -324,11 +321,34 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
     for (const crossing &c : find_crossings(grid, is_stable)) {
         result.limits.push_back(describe(c, original, key));
     }
-    result.stable = stable_intervals(grid, is_stable(grid.front()), result.limits);
+    std::vector<double> ends;
+    for (const stability_limit &limit : result.limits) {
+        ends.push_back(limit.value);
+    }
+    result.stable = intervals_between(grid, is_stable(grid.front()), std::move(ends));
     for (const crossing &c : find_crossings(grid, is_stable_to_first_order)) {
         result.first_order_limits.push_back(c.value());
     }
     return result;
+}
+
+std::vector<stable_interval> stable_within(const rig &original, std::string_view key_path, double from, double to)
+{
+    const rig_key &key = *find_key(key_path);
+    const auto is_stable = [&](double value) {
+        const auto changed = with_value(original, key, value);
+        return changed && is_stable_loop(*changed);
+    };
+    const auto steps = static_cast<int>(std::ceil((to - from) / (scan_step * to)));
+    std::vector<double> grid;
+    for (int i = 0; i <= steps; i++) {
+        grid.push_back(i < steps ? from + (to - from) * i / steps : to);
+    }
+    std::vector<double> ends;
+    for (const crossing &c : find_crossings(grid, is_stable)) {
+        ends.push_back(c.value());
+    }
+    return intervals_between(grid, is_stable(from), ends);
 }
 
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
@@ -342,14 +362,14 @@ std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits
 
 std::vector<rate_verdict> judge_rates(const rig &original)
 {
-    std::vector<std::int64_t> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
-                                       500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
+    std::vector<double> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
+                                 500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
     rates_Hz.push_back(original.firmware.loop.rate_Hz);
     std::sort(rates_Hz.begin(), rates_Hz.end());
     rates_Hz.erase(std::unique(rates_Hz.begin(), rates_Hz.end()), rates_Hz.end());
 
     std::vector<rate_verdict> verdicts;
-    for (const std::int64_t rate_Hz : rates_Hz) {
+    for (const double rate_Hz : rates_Hz) {
         rig changed = original;
         changed.firmware.loop.rate_Hz = rate_Hz;
         rate_verdict verdict{rate_Hz, ""};

@@ -55,13 +55,16 @@ std::vector<std::string_view> physical_parameters(const rig &rig);
 /* All else stays as it is; damping ratios that the rig names stay, too. */
 parameter_limits find_limits(const rig &rig, std::string_view key);
 
+/* The stable parts of from..to, by rising value; parts narrower than `scan_step` of `to` may be overlooked. */
+std::vector<stable_interval> stable_within(const rig &rig, std::string_view key, double from, double to);
+
 /* How many ms longer the robot's dead time may be; nothing: no limit within ten times its length, or the loop is
  * unstable as it is. */
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time);
 
 /* A rate of the loop, everything else in seconds as it is. */
 struct rate_verdict {
-    std::int64_t rate_Hz;
+    double rate_Hz;
     std::string refusal; /* why no rig may have it; empty: it may */
     bool is_stable = false;
 };

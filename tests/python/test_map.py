@@ -136,7 +136,7 @@ BAD = {
     "a word": (["--x", "object.kind=1:20:5", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
     "a flag": (["--x", "bus.ideal=0:1:2", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
     "negative mass": (["--x", "object.mass_kg=-5:20:5", "--y", "robot.dead_time_ms=3:9:4"], "greater than 0"),
-    "between whole numbers": (["--x", "loop.rate_Hz=50:100:4", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
+    "between whole numbers": (["--x", "manipulator.substeps=1:5:4", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
     "the same twice": (["--x", "object.mass_kg=1:2:3", "--y", "object.mass_kg=1:2:3"], "x axis already"),
     "no syntax": (["--x", "object.mass_kg", "--y", "robot.dead_time_ms=3:9:4"], "KEY=FROM:TO:COUNT"),
     "bad grid": (["--vary", "mass", "--grid", "200"], "NXxNY"),

@@ -85,6 +85,9 @@ const std::vector<config_case> relation_cases = {
     {"loop.rate_Hz", "negative", [](app_config &c) { c.loop.rate_Hz = -400; }},
     {"loop.rate_Hz", "too high", [](app_config &c) { c.loop.rate_Hz = 2000000; }},
     {"loop.rate_Hz", "does not divide 1e9 ns", [](app_config &c) { c.loop.rate_Hz = 300; }},
+    {"loop.rate_Hz", "has too few digits", [](app_config &c) { c.loop.rate_Hz = 83.333333; }},
+    {"loop.rate_Hz", "not a number", [](app_config &c) { c.loop.rate_Hz = not_a_number; }},
+    {"loop.rate_Hz", "infinite", [](app_config &c) { c.loop.rate_Hz = infinity; }},
     {"loop.missed_ticks_budget", "negative", [](app_config &c) { c.loop.missed_ticks_budget = -1; }},
     {"manipulator.integrator", "below", [](app_config &c) { c.manipulator.integrator = -1; }},
     {"manipulator.integrator", "above", [](app_config &c) { c.manipulator.integrator = INTEGRATOR_COUNT; }},
@@ -142,7 +145,7 @@ TEST_CASE("config: the defaults and the ends of every range are accepted")
         return config_validate(&config).key == nullptr;
     };
     CHECK(accepted([](app_config &) {}));
-    for (const std::int64_t rate_Hz : {1, 50, 400, 512, 1000, 1000000}) {
+    for (const double rate_Hz : {1.0, 50.0, 250.0 / 3.0, 400.0, 512.0, 1000.0, 1e6}) {
         CAPTURE(rate_Hz);
         CHECK(accepted([=](app_config &c) { c.loop.rate_Hz = rate_Hz; }));
     }
@@ -162,7 +165,9 @@ TEST_CASE("config: the period is a whole number of nanoseconds")
     CHECK(config_period_s(&config) == 0.0025);
     config.loop.rate_Hz = 512;
     CHECK(config_period_ns(&config) == 1953125);
-    CHECK(config_period_ns(&config) * config.loop.rate_Hz == NS_PER_S);
+    CHECK(static_cast<double>(config_period_ns(&config)) * config.loop.rate_Hz == 1e9);
+    config.loop.rate_Hz = 250.0 / 3.0;
+    CHECK(config_period_ns(&config) == 12000000);
 }
 
 TEST_CASE("config: milliseconds become the nearest nanosecond")

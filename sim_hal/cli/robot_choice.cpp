@@ -1,0 +1,109 @@
+#include "robot_choice.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace berth
+{
+
+namespace
+{
+
+std::string short_number(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+std::string range_text(const nlohmann::json &range_ms)
+{
+    const double from = range_ms.at(0);
+    const double to = range_ms.at(1);
+    return (from < to ? short_number(from) + " to " : "") + short_number(to) + " ms";
+}
+
+} // namespace
+
+rig chosen_rig::at_lower_end() const
+{
+    berth::rig lower = rig;
+    lower.robot.dead_time_ms = dead_time_band->from;
+    return lower;
+}
+
+chosen_rig choose_rig(const rig_arguments &arguments)
+{
+    chosen_rig chosen;
+    if (arguments.robot.empty()) {
+        chosen.rig = load_rig(arguments.rig, arguments.overrides);
+        return chosen;
+    }
+    chosen.robot = load_robot(arguments.robot);
+    chosen.rig = load_rig(arguments.rig, arguments.overrides, &*chosen.robot);
+    chosen.dead_time_band = dead_time_band(*chosen.robot, arguments.overrides);
+    return chosen;
+}
+
+nlohmann::json robot_as_json(const chosen_rig &chosen)
+{
+    if (!chosen.robot) {
+        return nullptr;
+    }
+    const robot_preset &robot = *chosen.robot;
+    nlohmann::json json = {{"preset", robot.name},
+                           {"source", robot.source},
+                           {"assumed", robot.assumed},
+                           {"period_ms", 1e3 * config_period_s(&chosen.rig.firmware)},
+                           {"dead_time_ms", chosen.rig.robot.dead_time_ms},
+                           {"force_delay_ms", chosen.rig.sensor.delay_ms},
+                           {"states_force_delay", robot.force_delay_ms.has_value()},
+                           {"reported_dead_time_ms", nullptr},
+                           {"dead_time_band_ms", nullptr},
+                           {"lacks_drive_lag", robot.plus_drive_lag && !chosen.rig.has_transfer_behaviour()}};
+    if (robot.dead_time_ms) {
+        json["reported_dead_time_ms"] = {robot.dead_time_ms->from, robot.dead_time_ms->to};
+    }
+    if (chosen.dead_time_band) {
+        json["dead_time_band_ms"] = {chosen.dead_time_band->from, chosen.dead_time_band->to};
+    }
+    return json;
+}
+
+std::string robot_as_text(const chosen_rig &chosen)
+{
+    return robot_as_json(chosen).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+nlohmann::json recorded_robot(const std::string &text, const std::string &path)
+{
+    try {
+        nlohmann::json robot = nlohmann::json::parse(text);
+        (void)robot_sentence(robot); /* has all that it needs */
+        return robot;
+    } catch (const nlohmann::json::exception &) {
+        throw input_error(path + ": is damaged: what it records of the robot preset cannot be read");
+    }
+}
+
+std::string robot_sentence(const nlohmann::json &robot)
+{
+    const double dead_time_ms = robot.at("dead_time_ms");
+    const nlohmann::json &reported = robot.at("reported_dead_time_ms");
+    std::string text = robot.at("preset").get<std::string>() + ": period " + short_number(robot.at("period_ms")) +
+                       " ms, dead time " + short_number(dead_time_ms) + " ms";
+    if (!robot.at("dead_time_band_ms").is_null()) {
+        text += ", the upper end of the reported " + range_text(reported);
+    } else if (!reported.is_null() && reported.at(1) != dead_time_ms) {
+        text += " (reported: " + range_text(reported) + ")";
+    }
+    if (robot.at("states_force_delay")) {
+        text += "; force delay " + short_number(robot.at("force_delay_ms")) + " ms";
+    }
+    if (robot.at("lacks_drive_lag")) {
+        text += "; without the drive's lag: robot.transfer_frequency_Hz states it";
+    }
+    return text;
+}
+
+} // namespace berth

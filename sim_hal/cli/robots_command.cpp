@@ -1,0 +1,122 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "../../hal/rig/robot_file.h"
+#include "commands.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr const char *rigs_own = "the rig's";
+constexpr const char *columns = "%-13s  %-9s  %-10s  %-9s  %s\n";
+constexpr std::size_t source_column = 13 + 2 + 9 + 2 + 10 + 2 + 9 + 2;
+constexpr std::size_t source_width = 66;
+
+nlohmann::json or_null(const std::optional<double> &value)
+{
+    return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+nlohmann::json as_json(const robot_preset &robot)
+{
+    nlohmann::json json;
+    json["name"] = robot.name;
+    json["description"] = robot.description;
+    json["source"] = robot.source;
+    json["assumed"] = robot.assumed;
+    json["period_ms"] = or_null(robot.period_ms);
+    json["dead_time_ms"] = nullptr;
+    if (robot.dead_time_ms) {
+        json["dead_time_ms"] = {robot.dead_time_ms->from, robot.dead_time_ms->to};
+    }
+    json["dead_time_periods"] = or_null(robot.dead_time_periods);
+    json["force_delay_ms"] = or_null(robot.force_delay_ms);
+    json["plus_drive_lag"] = robot.plus_drive_lag;
+    return json;
+}
+
+std::string number(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+std::string ms_text(const std::optional<double> &value)
+{
+    return value ? number(*value) + " ms" : rigs_own;
+}
+
+std::string dead_time_text(const robot_preset &robot)
+{
+    std::string text = rigs_own;
+    if (robot.dead_time_ms) {
+        const auto [from, to] = *robot.dead_time_ms;
+        text = (from < to ? number(from) + "-" : "") + number(to) + " ms";
+    } else if (robot.dead_time_periods) {
+        text = number(*robot.dead_time_periods) + " T";
+    }
+    return text + (robot.plus_drive_lag ? " + lag" : "");
+}
+
+/* In lines of at most `source_width` bytes, all but the first under the column's head. */
+std::string wrapped(const std::string &text)
+{
+    std::istringstream words(text);
+    std::string result;
+    std::size_t used = 0;
+    for (std::string word; words >> word; used += word.size()) {
+        if (used > 0 && used + 1 + word.size() > source_width) {
+            result += "\n" + std::string(source_column, ' ');
+            used = 0;
+        } else if (used > 0) {
+            result += ' ';
+            used++;
+        }
+        result += word;
+    }
+    return result;
+}
+
+void print_line(const robot_preset &robot)
+{
+    const std::string text = robot.source + (robot.assumed.empty() ? "" : " Assumed: " + robot.assumed);
+    std::printf(columns, robot.name.c_str(), ms_text(robot.period_ms).c_str(), dead_time_text(robot).c_str(),
+                ms_text(robot.force_delay_ms).c_str(), wrapped(text).c_str());
+}
+
+} // namespace
+
+int robots_command(const std::string &name_or_path, bool json)
+{
+    if (!name_or_path.empty()) {
+        const robot_preset robot = load_robot(name_or_path);
+        if (json) {
+            print_json(as_json(robot));
+        } else {
+            std::fputs(robot.text.c_str(), stdout);
+        }
+        return 0;
+    }
+    nlohmann::json list = nlohmann::json::array();
+    if (!json) {
+        std::printf(columns, "robot", "period T", "dead time", "force", "source");
+    }
+    for (const auto &shipped : shipped_robots()) {
+        const robot_preset robot = load_robot(shipped.name);
+        list.push_back(as_json(robot));
+        if (!json) {
+            print_line(robot);
+        }
+    }
+    if (json) {
+        print_json({{"robots", list}});
+    }
+    return 0;
+}
+
+} // namespace berth
