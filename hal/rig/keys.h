@@ -17,8 +17,8 @@ struct rig_key {
     std::string_view path; /* section.name */
     key_type type;
     void *(*own_member)(rig &); /* nullptr: one of rig::effect_values */
-    bool is_bool;           /* boolean stored as bool rather than std::int32_t */
-    double low;             /* number, integer: smallest permitted value */
+    bool is_bool;               /* boolean stored as bool rather than std::int32_t */
+    double low;                 /* number, integer: smallest permitted value */
     double high;
     bool low_is_allowed;
     bool infinity_is_allowed;

@@ -123,9 +123,14 @@ struct signal_source {
 
 /* What a record can hold, as columns of a CSV file; `segment` tells parts apart that do not belong together in time.
  */
-constexpr std::array<std::string_view, 8> signal_names = {
-    "t_s",     "operator_force_N", "operator_position_m", "operator_velocity_m_per_s", "command_position_m",
-    "robot_position_m", "force_N", "segment"};
+constexpr std::array<std::string_view, 8> signal_names = {"t_s",
+                                                          "operator_force_N",
+                                                          "operator_position_m",
+                                                          "operator_velocity_m_per_s",
+                                                          "command_position_m",
+                                                          "robot_position_m",
+                                                          "force_N",
+                                                          "segment"};
 
 constexpr std::size_t effect_values_max = 64;
 

@@ -1,16 +1,12 @@
 #include "rig_file.h"
 
 #include <algorithm>
-<<<<<<< HEAD
-#include <charconv>
-#include <cmath>
-=======
 #include <cstdio>
->>>>>>> main
 #include <fstream>
 #include <sstream>
 
 #include "keys.h"
+#include "knowledge.h"
 #include "robot_file.h"
 #include "toml_file.h"
 
@@ -20,144 +16,6 @@ namespace berth
 namespace
 {
 
-<<<<<<< HEAD
-using key_places = std::map<std::string, std::string, std::less<>>; /* key path -> "file:line" */
-
-std::string place(const std::string &origin, const toml::source_region &source)
-{
-    return origin + ":" + std::to_string(source.begin.line);
-}
-
-[[noreturn]] void fail(const std::string &where, const rig_error &error)
-{
-    throw input_error(where + ": " + error.key + ": " + error.message);
-}
-
-std::string text_of(const toml::node &value)
-{
-    std::ostringstream text;
-    if (const auto *string = value.as_string()) {
-        text << '"' << string->get() << '"';
-    } else if (const auto *integer = value.as_integer()) {
-        text << integer->get();
-    } else if (const auto *number = value.as_floating_point()) {
-        char digits[32];
-        const auto [end, error] = std::to_chars(digits, digits + sizeof digits, number->get());
-        text << std::string(digits, end);
-    } else if (const auto *boolean = value.as_boolean()) {
-        text << (boolean->get() ? "true" : "false");
-    } else {
-        text << value.type();
-    }
-    return text.str();
-}
-
-bool type_fits(const rig_key &key, const toml::node &value)
-{
-    switch (key.type) {
-    case key_type::boolean:
-        return value.is_boolean();
-    case key_type::choice:
-    case key_type::text:
-        return value.is_string();
-    default:
-        return value.is_number();
-    }
-}
-
-void set_tolerance(rig &rig, const std::string &path, const toml::node &share, const std::string &where)
-{
-    const rig_key *const key = find_key(path);
-    if (key == nullptr) {
-        fail(where, {path, "unknown key; the nearest known one is " + std::string(nearest_key(path))});
-    }
-    const double value = share.value<double>().value_or(-1.0);
-    if (key->type != key_type::number || !(value >= 0.0 && value < 1.0)) {
-        fail(where, {path, "its tolerance must be a share of it, from 0 to less than 1 (is " + text_of(share) + ")"});
-    }
-    rig.tolerances.push_back({path, value});
-}
-
-/* mass_kg = { value = 100, tolerance = 0.05 } */
-const toml::node &split_tolerance(rig &rig, const std::string &path, const toml::node &node, const std::string &where)
-{
-    const toml::table *const table = node.as_table();
-    if (table == nullptr) {
-        return node;
-    }
-    for (const auto &[name, entry] : *table) {
-        if (name.str() != "value" && name.str() != "tolerance") {
-            fail(where, {path + "." + std::string(name.str()),
-                         "unknown; a number may read { value = 100, tolerance = 0.05 }"});
-        }
-    }
-    const toml::node *const value = table->get("value");
-    if (value == nullptr) {
-        fail(where, {path, "has no value; write { value = 100, tolerance = 0.05 }"});
-    }
-    if (const toml::node *const share = table->get("tolerance")) {
-        set_tolerance(rig, path, *share, where);
-    }
-    return *value;
-}
-
-void read_signal(rig &rig, const std::string &name, const toml::node &node, const std::string &where)
-{
-    const std::string path = "signals." + name;
-    if (std::find(signal_names.begin(), signal_names.end(), name) == signal_names.end()) {
-        std::string message = "no signal of a record; there are";
-        for (const auto known : signal_names) {
-            message += (known == signal_names.front() ? " " : ", ") + std::string(known);
-        }
-        fail(where, {path, message});
-    }
-    signal_source source{name, "", 1.0, 0.0};
-    if (const auto *column = node.as_string()) {
-        source.column = column->get();
-    } else if (const toml::table *const table = node.as_table()) {
-        for (const auto &[entry, value] : *table) {
-            const std::string key(entry.str());
-            if (key == "column" && value.is_string()) {
-                source.column = value.as_string()->get();
-            } else if ((key == "scale" || key == "offset") && value.is_number()) {
-                (key == "scale" ? source.scale : source.offset) = value.value<double>().value_or(0.0);
-            } else {
-                fail(where, {path + "." + key, "must be column = \"...\", scale = a number or offset = a number"});
-            }
-        }
-    }
-    if (source.column.empty()) {
-        fail(where, {path, "names no column; write { column = \"vir_V\", scale = 35.15 }"});
-    }
-    if (!std::isfinite(source.scale) || source.scale == 0.0 || !std::isfinite(source.offset)) {
-        fail(where, {path, "scale and offset must be finite numbers, and scale not 0"});
-    }
-    rig.signals.push_back(source);
-}
-
-void read_value(rig &rig, const std::string &path, const toml::node &value, const std::string &where)
-{
-    const rig_key *key = find_key(path);
-    if (key != nullptr && !type_fits(*key, value)) {
-        static const char *const expected[] = {"a number", "a whole number", "true or false", "a word in quotes",
-                                               "text in quotes"};
-        fail(where, {path, std::string("must be ") + expected[static_cast<int>(key->type)] + " (is " +
-                               text_of(value) + ")"});
-    }
-    if (const auto error = set_value(rig, path, text_of(value))) {
-        fail(where, *error);
-    }
-}
-
-bool is_file_name(std::string_view name)
-{
-    constexpr std::size_t bytes_max = 100;
-    return name.size() <= bytes_max && name.substr(0, 1) != "." && name.find('/') == std::string_view::npos &&
-           std::none_of(name.begin(), name.end(), is_control);
-}
-
-=======
->>>>>>> main
 void read_top_level(rig &rig, const std::string &name, const toml::node &value, const std::string &where)
 {
     std::string *member = name == "name" ? &rig.name : name == "description" ? &rig.description : nullptr;
@@ -313,26 +171,6 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
         }
     }
     return rig;
-}
-
-/* What is known about the values, and where records keep the signals. */
-static void print_knowledge(const rig &rig, std::ostringstream &text)
-{
-    const auto number = [](double value) {
-        char digits[32];
-        const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
-        const std::string result(digits, end);
-        return result.find_first_not_of("-0123456789") == std::string::npos ? result + ".0" : result;
-    };
-    text << (rig.tolerances.empty() ? "" : "\n[tolerances]\n");
-    for (const tolerance &known : rig.tolerances) {
-        text << quoted(known.key) << " = " << number(known.share) << "\n";
-    }
-    text << (rig.signals.empty() ? "" : "\n[signals]\n");
-    for (const signal_source &source : rig.signals) {
-        text << source.signal << " = { column = " << quoted(source.column) << ", scale = " << number(source.scale)
-             << ", offset = " << number(source.offset) << " }\n";
-    }
 }
 
 std::string print_rig(const rig &rig)
