@@ -133,6 +133,29 @@ void print_block(const block_diagnosis &block)
     }
 }
 
+/* Errors of every block over time, for the report. */
+std::string series_csv(const diagnosis &found)
+{
+    std::string text = "t_s";
+    for (const block_diagnosis &block : found.blocks) {
+        const std::string name(name_of(block.block));
+        const std::string unit = "_" + std::string(block_units[static_cast<int>(block.block)]);
+        text += "," + name + "_error_before" + unit + "," + name + "_error_after" + unit;
+    }
+    text += "\n";
+    char number[40];
+    for (std::size_t n = 0; n < found.data.size(); n++) {
+        std::snprintf(number, sizeof number, "%.9g", found.data.time_s[n]);
+        text += number;
+        for (const block_diagnosis &block : found.blocks) {
+            std::snprintf(number, sizeof number, ",%.6g,%.6g", block.error_before[n], block.error_after[n]);
+            text += number;
+        }
+        text += "\n";
+    }
+    return text;
+}
+
 void write_file(const std::string &path, const std::string &text)
 {
     atomic_file file(path);
@@ -167,6 +190,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     write_file(arguments.out_folder + "/diagnosis.json",
                json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
+    write_file(arguments.out_folder + "/series.csv", series_csv(found));
     if (arguments.json) {
         print_json(json);
         return 0;
@@ -179,7 +203,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }
-    std::printf("written to %s: diagnosis.json, extended.toml\n", arguments.out_folder.c_str());
+    std::printf("written to %s: diagnosis.json, extended.toml, series.csv\n", arguments.out_folder.c_str());
     return 0;
 }
 

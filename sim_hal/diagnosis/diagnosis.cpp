@@ -204,7 +204,7 @@ diagnosis diagnose(const diagnosis_request &request)
          {std::make_pair(&request.validation, &validation), std::make_pair(&request.standstill, &standstill),
           std::make_pair(&request.repetition, &repetition)}) {
         if (!path->empty()) {
-            *made = read_record(*path, request.rig);
+            *made = read_record(*path, request.rig, made == &standstill);
             result.inputs.emplace_back(*path, (*made)->hash);
         }
     }

@@ -208,7 +208,7 @@ std::vector<free_parameter> base_parameters(block block, const rig &given)
 
 std::vector<free_parameter> effect_parameters(const effect &effect, const rig &start)
 {
-    constexpr double reach = 30.0; /* times the start, either way */
+    const double reach = effect.reach;
     std::vector<free_parameter> parameters;
     for (const effect_parameter &parameter : effect.parameters) {
         rig copy = start;

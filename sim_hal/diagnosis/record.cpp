@@ -131,7 +131,7 @@ double median_step_s(const record &made)
     return steps[steps.size() / 2];
 }
 
-void finish(record &made, const std::vector<double> &labels, const rig &rig)
+void finish(record &made, const std::vector<double> &labels, const rig &rig, bool may_be_still)
 {
     constexpr std::size_t rows_min = 50;
     if (made.size() < rows_min) {
@@ -146,11 +146,13 @@ void finish(record &made, const std::vector<double> &labels, const rig &rig)
             text("its rows are %.6g ms apart, those of the rig %.6g ms", 1e3 * step_s, 1e3 * made.period_s) +
             "; say " + text("--set loop.rate_Hz=%.0f", std::round(1.0 / step_s)));
     }
-    check_values(made);
+    if (!may_be_still) {
+        check_values(made);
+    }
     find_segments(made, labels, made.period_s);
 }
 
-record read_csv(const std::string &path, const rig &rig)
+record read_csv(const std::string &path, const rig &rig, bool may_be_still)
 {
     record made;
     made.path = path;
@@ -182,12 +184,12 @@ record read_csv(const std::string &path, const rig &rig)
         made.notes.push_back("operator_velocity_m_per_s is missing and counts as 0");
     }
     const table_column *const labels = table.find(source_of(rig, "segment").column);
-    finish(made, labels == nullptr ? std::vector<double>{} : labels->values, rig);
+    finish(made, labels == nullptr ? std::vector<double>{} : labels->values, rig, may_be_still);
     return made;
 }
 
 /* The rows in which the loop ran. */
-record read_log(const std::string &path, const rig &rig)
+record read_log(const std::string &path, const rig &rig, bool may_be_still)
 {
     ulog_reader log(path);
     const berth::rig recorded = log.recorded_rig();
@@ -241,16 +243,16 @@ record read_log(const std::string &path, const rig &rig)
     if (log.is_cut() || log.has_dropouts()) {
         made.notes.push_back("the log is not complete");
     }
-    finish(made, labels, rig);
+    finish(made, labels, rig, may_be_still);
     return made;
 }
 
 } // namespace
 
-record read_record(const std::string &path, const rig &rig)
+record read_record(const std::string &path, const rig &rig, bool may_be_still)
 {
     const bool is_log = path.size() > 4 && path.substr(path.size() - 4) == ".ulg";
-    return is_log ? read_log(path, rig) : read_csv(path, rig);
+    return is_log ? read_log(path, rig, may_be_still) : read_csv(path, rig, may_be_still);
 }
 
 } // namespace berth

@@ -46,6 +46,9 @@ struct effect {
     /* Sizes from which a fit starts. */
     std::vector<effect_values> (*starts)(const rig &base, const record_scales &scales);
 
+    /* How many times smaller or larger than a start a fit may go: what is another effect beyond it stays apart. */
+    double reach = 30.0;
+
     /* Whether it is seen in single samples rather than fitted: what was lost, repeated, thrown off. */
     bool is_of_single_samples = false;
 

@@ -10,30 +10,54 @@
 namespace berth
 {
 
-/* Whatever stops the body within the sub-step, but no more than the friction of its direction: sticking and sliding
- * without a limit velocity. */
+/* Dry friction. Without presliding: whatever stops the body within the sub-step, but no more than the friction of
+ * its direction, so that it sticks and slides without a limit velocity. With presliding the force builds up over a
+ * short way, as asperities bend (Dahl 1968), exact over the way of a sub-step. */
 class dry_friction final : public force_stage
 {
   public:
-    dry_friction(double forwards_N, double backwards_N, double forwards_N_s_per_m, double backwards_N_s_per_m)
-        : forwards_N_(forwards_N), backwards_N_(backwards_N), forwards_N_s_per_m_(forwards_N_s_per_m),
-          backwards_N_s_per_m_(backwards_N_s_per_m)
+    struct side {
+        double friction_N;
+        double damping_N_s_per_m;
+    };
+    dry_friction(side forwards, side backwards, double presliding_m)
+        : forwards_(forwards), backwards_(backwards), presliding_m_(presliding_m)
     {
     }
+    void start(const body_motion &motion) override { before_m_ = motion.position_m; }
     double force_N(const body_motion &motion, double) override
     {
         const double v = motion.velocity_m_per_s;
-        const double viscous_N = (v > 0.0 ? forwards_N_s_per_m_ : backwards_N_s_per_m_) * v;
-        const double stops_N = v / motion.velocity_per_force;
-        return viscous_N + std::min(std::max(stops_N, -backwards_N_), forwards_N_);
+        const double viscous_N = (v > 0.0 ? forwards_ : backwards_).damping_N_s_per_m * v;
+        if (presliding_m_ == 0.0) {
+            const double stops_N = v / motion.velocity_per_force;
+            return viscous_N + std::min(std::max(stops_N, -backwards_.friction_N), forwards_.friction_N);
+        }
+        const double way = motion.position_m - before_m_;
+        before_m_ = motion.position_m;
+        const double direction = way < 0.0 ? -1.0 : 1.0;
+        bent_ = direction + (bent_ - direction) * std::exp(-std::abs(way) / presliding_m_);
+        return viscous_N + bent_ * (bent_ > 0.0 ? forwards_ : backwards_).friction_N;
     }
 
   private:
-    double forwards_N_;
-    double backwards_N_;
-    double forwards_N_s_per_m_;
-    double backwards_N_s_per_m_;
+    side forwards_;
+    side backwards_;
+    double presliding_m_;
+    double before_m_ = 0.0;
+    double bent_ = 0.0;
 };
+
+/* Dry friction and presliding way from which a search starts. */
+inline std::vector<effect_values> friction_starts(const record_scales &scales)
+{
+    std::vector<effect_values> all;
+    for (const double share : {0.01, 0.05, 0.2}) {
+        all.push_back({share * scales.force_N, 0.0});
+        all.push_back({share * scales.force_N, 5e-4 * scales.position_m});
+    }
+    return all;
+}
 
 inline bool has_asymmetry(const rig &rig)
 {

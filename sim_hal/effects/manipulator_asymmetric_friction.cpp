@@ -33,8 +33,9 @@ effect manipulator_asymmetric_friction()
         const double friction_N = value_of(rig, "manipulator.coulomb_friction_N");
         const double asymmetry_N = value_of(rig, "manipulator.friction_asymmetry_N");
         const double damping = value_of(rig, "manipulator.damping_asymmetry_N_s_per_m");
-        return std::make_unique<dry_friction>(std::max(0.0, friction_N + asymmetry_N),
-                                              std::max(0.0, friction_N - asymmetry_N), damping, -damping);
+        return std::make_unique<dry_friction>(dry_friction::side{std::max(0.0, friction_N + asymmetry_N), damping},
+                                              dry_friction::side{std::max(0.0, friction_N - asymmetry_N), -damping},
+                                              value_of(rig, "manipulator.coulomb_presliding_m"));
     };
     return made;
 }

@@ -1,6 +1,5 @@
 #include "effects.h"
 #include "force_laws.h"
-#include "starts.h"
 
 namespace berth
 {
@@ -11,13 +10,16 @@ effect manipulator_coulomb_friction()
     made.name = "manipulator.coulomb_friction";
     made.physics = "Dry friction: Fc sign(x') against the motion, and as much as is needed to stick.";
     made.source = "Coulomb; time stepping after Moreau";
-    made.parameters = {{"manipulator.coulomb_friction_N", 0.0, 1e7, "dry friction"}};
-    made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.force_N, {0.01, 0.05, 0.2});
-    };
+    made.parameters = {{"manipulator.coulomb_friction_N", 0.0, 1e7, "dry friction"},
+                       {"manipulator.coulomb_presliding_m", 0.0, 1.0, "way over which dry friction builds up"}};
+    made.starts = [](const rig &, const record_scales &scales) { return friction_starts(scales); };
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         const double friction_N = value_of(rig, "manipulator.coulomb_friction_N");
-        return has_asymmetry(rig) ? nullptr : std::make_unique<dry_friction>(friction_N, friction_N, 0.0, 0.0);
+        return has_asymmetry(rig)
+                   ? nullptr
+                   : std::make_unique<dry_friction>(dry_friction::side{friction_N, 0.0},
+                                                    dry_friction::side{friction_N, 0.0},
+                                                    value_of(rig, "manipulator.coulomb_presliding_m"));
     };
     return made;
 }

@@ -58,12 +58,13 @@ effect object_hysteresis()
                        {"object.hysteresis_exponent", 0.0, 6.0, "n of Bouc-Wen; 0: Dahl"}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
-        for (const double share : {0.03, 0.1, 0.4}) {
+        for (const double share : {0.05, 0.3}) {
             all.push_back({0.1 * scales.force_N, share * scales.position_m, 0.0});
             all.push_back({0.1 * scales.force_N, share * scales.position_m, 1.5});
         }
         return all;
     };
+    made.reach = 5.0; /* over a shorter way it is dry friction */
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<hysteresis>(value_of(rig, "object.hysteresis_force_N"),
                                             value_of(rig, "object.hysteresis_length_m"),
