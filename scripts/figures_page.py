@@ -47,9 +47,11 @@ def plot_of(plot):
     if plot.is_equal:
         y_axis |= {"scaleanchor": "x", "constrain": "domain"}
         x_axis |= {"constrain": "domain"}
-    layout = {"xaxis": x_axis, "yaxis": y_axis, "title": {"text": plot.title, "font": {"size": 15}, "y": 0.98},
-              "legend": {"orientation": "h", "y": -0.22, "yanchor": "top"}, "margin": {"l": 70, "r": 20, "t": 34,
-                                                                                      "b": 110}, "height": 470}
+    layout = {"xaxis": x_axis, "yaxis": y_axis, "height": 490,
+              "title": {"text": plot.title, "font": {"size": 15}, "xref": "paper", "x": 0, "yref": "paper", "y": 1,
+                        "yanchor": "bottom", "pad": {"b": 10}},
+              "legend": {"orientation": "h", "y": -0.22, "yanchor": "top"}, "showlegend": len(plot.curves) > 1,
+              "margin": {"l": 70, "r": 20, "t": 64, "b": 110}}
     return {"data": [curve_trace(curve) for curve in plot.curves], "layout": layout}
 
 
@@ -57,9 +59,8 @@ def colours_of(found):
     """Stable and unstable side each use their half of the colours, white at 1."""
     low, high = found.colour_range()
     middle = (1.0 - low) / (high - low)
-    scale = [[middle * i / 3, colour] for i, colour in enumerate(BLUE_TO_WHITE)]
-    scale += [[middle + (1.0 - middle) * i / 3, colour] for i, colour in enumerate(WHITE_TO_RED)]
-    return low, high, scale
+    places = [*np.linspace(0.0, middle, 4), *np.linspace(middle, 1.0, 4)]
+    return low, high, [list(pair) for pair in zip(places, BLUE_TO_WHITE + WHITE_TO_RED)]
 
 
 def hover_of(found):
@@ -70,11 +71,14 @@ def hover_of(found):
 def contour_plot(found):
     low, high, scale = colours_of(found)
     told = found.told
+    has_room = 1.0 - low > 0.06 * (high - low)  # for a number at either end of the blue part
+    marks = ([low] if has_room else []) + np.linspace(1.0, high, 5).tolist()
     traces = [{"type": "contour", "x": encoded(found.x[0]), "y": encoded(found.y[:, 0]), "z": encoded(found.radius),
                "zmin": low, "zmax": high, "colorscale": scale, "name": "limit of stability, |z| = 1",
                "contours": {"coloring": "heatmap", "start": 1.0, "end": 1.0, "size": 1.0},
                "line": {"color": BLACK, "width": 2.5}, "hovertemplate": hover_of(found),
-               "colorbar": {"title": {"text": "largest |z|", "side": "right"}, "tickformat": ".3f"}},
+               "colorbar": {"title": {"text": "largest |z|", "side": "right"}, "tickformat": ".3f",
+                            "tickvals": marks}},
               {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": "limit of stability, |z| = 1",
                "line": {"color": BLACK, "width": 2.5}}]
     x, y = Surface(found).wall()
@@ -89,7 +93,7 @@ def contour_plot(found):
                                    "showgrid": False, "zeroline": False}
             for axis, title, grid in zip("xy", found.titles(), (found.x, found.y))}
     return {"data": traces, "layout": axes | {"legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
-                                              "margin": {"l": 70, "r": 10, "t": 40, "b": 60}, "height": 520,
+                                              "margin": {"l": 70, "r": 10, "t": 72, "b": 60}, "height": 540,
                                               "plot_bgcolor": "#E4E4E4"}}
 
 
@@ -97,7 +101,7 @@ def surface_plot(surface):
     found = surface.map
     low, high, scale = colours_of(found)
     x, y, height = surface.every_second()
-    bottom, top = float(np.nanmin(height)), float(surface.top())
+    bottom, top = float(np.nanmin(height)), float(np.nanmax(height))
     flat = {"type": "surface", "showscale": False, "hoverinfo": "skip", "contours": {"x": {"highlight": False},
                                                                                      "y": {"highlight": False},
                                                                                      "z": {"highlight": False}}}
@@ -106,7 +110,7 @@ def surface_plot(surface):
                "cmax": high, "colorscale": scale, "showscale": False, "hovertemplate": hover_of(found),
                "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.05},
                "contours": {"z": {"show": True, "start": 1.0, "end": 1.0 + 1e-9, "size": 1.0, "color": BLACK,
-                                  "width": 4}}},
+                                  "width": 8}}},
               flat | {"x": ends[0], "y": ends[1], "z": [[1.0, 1.0], [1.0, 1.0]], "opacity": 0.35,
                       "colorscale": [[0, "#888888"], [1, "#888888"]]}]
     wall_x, wall_y = surface.wall()
@@ -123,7 +127,7 @@ def surface_plot(surface):
              "zaxis": {"title": {"text": "largest |z|"}, "range": [bottom, top]},
              "aspectmode": "manual", "aspectratio": {"x": 1.15, "y": 1.0, "z": 0.7},
              "camera": {"eye": {"x": -1.25, "y": -1.45, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.12}}}
-    return {"data": traces, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "height": 520}}
+    return {"data": traces, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "height": 540}}
 
 
 DRAWN = {Plot: plot_of, Contour: lambda contour: contour_plot(contour.map), Surface: surface_plot}
@@ -134,8 +138,8 @@ def claim_lines(claims):
     for claim in claims:
         kind = "met" if claim.met else "missed"
         remark = f" <em>{html.escape(claim.remark)}</em>" if claim.remark else ""
-        lines.append(f'<li class="{kind}"><strong>{claim.verdict.lower()}</strong> claim {claim.number}: '
-                     f"{html.escape(claim.sentence)}: {html.escape(claim.measured)}.{remark}</li>")
+        lines.append(f'<li class="{kind}"><strong>{claim.verdict.lower()}</strong> claim {claim.number} · '
+                     f"{html.escape(claim.sentence)} – {html.escape(claim.measured)}.{remark}</li>")
     return "\n".join(lines)
 
 

@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import numpy as np  # noqa: E402
-from matplotlib.ticker import FixedLocator, NullLocator  # noqa: E402
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator  # noqa: E402
 
 from map_picture import COLOURS, colour_norm, draw_flat  # noqa: E402
 from paper_figures import Contour, Plot, Surface  # noqa: E402
@@ -39,29 +39,32 @@ def draw_plot(axes, plot):
         axes.tick_params(axis="x", rotation=45)
     if plot.is_equal:
         axes.set_aspect("equal", adjustable="box")
+        axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set(xlim=plot.x_range, ylim=plot.y_range)
     axes.ticklabel_format(axis="y", useOffset=False)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2 if len(plot.curves) > 2 else 1, fontsize=10)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22 if plot.is_log_x else -0.16), ncols=2 if len(plot.curves) > 2 else 1, fontsize=10)
 
 
 def draw_surface(axes, surface):
     found = surface.map
     x, y, height = surface.every_second()
     norm = colour_norm(found)
-    top = surface.top()
+    bottom, top = np.nanmin(height), np.nanmax(height)
+    axes.computed_zorder = False  # matplotlib does not know what hides what: the plane |z| = 1 is its edge
+    corners = [0, 0, -1, -1, 0], [0, -1, -1, 0, 0]
+    axes.plot(x[corners], y[corners], np.ones(5), color="0.4", linewidth=1, zorder=1)
     axes.plot_surface(x, y, height, facecolors=plt.get_cmap(COLOURS)(norm(height)), rcount=90, ccount=90, shade=False,
-                      linewidth=0, antialiased=False)
-    axes.plot_surface(x[[0, -1]][:, [0, -1]], y[[0, -1]][:, [0, -1]], np.ones((2, 2)), color="0.5", alpha=0.25)
-    axes.contour(x, y, height, levels=[1.0], colors="black", linewidths=2)
+                      linewidth=0, antialiased=False, zorder=2)
     wall_x, wall_y = surface.wall()
     if len(wall_x):
-        ends = np.array([[np.nanmin(height)], [top]])
+        ends = np.array([[bottom], [top]])
         axes.plot_surface(np.tile(wall_x, (2, 1)), np.tile(wall_y, (2, 1)), np.tile(ends, len(wall_x)),
-                          color="#1B7837", alpha=0.4)
+                          color="#1B7837", alpha=0.4, zorder=3)
+    axes.contour(x, y, height, levels=[1.0], colors="black", linewidths=2, zorder=4)
     own = found.told["own"]
     axes.plot([own["x"]], [own["y"]], [own["spectral_radius"]], "o", color="gold", markeredgecolor="black",
-              markersize=9, zorder=10)
-    axes.set(xlabel="ω/ω_M", ylabel="ζ", zlabel="largest |z|", zlim=(np.nanmin(height), top))
+              markersize=9, zorder=5)
+    axes.set(xlabel="ω/ω_M", ylabel="ζ", zlabel="largest |z|", zlim=(bottom, top))
     axes.tick_params(axis="z", pad=6)
     axes.zaxis.labelpad = 14
     axes.set_box_aspect((1.15, 1.0, 0.75), zoom=0.92)

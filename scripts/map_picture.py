@@ -55,7 +55,7 @@ def draw_flat(axes, found):
                                   label=f"{told['rig']}: |z| = {own['spectral_radius']:.6f}"))
     if not np.isfinite(found.radius).all():
         handles.append(Patch(facecolor="white", edgecolor="0.8", hatch="////", label="not possible"))
-    axes.legend(handles=handles, loc="upper right", fontsize=9)
+    axes.legend(handles=handles, loc="upper right", fontsize=9, frameon=True, framealpha=0.85)
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
     axes.set(**dict(zip(("xlabel", "ylabel"), found.titles())))
     return filled

@@ -42,14 +42,9 @@ class Surface:
     """A map as a surface over its axes, with the plane |z| = 1 and the wall."""
     map: Map
 
-    def top(self):
-        """Above it the surface is cut, so that the stable part keeps its relief."""
-        return min(np.nanmax(self.map.radius), 1.0 + 6.0 * (1.0 - np.nanmin(self.map.radius)))
-
     def every_second(self):
-        """x, y and height at every second point of the map; nan above the top."""
-        x, y, height = (grid[::2, ::2] for grid in (self.map.x, self.map.y, self.map.radius))
-        return x, y, np.where(height <= self.top(), height, np.nan)
+        """x, y and height at every second point of the map, which is fine enough for a surface."""
+        return [grid[::2, ::2] for grid in (self.map.x, self.map.y, self.map.radius)]
 
     def wall(self):
         """x and y of the wall along the map; nothing where it lies outside."""
@@ -110,7 +105,8 @@ def amplitude(data):
                   "Amplitude of the robot against that of the simulated manipulator, measured on the simulated rig with "
                   "16 sines at once. The paper gives no numbers: the robot is assumed to be of second order, "
                   f"{ROBOT['robot.transfer_frequency_Hz']} Hz and damping ratio "
-                  f"{ROBOT['robot.transfer_damping_ratio']}.", [
+                  f"{ROBOT['robot.transfer_damping_ratio']}. Measured points lie up to 0.05 % below the closed form: "
+                  "the robot moves on straight lines between setpoints, 400 times a second.", [
                       Plot("", "frequency (Hz)", "amplitude ratio", [
                           Curve("closed form: |G_R|", ROBOT_COLOUR, f, robot_amplitude(f)),
                           Curve("straight line that fits best", OPERATOR, found.frequency_Hz, found.line(), "dot"),
@@ -185,17 +181,13 @@ def eigenvalues(data, name, rig, rate):
 
 def stable_area(data, name, rig, vary):
     found = data.maps[rig, vary]
-    surface = Surface(found)
-    highest = np.nanmax(found.radius)
     told = found.told
     caption = (f"{CASES[rig]}. Height: the largest |z| of the loop. Black: limit of stability. "
                + (f"Green: the robot's wall at {told['wall_Hz']:g} Hz, damped. " if vary == "elasticity" else
                   f"The wall of {told['wall_Hz']:g} Hz is far beyond an object without mass. ")
-               + f"Gold: {told['rig']}. Left out: objects that would take a negative stiffness, damping or mass."
-               + (f" The surface is cut at |z| = {surface.top():.3f}; the map goes to {highest:.3f}."
-                  if surface.top() < highest else ""))
+               + f"Gold: {told['rig']}. Left out: objects that would take a negative stiffness, damping or mass.")
     return Figure(name, f"Area of stable simulations ({vary} variation)", caption,
-                  [surface, Contour(found)])
+                  [Surface(found), Contour(found)])
 
 
 def refinement(data):
