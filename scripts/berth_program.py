@@ -18,8 +18,8 @@ class Berth:
         self.answers = {}
 
     def ask(self, subcommand, rig, values=None, *options):
-        """The object that `berth SUBCOMMAND RIG --json` prints, with keys of the rig overridden by `values`; the same
-        question is asked once. Raises InputError."""
+        """The object that `berth SUBCOMMAND RIG --json` prints, keys of the rig overridden by `values`; the
+        same question is asked once. Raises InputError."""
         words = [str(self.program), subcommand, rig, "--json", *map(str, options)]
         for key, value in (values or {}).items():
             words += ["--set", f"{key}={value}"]

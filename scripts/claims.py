@@ -46,8 +46,8 @@ def concept_test(data):
     return [Claim(
         "1", "Two passive systems closed through dead time go unstable, dependent only on the object", "Fig. 4",
         verdicts == {"foam": True, "copper": False, "no_dead_time": True},
-        f"growth with foam {growth_per_s['foam']:+.3f} /s, with copper {growth_per_s['copper']:+.2f} /s, with copper "
-        f"but without dead time {growth_per_s['no_dead_time']:+.3f} /s", {"growth_per_s": growth_per_s})]
+        f"growth with foam {growth_per_s['foam']:+.3f} /s, with copper {growth_per_s['copper']:+.2f} /s, with "
+        f"copper but without dead time {growth_per_s['no_dead_time']:+.3f} /s", {"growth_per_s": growth_per_s})]
 
 
 def eigenvalues(data):
@@ -83,8 +83,8 @@ def maps_at_50_Hz(data):
             fast = data.mass_map_with_hold(FAST).told["stable_share_below_wall"]
             bands = data.limits(SLOW)["object.mass_kg"]["stable_intervals"]
             remark = (f"With a robot that jumps to its setpoints and holds: {100 * values['share_hold']:.1f} %, and "
-                      f"{100 * fast:.1f} % at 400 Hz. With the damper of ess the mass may lie in {len(bands)} bands, "
-                      "of " + ", ".join(f"{low:.1f} to {high:.1f}" for low, high in bands) + " kg.")
+                      f"{100 * fast:.1f} % at 400 Hz. With the damper of ess the mass may lie in {len(bands)} "
+                      "bands, of " + ", ".join(f"{low:.1f} to {high:.1f}" for low, high in bands) + " kg.")
         claims.append(Claim(
             "4", f"50 Hz: only a very small area is stable when the {vary} of the object varies", figure,
             share < SMALL_AREA, f"{100 * share:.1f} % of what the robot could display is stable", values, remark))
@@ -102,7 +102,8 @@ def maps_at_400_Hz(data):
     mass_kg = limits["object.mass_kg"]["above"]["value"]
     return [
         Claim("5", "400 Hz: a wide area is stable", "Fig. 14", share > WIDE_AREA_TIMES * slow,
-              f"{100 * share:.1f} % of what the robot could display is stable, {share / slow:.1f} times that at 50 Hz",
+              f"{100 * share:.1f} % of what the robot could display is stable, {share / slow:.1f} times that "
+              "at 50 Hz",
               {"share": share, "times": share / slow}),
         Claim("5", f"400 Hz: the stable area lies partly beyond the {wall_Hz:g} Hz wall of the robot", "Fig. 14",
               highest_Hz > wall_Hz,
@@ -139,8 +140,8 @@ def refinement(data):
     return [Claim(
         "7", "Refining the simulation step does not cure an unstable loop", "Refinement",
         exact > 0.0 and least > NOT_CURED_SHARE * exact,
-        f"growth {exact:+.4f} /s; with {SUBSTEPS[-1]} steps a tick {fine:+.4f} /s, with {RATES_HZ[-1]} ticks a second "
-        f"{data.growth_by_rate[-1]:+.4f} /s",
+        f"growth {exact:+.4f} /s; with {SUBSTEPS[-1]} steps a tick {fine:+.4f} /s, with {RATES_HZ[-1]} ticks a "
+        f"second {data.growth_by_rate[-1]:+.4f} /s",
         {"exact_per_s": exact, "fine_per_s": fine, "fast_per_s": data.growth_by_rate[-1]})]
 
 

@@ -84,7 +84,8 @@ def contour_plot(found):
     x, y = Surface(found).wall()
     if len(x):
         traces.append({"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(),
-                       "name": f"wall, {told['wall_Hz']:g} Hz", "line": {"color": WALL, "width": 2.5, "dash": "dash"}})
+                       "name": f"wall, {told['wall_Hz']:g} Hz",
+                       "line": {"color": WALL, "width": 2.5, "dash": "dash"}})
     own = told["own"]
     traces.append({"type": "scatter", "mode": "markers", "x": [own["x"]], "y": [own["y"]], "name": told["rig"],
                    "marker": {"color": OWN, "size": 11, "line": {"color": BLACK, "width": 1.5}},

@@ -24,7 +24,8 @@ def draw_curve(axes, curve):
     if curve.style in MARKERS:
         axes.plot(curve.x, curve.y, linestyle="", color=curve.colour, label=curve.label, **MARKERS[curve.style])
     else:
-        axes.plot(curve.x, curve.y, linestyle=DASHES[curve.style], color=curve.colour, label=curve.label, linewidth=1.6)
+        axes.plot(curve.x, curve.y, linestyle=DASHES[curve.style], color=curve.colour, label=curve.label,
+                  linewidth=1.6)
 
 
 def draw_plot(axes, plot):
@@ -42,7 +43,9 @@ def draw_plot(axes, plot):
         axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set(xlim=plot.x_range, ylim=plot.y_range)
     axes.ticklabel_format(axis="y", useOffset=False)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22 if plot.is_log_x else -0.16), ncols=2 if len(plot.curves) > 2 else 1, fontsize=10)
+    if len(plot.curves) > 1:
+        below = -0.22 if plot.is_log_x else -0.16
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, below), ncols=1 + (len(plot.curves) > 2), fontsize=10)
 
 
 def draw_surface(axes, surface):
@@ -53,8 +56,8 @@ def draw_surface(axes, surface):
     axes.computed_zorder = False  # matplotlib does not know what hides what: the plane |z| = 1 is its edge
     corners = [0, 0, -1, -1, 0], [0, -1, -1, 0, 0]
     axes.plot(x[corners], y[corners], np.ones(5), color="0.4", linewidth=1, zorder=1)
-    axes.plot_surface(x, y, height, facecolors=plt.get_cmap(COLOURS)(norm(height)), rcount=90, ccount=90, shade=False,
-                      linewidth=0, antialiased=False, zorder=2)
+    axes.plot_surface(x, y, height, facecolors=plt.get_cmap(COLOURS)(norm(height)), rcount=90, ccount=90,
+                      shade=False, linewidth=0, antialiased=False, zorder=2)
     wall_x, wall_y = surface.wall()
     if len(wall_x):
         ends = np.array([[bottom], [top]])

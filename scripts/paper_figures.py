@@ -93,8 +93,8 @@ def concept_test(data):
             Curve("surface of the material", OPERATOR, ends_s, np.zeros(2), "dash"),
             Curve("robot", ROBOT_COLOUR, time_s, position_mm)]))
     return Figure("Fig. 4", "Concept test: touching and pushing elastic material",
-                  "The paper shows a photograph; this is the test itself. The manipulator moves up to the material and "
-                  "20 mm into it. The rigs differ in the material alone, and both materials are passive; copper "
+                  "The paper shows a photograph; this is the test itself. The manipulator moves up to the material "
+                  "and 20 mm into it. The rigs differ in the material alone, and both materials are passive; copper "
                   "throws the robot back harder each time until its position limit ends the run.", panels)
 
 
@@ -102,11 +102,11 @@ def amplitude(data):
     found = data.amplitude
     f = np.linspace(0.0, 6.0, 121)
     return Figure("Fig. 5", "Transfer function of the industrial robot",
-                  "Amplitude of the robot against that of the simulated manipulator, measured on the simulated rig with "
-                  "16 sines at once. The paper gives no numbers: the robot is assumed to be of second order, "
+                  "Amplitude of the robot against that of the simulated manipulator, measured on the simulated rig "
+                  "with 16 sines at once. The paper gives no numbers: the robot is assumed to be of second order, "
                   f"{ROBOT['robot.transfer_frequency_Hz']} Hz and damping ratio "
-                  f"{ROBOT['robot.transfer_damping_ratio']}. Measured points lie up to 0.05 % below the closed form: "
-                  "the robot moves on straight lines between setpoints, 400 times a second.", [
+                  f"{ROBOT['robot.transfer_damping_ratio']}. Measured points lie up to 0.05 % below the closed "
+                  "form: the robot moves on straight lines between setpoints, 400 times a second.", [
                       Plot("", "frequency (Hz)", "amplitude ratio", [
                           Curve("closed form: |G_R|", ROBOT_COLOUR, f, robot_amplitude(f)),
                           Curve("straight line that fits best", OPERATOR, found.frequency_Hz, found.line(), "dot"),
@@ -126,8 +126,8 @@ def command_to_motion(data):
         curves.append(Curve(f"robot at {rate}: {step['command_to_motion_ms']:.1f} ms", colour,
                             np.insert(time_ms, 0, -20.0), np.insert(position, 0, 0.0)))
     return Figure("Fig. 6", "Time delay from command to motion",
-                  "A step of the setpoint by 1 mm, and the robot's own report of its position. Between setpoints the "
-                  "robot moves on a straight line: it arrives one dead time after the command.",
+                  "A step of the setpoint by 1 mm, and the robot's own report of its position. Between setpoints "
+                  "the robot moves on a straight line: it arrives one dead time after the command.",
                   [Plot("", "time after the command (ms)", "position (mm)", curves, x_range=(-20.0, 90.0),
                         y_range=(-0.1, 1.15))])
 
@@ -202,8 +202,8 @@ def refinement(data):
     rates = [Curve("exact step", REPORTED, np.array(RATES_HZ, float), np.array(data.growth_by_rate), "points")]
     highest = 1.25 * max(data.growth_by_rate)
     return Figure("Refinement", "Claim 7: finer simulation steps do not cure it",
-                  "ess with an object ten times as stiff, which grows. Left: the manipulator takes more and more steps a "
-                  "tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
+                  "ess with an object ten times as stiff, which grows. Left: the manipulator takes more and more "
+                  "steps a tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
                   "faster with dead times as they are. Below 0 the loop would be stable.",
                   [Plot("steps of the manipulator", "steps a tick", "growth (1/s)", steps, is_log_x=True,
                         y_range=(0.0, highest)),

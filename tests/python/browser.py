@@ -16,7 +16,8 @@ OPTIONS = ["--headless", "--no-sandbox", "--enable-unsafe-swiftshader", "--disab
 TIMEOUT_s = 300.0
 
 # What the browser says to plotly about reading pixels back; both are about speed only.
-HARMLESS = ("GL Driver Message (OpenGL, Performance", "Canvas2D: Multiple readback operations using getImageData are")
+HARMLESS = ("GL Driver Message (OpenGL, Performance",
+            "Canvas2D: Multiple readback operations using getImageData are faster")
 
 
 class Browser:

@@ -1,4 +1,4 @@
-"""`make figures`: a page that is complete in itself and draws every plot in a browser, and a picture of each figure."""
+"""`make figures`: a page that is complete in itself and draws every plot in a browser, a picture of each figure."""
 
 import html
 import re
@@ -50,8 +50,8 @@ PROBE = """(async () => {
 
 
 def figures(*arguments):
-    return subprocess.run([sys.executable, ROOT / "scripts" / "figures.py", *map(str, arguments)], capture_output=True,
-                          text=True)
+    words = [sys.executable, ROOT / "scripts" / "figures.py", *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")
