@@ -57,7 +57,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
-.PHONY: all readme run test quick-test lint format codec bench map setup setup-test clean help
+.PHONY: all readme run test quick-test lint format codec bench map figures setup setup-test clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -65,6 +65,7 @@ help:
 	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
 	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
+	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
@@ -97,6 +98,10 @@ map: setup
 	@$(MAKE) all
 	@for vary in elasticity mass; do build/berth map ess --vary $$vary || exit; done
 	@$(PYTHON) scripts/map_picture.py build/maps/ess-elasticity.csv build/maps/ess-mass.csv
+
+figures: setup
+	@$(MAKE) all
+	@$(PYTHON) scripts/figures.py
 
 setup:
 	@scripts/setup.sh run

@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
 """Draws a map written by `berth map`: largest |z|, the limit of stability, the robot's wall, the rig itself.
-Where a range of dead times is reported, colours are for its upper end, and the band between both limits is shaded.
 
   map_picture.py build/maps/ess-elasticity.csv     writes build/maps/ess-elasticity.png
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
@@ -15,85 +13,83 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.colors import TwoSlopeNorm  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
-TITLES = {"omega_per_omega_M": "ω/ω_M of the coupled system without dead time",
-          "zeta": "damping ratio ζ of the coupled system without dead time"}
+from berth_map import read_map  # noqa: E402
+
+COLOURS = "RdBu_r"  # stable blue, unstable red
 
 
-def load(csv):
-    """Grids (rows of y) of x, y, |z|, the wall, and |z| at the lower end of the dead time (None without a range);
-    and what is told beside the file."""
-    told = json.loads(csv.with_suffix(".json").read_text())
-    shape = told["axes"]["y"]["count"], told["axes"]["x"]["count"]
-    columns = np.genfromtxt(csv, delimiter=",", names=True, deletechars="")
-    names = [*columns.dtype.names[:2], "spectral_radius", "wall"]
-    lower = columns["spectral_radius_low"].reshape(shape) if told["lower_end"] else None
-    return [columns[name].reshape(shape) for name in names] + [lower, told]
+def colour_norm(found):
+    """Stable and unstable side each use their half of the colours, however much one outdoes the other."""
+    low, high = found.colour_range()
+    return TwoSlopeNorm(1.0, low, high)
 
 
-def draw_band(axes, x, y, radius, lower, told):
+def draw_band(axes, found):
     """The limit at the lower end of the dead time, and the band between it and the upper end's; legend handles."""
-    upper_ms, lower_ms = told["robot"]["dead_time_ms"], told["lower_end"]["dead_time_ms"]
+    upper_ms, lower_ms = found.told["robot"]["dead_time_ms"], found.told["lower_end"]["dead_time_ms"]
     handles = []
-    if np.nanmin(lower) < 1.0 < np.nanmax(lower):
-        axes.contour(x, y, lower, levels=[1.0], colors="black", linewidths=2, linestyles=":")
+    if np.nanmin(found.lower) < 1.0 < np.nanmax(found.lower):
+        axes.contour(found.x, found.y, found.lower, levels=[1.0], colors="black", linewidths=2, linestyles=":")
         handles.append(plt.Line2D([], [], color="black", linewidth=2, linestyle=":",
                                   label=f"the same at {lower_ms:g} ms"))
-    between = (radius - 1.0) * (lower - 1.0)  # negative where one of them is stable and the other is not
+    between = (found.radius - 1.0) * (found.lower - 1.0)  # negative: one of them is stable and the other is not
     if np.nanmin(between) < 0.0:
-        axes.contourf(x, y, between, levels=[-np.inf, 0.0], colors=["black"], alpha=0.25)
+        axes.contourf(found.x, found.y, between, levels=[-np.inf, 0.0], colors=["black"], alpha=0.25)
         handles.append(Patch(facecolor="black", alpha=0.25,
                              label=f"depends on the dead time, {lower_ms:g} to {upper_ms:g} ms"))
     return handles
 
 
-def draw(csv, picture):
-    """One picture of one map."""
-    x, y, radius, wall, lower, told = load(csv)
-    if not np.isfinite(radius).any():
-        sys.exit(f"{csv}: no point of this map has a value")
-    figure, axes = plt.subplots(figsize=(8, 5.5), constrained_layout=True)
+def draw_flat(axes, found):
+    """The map as filled contours; returns what a colour bar needs."""
+    x, y, told = found.x, found.y, found.told
     axes.set_facecolor("white")
     axes.patch.set(hatch="////", edgecolor="0.8", linewidth=0)  # shows where there is no value
 
-    # Differences from 1 on both sides in one scale: stable blue, unstable red.
-    reach = max(np.nanpercentile(np.abs(radius - 1.0), 99), 1e-6)
-    levels = 1.0 + reach * np.linspace(-1.0, 1.0, 41)
-    filled = axes.contourf(x, y, radius, levels=levels, cmap="RdBu_r", extend="both")
-    figure.colorbar(filled, ax=axes, label="largest |z| of the one-period map", format="%.5f")
+    norm = colour_norm(found)
+    levels = np.concatenate([np.linspace(norm.vmin, 1.0, 16)[:-1], np.linspace(1.0, norm.vmax, 16)])
+    filled = axes.contourf(x, y, found.radius, levels=levels, norm=norm, cmap=COLOURS, extend="both")
 
     handles = []
-    if np.nanmin(radius) < 1.0 < np.nanmax(radius):
-        axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=2)
-        at = "" if lower is None else f" at {told['robot']['dead_time_ms']:g} ms"
+    if np.nanmin(found.radius) < 1.0 < np.nanmax(found.radius):
+        axes.contour(x, y, found.radius, levels=[1.0], colors="black", linewidths=2)
+        at = "" if found.lower is None else f" at {told['robot']['dead_time_ms']:g} ms"
         handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability, |z| = 1{at}"))
-    if lower is not None:
-        handles += draw_band(axes, x, y, radius, lower, told)
-    if np.nanmin(wall) < np.nanmax(wall):
-        frequency_Hz, level = (wall, 0.5)
+    if found.lower is not None:
+        handles += draw_band(axes, found)
+    if np.nanmin(found.is_below_wall) < np.nanmax(found.is_below_wall):
+        heights, level = found.is_below_wall, 0.5
         if told["vary"]:  # known between the points, too
-            frequency_Hz, level = told["manipulator_Hz"] * x * np.sqrt(np.maximum(0.0, 1.0 - y**2)), told["wall_Hz"]
-        axes.contour(x, y, frequency_Hz, levels=[level], colors="darkgreen", linewidths=1.5, linestyles="--")
+            heights, level = found.damped_frequency_Hz(), told["wall_Hz"]
+        axes.contour(x, y, heights, levels=[level], colors="darkgreen", linewidths=1.5, linestyles="--")
         handles.append(plt.Line2D([], [], color="darkgreen", linestyle="--",
                                   label=f"wall: damped eigenfrequency {told['wall_Hz']:g} Hz"))
-    own = told["own"]
-    if x.min() <= own["x"] <= x.max() and y.min() <= own["y"] <= y.max():
+    if found.own_is_inside():
+        own = told["own"]
         axes.plot(own["x"], own["y"], "o", color="gold", markeredgecolor="black", markersize=9, zorder=5)
         handles.append(plt.Line2D([], [], linestyle="", marker="o", color="gold", markeredgecolor="black",
                                   label=f"{told['rig']}: |z| = {own['spectral_radius']:.6f}"))
-    if not np.isfinite(radius).all():
+    if not np.isfinite(found.radius).all():
         handles.append(Patch(facecolor="white", edgecolor="0.8", hatch="////", label="not possible"))
-    axes.legend(handles=handles, loc="upper right", fontsize=9)
-    axes.set_xlim(x.min(), x.max())
-    axes.set_ylim(y.min(), y.max())
-    names = [told["axes"][axis]["name"] for axis in "xy"]
-    axes.set_xlabel(TITLES.get(names[0], names[0]))
-    axes.set_ylabel(TITLES.get(names[1], names[1]))
+    axes.legend(handles=handles, loc="upper right", fontsize=9, frameon=True, framealpha=0.85)
+    axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
+    axes.set(**dict(zip(("xlabel", "ylabel"), found.titles())))
+    return filled
+
+
+def draw(found, picture):
+    """One picture of one map."""
+    told = found.told
+    figure, axes = plt.subplots(figsize=(8, 5.5), constrained_layout=True)
+    figure.colorbar(draw_flat(axes, found), ax=axes, label="largest |z| of the one-period map", format="%.5f")
+    names = found.names()
     what = f"{told['vary']} of the object varied" if told["vary"] else f"{names[0]} and {names[1]} varied"
     robot = f" on {told['robot']['preset']}" if told["robot"] else ""
     stable = f"{100 * told['stable_share']:.1f} %"
-    if lower is not None:
+    if found.lower is not None:
         stable += f" to {100 * told['lower_end']['stable_share']:.1f} %"
     title = f"{told['rig']}{robot}, {what}: {stable} stable"
     axes.set_title(title if len(title) <= 70 else title.replace(": ", ":\n"))
@@ -108,7 +104,10 @@ def main():
     for csv in parser.parse_args().csv:
         picture = csv.with_suffix(".png")
         try:
-            draw(csv, picture)
+            found = read_map(csv)
+            if not np.isfinite(found.radius).any():
+                sys.exit(f"{csv}: no point of this map has a value")
+            draw(found, picture)
         except (OSError, ValueError, KeyError) as error:
             sys.exit(f"{csv}: not a map written by `berth map`: {error}")
         print(picture)

@@ -1,6 +1,6 @@
 """Runs the commands of the README's console blocks again and writes what they print into the README.
 
-usage: readme.py            (from anywhere; commands that start with build/ are run, others are left alone)
+usage: readme.py            (from anywhere; commands that start with one of RUN are run, others are left alone)
 """
 
 import re
@@ -10,6 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.S)
 
+RUN = ("build/", ".venv/bin/python scripts/claims.py")
+
 
 def split_block(text):
     """[command, printed text] pairs of one console block, which starts with a command."""
@@ -18,7 +20,7 @@ def split_block(text):
 
 
 def is_run(command):
-    return command.startswith("build/")
+    return command.startswith(RUN)
 
 
 def run(command):

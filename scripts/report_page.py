@@ -259,6 +259,12 @@ def script_safe(text):
     return text.replace("</", "<\\/")
 
 
+def filled(template, parts):
+    """A template of this folder with @@name@@ replaced by parts[name]."""
+    pieces = (HERE / template).read_text(encoding="utf-8").split("@@")
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+
+
 def build_page(log, summary):
     """The whole page as text."""
     page = Page(log)
@@ -295,5 +301,4 @@ def build_page(log, summary):
         "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),
     }
-    pieces = (HERE / "report_page.html").read_text(encoding="utf-8").split("@@")
-    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+    return filled("report_page.html", parts)

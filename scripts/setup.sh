@@ -13,7 +13,7 @@ packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsund
     libcli11-dev nlohmann-json3-dev zlib1g-dev)
 if [ "$task" = test ]; then
     packages+=(doctest-dev clang-format clang-tidy gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        valgrind shellcheck can-utils python3-dev mount)
+        valgrind shellcheck can-utils python3-dev mount chromium)
 fi
 
 missing=()

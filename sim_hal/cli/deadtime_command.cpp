@@ -45,7 +45,9 @@ int deadtime_command(const rig_arguments &arguments)
                     {"robot", robot_as_json(chosen)},
                     {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
                     {"first_motion_ms", 1e3 * measured.first_motion_s},
-                    {"configured_ms", rig.robot.dead_time_ms}});
+                    {"configured_ms", rig.robot.dead_time_ms},
+                    {"period_ms", 1e3 * config_period_s(&rig.firmware)},
+                    {"step", measured.step}});
     } else {
         std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms%s)\n",
                     rig.name.c_str(), 1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms,

@@ -141,7 +141,12 @@ def test_deadtime(rig, dead_time_ms):
 
 def test_deadtime_of_no_whole_ticks():
     done = command("deadtime", "ess", "--json", "--set", "robot.dead_time_ms=13.3")
-    assert one_json_object(done.stdout)["command_to_motion_ms"] == pytest.approx(13.3, abs=1e-6)
+    result = one_json_object(done.stdout)
+    assert result["command_to_motion_ms"] == pytest.approx(13.3, abs=1e-6)
+    # On a straight line from the setpoint before, which is displayed a period earlier, to the step.
+    time_ms = result["period_ms"] * np.arange(len(result["step"]))
+    assert result["period_ms"] == 2.5 and time_ms[-1] > 100.0
+    assert result["step"] == pytest.approx(np.clip((time_ms - 10.8) / 2.5, 0.0, 1.0), abs=1e-7)
 
 
 def test_rigs():

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+"""Redraws the figures of the paper from computation and judges its claims: figures.html and a PNG of each figure."""
+import argparse
+import sys
+from pathlib import Path
+
+import claims
+from berth_log import InputError
+from berth_program import ROOT, Berth
+from figures_page import build_page
+from figures_picture import build_picture
+from paper_data import PaperData
+from paper_figures import all_figures
+from report import EXIT_INPUT, write_whole
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / "figures",
+                        help="folder for page and pictures (default: build/figures)")
+    parser.add_argument("--berth", type=Path, default=ROOT / "build" / "berth",
+                        help="the host command, which computes everything (default: build/berth)")
+    return parser.parse_args()
+
+
+def main():
+    arguments = parse_arguments()
+    try:
+        data = PaperData(Berth(arguments.out / "data", arguments.berth))
+        found = claims.measure(data)
+        figures = all_figures(data)
+        for figure in figures:
+            write_whole(arguments.out / f"{figure.file_stem}.png", build_picture(figure))
+        page = arguments.out / "figures.html"
+        content = build_page(figures, found).encode()
+        write_whole(page, content)
+    except InputError as error:
+        print(f"figures: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    print(claims.text(found), end="")
+    print(f"{page} ({len(content) / 1e6:.1f} MB), and {len(figures)} pictures beside it")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
