@@ -13,8 +13,9 @@ namespace
 /* Improvements of the white sum of squares by features with no meaning stay far below this. */
 constexpr double leftover_significant = 40.0;
 
-constexpr double bic_clear = 20.0;       /* an effect must improve BIC by this */
-constexpr double bic_undecided = 10.0;   /* two causes nearer than this cannot be told apart */
+constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
+constexpr double moments_bearable = 0.04;
+constexpr double bic_undecided = 30.0;   /* two causes nearer than this cannot be told apart */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
 constexpr double left_full = 0.08;       /* share of it that may be left of a full explanation */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
@@ -98,13 +99,6 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
     return all;
 }
 
-/* A step of the wire: nothing is known better. */
-double resolution_of(block block)
-{
-    const double step = block == block::force ? 1e-7 : 1e-11;
-    return step / std::sqrt(12.0);
-}
-
 /* Refits, first with all errors alike, then weighted by the noise that is left when what depends on the state is
  * taken out. */
 noise_model floor_under(block_model &model, const rig &rig)
@@ -115,10 +109,7 @@ noise_model floor_under(block_model &model, const rig &rig)
     for (int pass = 0; pass < 2; pass++) {
         noise = estimate_noise(find_leftover(model, noise, rig, error).unexplained, model.uses());
     }
-    if (noise.rms < resolution_of(model.which())) {
-        noise = {{}, resolution_of(model.which()), resolution_of(model.which())};
-    }
-    return noise;
+    return at_least(noise, resolution_rms(model.which()));
 }
 
 class block_search
@@ -205,7 +196,7 @@ class block_search
         }
         for (std::size_t i = 0; i < candidates.size(); i++) {
             candidate &one = candidates[i];
-            if (i < 3 && !input_.floor) {
+            if (i < 3 && !input_.floor && !one.effect->is_rough) {
                 one.fitted = fit(model_, noise_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
             } else {
                 one.fitted.cost = cost_of(model_, noise_, one.fitted.rig);
@@ -257,14 +248,73 @@ class block_search
             }
         }
         incumbent_ = best.fitted;
+        drop_stand_ins(result);
         std::vector<double> error;
         model_.error(incumbent_.rig, error);
         leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
         return true;
     }
 
+    /* An effect found first may have stood in for one found later. */
+    void drop_stand_ins(block_diagnosis &result)
+    {
+        for (std::size_t i = 0; i + 1 < found_.size();) {
+            rig without = incumbent_.rig;
+            std::vector<free_parameter> parameters;
+            const effect &dropped = *found_[i];
+            for (const effect_parameter &parameter : dropped.parameters) {
+                set_number(without, parameter.key, value_of(given_, parameter.key));
+            }
+            if (dropped.switch_on != nullptr) {
+                without.robot.clock = given_.robot.clock;
+            }
+            for (const free_parameter &parameter : incumbent_.parameters) {
+                const bool is_its =
+                    std::any_of(dropped.parameters.begin(), dropped.parameters.end(),
+                                [&](const effect_parameter &own) { return own.key == parameter.key->path; });
+                if (!is_its) {
+                    parameters.push_back(parameter);
+                }
+            }
+            parameters = joined(base_parameters(model_.which(), given_), parameters);
+            fit_result tried = fit(model_, noise_, without, parameters, input_.options.replays_max);
+            if (bic_of(tried.cost, tried.rows, parameters.size()) <
+                bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) + bic_clear) {
+                incumbent_ = std::move(tried);
+                found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(i));
+                result.causes.erase(result.causes.begin() + static_cast<std::ptrdiff_t>(i));
+            } else {
+                i++;
+            }
+        }
+    }
+
+    /* Share of half seconds in which the white error is well above the floor. */
+    double bad_moments()
+    {
+        std::vector<double> error;
+        std::vector<double> white;
+        model_.error(incumbent_.rig, error);
+        whiten(noise_, error, model_.uses(), row_use::fit, white);
+        const auto length = std::max<std::size_t>(10, static_cast<std::size_t>(0.5 / model_.data().period_s));
+        std::size_t bad = 0;
+        std::size_t all = 0;
+        for (std::size_t begin = 0; begin + length <= white.size(); begin += length, all++) {
+            double sum = 0.0;
+            for (std::size_t n = begin; n < begin + length; n++) {
+                sum += white[n] * white[n];
+            }
+            bad += sum > 1.6 * static_cast<double>(length);
+        }
+        return all > 0 ? static_cast<double>(bad) / static_cast<double>(all) : 0.0;
+    }
+
     void conclude(block_diagnosis &result)
     {
+        result.bad_moments = bad_moments();
+        /* What hangs on a threshold goes another way now and then: a few moments prove nothing else. */
+        const bool only_moments =
+            (!result.causes.empty() || input_.has_cause_upstream) && result.bad_moments < moments_bearable;
         result.left = share_left();
         result.left_class = leftover_.strongest;
         const bool something_is_left =

@@ -59,6 +59,7 @@ struct block_diagnosis {
     std::vector<ranked> ranking;
     part_rms fit_rms;
     part_rms held_out_rms;
+    double bad_moments = 0.0; /* share of half seconds with an error well above the floor, after */
     bool floor_is_measured = false;
     double explainable = 0.0; /* white sum of squares above the floor, per row, of the re-tuned base */
     double left = 0.0;        /* share of it that is left and depends on the state or on time */
@@ -75,6 +76,7 @@ struct diagnosis_input {
     std::optional<noise_model> floor;   /* measured at standstill or by repetition */
     search_options options;
     int effects_max = 3;
+    bool has_cause_upstream = false; /* the motion comes from a robot with a fault of its own */
 };
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,

@@ -28,6 +28,12 @@ constexpr bool is_held_out(std::size_t part)
 
 } // namespace
 
+double resolution_rms(block block)
+{
+    const double step = block == block::force ? 1e-7 : 1e-11;
+    return step / std::sqrt(12.0);
+}
+
 bool can_replay(const record &record, block block)
 {
     switch (block) {

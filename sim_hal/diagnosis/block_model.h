@@ -19,6 +19,9 @@ enum class block { manipulator, robot, force };
 constexpr std::string_view block_names[] = {"manipulator", "robot", "force"};
 constexpr std::string_view block_units[] = {"m", "m", "N"};
 
+/* rms of the rounding to a step of the wire, in the block's unit: nothing is known better. */
+double resolution_rms(block block);
+
 /* The record has what goes in and what comes out. */
 bool can_replay(const record &record, block block);
 

@@ -82,7 +82,7 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
         }
         uses[part.begin] = row_use::none;
     }
-    return estimate_noise(noise, uses);
+    return at_least(estimate_noise(noise, uses), resolution_rms(block));
 }
 
 /* Half the variance of the difference of two runs with the same commands. */
@@ -110,7 +110,7 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
     for (std::size_t n = 0; n < size; n++) {
         noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
     }
-    return estimate_noise(noise, std::vector<row_use>(size, row_use::fit));
+    return at_least(estimate_noise(noise, std::vector<row_use>(size, row_use::fit)), resolution_rms(block));
 }
 
 /* A record that repeats itself, forwards or backwards, proves nothing about itself. */
@@ -235,6 +235,9 @@ diagnosis diagnose(const diagnosis_request &request)
         if (block == block::manipulator && data.is_from_this_firmware) {
             input.effects_max = 0;
         }
+        input.has_cause_upstream = block == block::force && !result.blocks.empty() &&
+                                   result.blocks.back().block == block::robot &&
+                                   !result.blocks.back().causes.empty();
         block_diagnosis found = diagnose_block(block, input, result.extended, events,
                                                block == block::force ? repeats : std::vector<event_finding>{});
         if (block == block::manipulator && data.is_from_this_firmware) {

@@ -100,9 +100,9 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
     return found;
 }
 
-std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms)
+/* The step that all values are whole numbers of, or 0. */
+double lattice_step(const std::vector<double> &x)
 {
-    const std::vector<double> &x = record.force_N;
     double step = unlimited;
     for (std::size_t n = 1; n < x.size(); n++) {
         const double change = std::abs(x[n] - x[n - 1]);
@@ -110,20 +110,23 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
             step = std::min(step, change);
         }
     }
-    if (!(step < unlimited) || given.sensor.resolution_N > 0.5 * step) {
-        return {};
-    }
     std::size_t odd = 0;
     for (std::size_t n = 1; n < x.size(); n++) {
         const double steps = std::abs(x[n] - x[n - 1]) / step;
         odd += std::abs(steps - std::round(steps)) > 0.01 + 1e-4 * steps;
     }
+    return step < unlimited && odd * 100 <= x.size() ? step : 0.0;
+}
+
+std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms)
+{
+    const double step = lattice_step(record.force_N);
     /* q^2/12 is the variance of rounding; it has to be a good part of all that is not explained. */
     const double rounding = step / std::sqrt(12.0);
-    if (odd * 100 > x.size() || rounding * rounding < 0.3 * noise_rms * noise_rms) {
+    if (step == 0.0 || given.sensor.resolution_N > 0.5 * step || rounding * rounding < 0.3 * noise_rms * noise_rms) {
         return {};
     }
-    return {{find_effect("sensor.quantisation"), {step}, {1e-3 * step}, x.size()}};
+    return {{find_effect("sensor.quantisation"), {step}, {1e-3 * step}, record.size()}};
 }
 
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
@@ -141,13 +144,14 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
         sizes.push_back(std::abs(off[n]));
     }
     const double sigma = 1.4826 * median(sizes);
+    const double far_N = std::max(far * sigma, 2.0 * lattice_step(model.data().force_N));
     std::vector<std::uint8_t> rows(error.size(), 0);
     std::vector<double> amplitudes;
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
         /* The sample itself, not its neighbours, which see half of it; and not a step, which has a second half. */
         const auto is_half = [&](double neighbour) { return std::abs(neighbour / off[n] + 0.5) < 0.25; };
         const bool is_single = is_half(off[n - 1]) && is_half(off[n + 1]);
-        if (std::abs(off[n]) > far * sigma && is_single) {
+        if (std::abs(off[n]) > far_N && is_single) {
             rows[n] = 1;
             amplitudes.push_back(std::abs(off[n]));
         }
@@ -186,9 +190,13 @@ std::vector<event_finding> find_lost_commands(const block_model &model, const ri
     }
     const double sigma = 1.4826 * median(sizes);
     std::vector<std::uint8_t> rows(error.size(), 0);
-    std::size_t testable = 0;
-    std::size_t hits = 0;
-    std::size_t counter_hits = 0;
+    /* How much of the loss of this setpoint the error looks like, and what of the error that leaves. */
+    struct match {
+        std::size_t row;
+        double share;
+        double left;
+    };
+    std::vector<match> matches;
     for (std::size_t n = 1; n + whole + 2 < record.size(); n++) {
         const std::size_t m = n + whole;
         if (model.uses()[m] == row_use::none || model.uses()[m + 1] == row_use::none) {
@@ -198,17 +206,27 @@ std::vector<event_finding> find_lost_commands(const block_model &model, const ri
         const double way = record.command_position_m[n] - record.command_position_m[n - 1];
         const double first = -(1.0 - rest) * way;
         const double second = -rest * way;
-        const double square = first * first + second * second;
-        if (square < 36.0 * sigma * sigma) {
-            continue;
+        const double size = std::hypot(first, second);
+        if (size > 6.0 * sigma) {
+            matches.push_back({n, (first * error[m] + second * error[m + 1]) / (size * size),
+                               std::hypot(error[m] - first, error[m + 1] - second) / size});
         }
-        testable++;
-        const double c = (first * error[m] + second * error[m + 1]) / square;
-        const double left = std::hypot(error[m] - first, error[m + 1] - second);
-        if (std::abs(c - 1.0) < 0.35 && left < 0.5 * std::sqrt(square)) {
-            rows[n] = 1;
+    }
+    const std::size_t testable = matches.size();
+    std::size_t hits = 0;
+    std::size_t counter_hits = 0;
+    for (std::size_t i = 0; i < testable; i++) {
+        /* A wrong dead time looks like a little of a loss at every setpoint: against the neighbours, then. */
+        const std::size_t begin = i < 8 ? 0 : i - 8;
+        std::vector<double> near;
+        for (std::size_t k = begin; k < std::min(testable, i + 9); k++) {
+            near.push_back(matches[k].share);
+        }
+        const double share = matches[i].share - median(near);
+        if (std::abs(share - 1.0) < 0.35 && matches[i].left < 0.5) {
+            rows[matches[i].row] = 1;
             hits++;
-        } else if (std::abs(c + 1.0) < 0.35) {
+        } else if (std::abs(share + 1.0) < 0.35) {
             counter_hits++;
         }
     }

@@ -28,10 +28,12 @@ double value_at(const free_parameter &parameter, double angle)
     return parameter.low + 0.5 * (parameter.high - parameter.low) * (1.0 + std::sin(angle - angle_of_middle));
 }
 
+/* A start at a bound is drawn a little inside: there the slope is not 0. */
 double angle_of(const free_parameter &parameter, double value)
 {
+    constexpr double inside = 0.995;
     const double s = 2.0 * (value - parameter.low) / (parameter.high - parameter.low) - 1.0;
-    return angle_of_middle + std::asin(std::min(1.0, std::max(-1.0, s)));
+    return angle_of_middle + std::asin(std::min(inside, std::max(-inside, s)));
 }
 
 /* What Eigen's optimiser asks for. */

@@ -88,6 +88,11 @@ void whiten(const noise_model &noise, const std::vector<double> &error, const st
     }
 }
 
+noise_model at_least(const noise_model &noise, double rms)
+{
+    return noise.rms < rms ? noise_model{{}, rms, rms} : noise;
+}
+
 double sum_of_squares(const std::vector<double> &values)
 {
     double sum = 0.0;

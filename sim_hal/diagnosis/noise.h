@@ -27,6 +27,9 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
 void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
             row_use use, std::vector<double> &white);
 
+/* The same noise, but no smaller than `rms`. */
+noise_model at_least(const noise_model &noise, double rms);
+
 double sum_of_squares(const std::vector<double> &values);
 
 /* rms over the rows with this use. */

@@ -37,13 +37,18 @@ class tangent_space
   public:
     tangent_space(block_model &model, const noise_model &noise, const fit_result &at, const Eigen::VectorXd &white)
     {
-        Eigen::MatrixXd jacobian(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
+        Eigen::MatrixXd jacobian =
+            Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
         std::vector<double> error;
         std::vector<double> moved_white;
         for (std::size_t i = 0; i < at.parameters.size(); i++) {
             const free_parameter &parameter = at.parameters[i];
             rig moved = at.rig;
             double &value = *static_cast<double *>(parameter.key->member(moved));
+            const double place = (value - parameter.low) / (parameter.high - parameter.low);
+            if (place < 0.01 || place > 0.99) {
+                continue; /* at a bound it cannot make up for anything more */
+            }
             value += 1e-4 * (value != 0.0 ? value : parameter.high);
             model.error(moved, error);
             whiten(noise, error, model.uses(), row_use::fit, moved_white);
@@ -63,6 +68,52 @@ class tangent_space
   private:
     Eigen::MatrixXd basis_;
 };
+
+/* An effect of one size, searched on a grid that closes in on the best one, with the base model fitted in between.
+ */
+fit_result fit_rough(block_model &model, const noise_model &noise, const start_point &start,
+                     const fit_result &incumbent, const search_options &options)
+{
+    const std::string_view key = start.effect->parameters[0].key;
+    double best = value_of(start.rig, key);
+    double factor = 1.3; /* the spacing of the starts, about */
+    fit_result fitted;
+    fitted.rig = start.rig;
+    double cost = cost_of(model, noise, start.rig);
+    for (int round = 0; round < 5; round++) {
+        const double middle = best;
+        for (const double place : {-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8}) {
+            rig tried = fitted.rig;
+            set_number(tried, key, middle * std::pow(factor, place));
+            const double tried_cost = cost_of(model, noise, tried);
+            if (tried_cost < cost) {
+                cost = tried_cost;
+                best = value_of(tried, key);
+            }
+        }
+        set_number(fitted.rig, key, best);
+        fitted = fit(model, noise, fitted.rig, incumbent.parameters, options.replays_max / 3);
+        cost = fitted.cost;
+        factor = std::pow(factor, 0.4);
+    }
+    /* How far the size may be off while the error stays the same. */
+    double width = best * (factor - 1.0);
+    for (double share = 1e-4; share < 0.3; share *= 1.5) {
+        double least_rise = unlimited;
+        for (const double sign : {-1.0, 1.0}) {
+            rig moved = fitted.rig;
+            set_number(moved, key, best * (1.0 + sign * share));
+            least_rise = std::min(least_rise, cost_of(model, noise, moved) - cost);
+        }
+        width = best * share;
+        if (least_rise > 3.84 * std::max(1.0, cost / static_cast<double>(fitted.rows))) {
+            break;
+        }
+    }
+    fitted.parameters.push_back({find_key(key), 0.5 * best, 2.0 * best});
+    fitted.ci95.push_back(width);
+    return fitted;
+}
 
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
@@ -171,11 +222,10 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
 
     std::vector<candidate> candidates;
     int tried = 0;
-    std::vector<const effect *> fitted_twice;
     for (const start_point &start : starts) {
         const auto same = std::count_if(candidates.begin(), candidates.end(),
                                         [&](const candidate &known) { return known.effect == start.effect; });
-        if (same >= 2 || (same >= 1 && std::count(fitted_twice.begin(), fitted_twice.end(), start.effect) > 0)) {
+        if (same >= start.effect->fits_max) {
             continue;
         }
         if (tried >= options.fits_max || start.promise < 10.0) {
@@ -184,9 +234,10 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
         candidate made;
         made.effect = start.effect;
-        made.fitted = fit(model, noise, start.rig, parameters, options.replays_max);
+        made.fitted = start.effect->is_rough ? fit_rough(model, noise, start, incumbent, options)
+                                             : fit(model, noise, start.rig, parameters, options.replays_max);
         made.white_cost = made.fitted.cost;
-        made.bic = bic_of(made.fitted.cost, made.fitted.rows, parameters.size());
+        made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
         candidates.push_back(std::move(made));
         tried += same == 0;
     }

@@ -49,6 +49,12 @@ struct effect {
     /* How many times smaller or larger than a start a fit may go: what is another effect beyond it stays apart. */
     double reach = 30.0;
 
+    /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */
+    bool is_rough = false;
+
+    /* How many of the starts are worth a fit. */
+    int fits_max = 2;
+
     /* Whether it is seen in single samples rather than fitted: what was lost, repeated, thrown off. */
     bool is_of_single_samples = false;
 

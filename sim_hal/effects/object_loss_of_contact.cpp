@@ -12,9 +12,9 @@ effect object_loss_of_contact()
         "The grip pulls no more than F_hold: beyond it the object is loose, F = 0, until it is touched again.";
     made.source = "grippers, magnets, one-sided contact";
     made.parameters = {{"object.grip_force_N", 0.0, 1e7, "the grip lets go where it has to pull more; 0: never"}};
-    made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.force_N, {0.1, 0.3, 0.5, 0.7, 0.85});
-    };
+    made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.force_N, 0.02, 0.98, 48); };
+    made.is_rough = true;
+    made.fits_max = 3; /* where it comes loose decides all that follows */
     return made;
 }
 

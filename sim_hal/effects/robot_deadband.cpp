@@ -37,12 +37,12 @@ effect robot_deadband()
     made.source = "servo drives";
     made.parameters = {
         {"robot.deadband_m", 0.0, 10.0, "setpoints nearer than this to the last one taken are ignored"}};
-    made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.position_m, {0.002, 0.005, 0.01, 0.02, 0.05, 0.1});
-    };
+    made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.position_m, 1e-4, 0.5, 24); };
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
         return std::make_unique<deadband>(value_of(rig, "robot.deadband_m"));
     };
+    made.is_rough = true;
+    made.fits_max = 1;
     return made;
 }
 

@@ -12,7 +12,7 @@ effect robot_velocity_limit()
     made.source = "drive limits; MuJoCo servo records show it as triangles instead of sines";
     made.parameters = {{"robot.velocity_limit_m_per_s", 1e-9, 1e9, {}}};
     made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.velocity_m_per_s, {0.2, 0.4, 0.6, 0.75, 0.9});
+        return grid_of(scales.velocity_m_per_s, 0.15, 0.98, 12);
     };
     return made;
 }

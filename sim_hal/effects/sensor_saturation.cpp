@@ -11,9 +11,7 @@ effect sensor_saturation()
     made.physics = "The sensor shows no more than S: |y| <= S.";
     made.source = "data sheets of force sensors";
     made.parameters = {{"sensor.saturation_N", 0.0, 1e7, {}}};
-    made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.force_N, {0.3, 0.6, 0.8, 0.9, 0.97});
-    };
+    made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.force_N, 0.2, 0.99, 10); };
     return made;
 }
 

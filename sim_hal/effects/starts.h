@@ -3,6 +3,7 @@
 #define SIM_HAL_EFFECTS_STARTS_H
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 
 #include "effect.h"
@@ -24,6 +25,16 @@ inline std::vector<effect_values> sizes_of(double scale, std::initializer_list<d
     std::vector<effect_values> all;
     for (const double share : shares) {
         all.push_back({share * scale});
+    }
+    return all;
+}
+
+/* `count` sizes from share to share of the scale, each larger than the one before by the same factor. */
+inline std::vector<effect_values> grid_of(double scale, double from, double to, int count)
+{
+    std::vector<effect_values> all;
+    for (int i = 0; i < count; i++) {
+        all.push_back({scale * from * std::pow(to / from, static_cast<double>(i) / (count - 1))});
     }
     return all;
 }
