@@ -140,9 +140,15 @@ class block_search
     }
 
   private:
+    /* The base model's, and those of the robot before it as far as its own channel left them open. */
+    std::vector<free_parameter> own_parameters() const
+    {
+        return joined(input_.upstream, base_parameters(model_.which(), given_));
+    }
+
     void fit_base()
     {
-        const auto parameters = base_parameters(model_.which(), given_);
+        const auto parameters = own_parameters();
         std::vector<double> error;
         model_.error(given_, error);
         noise_ = input_.floor ? *input_.floor : estimate_noise(error, model_.uses(), 0);
@@ -276,7 +282,7 @@ class block_search
                     parameters.push_back(parameter);
                 }
             }
-            parameters = joined(base_parameters(model_.which(), given_), parameters);
+            parameters = joined(own_parameters(), parameters);
             fit_result tried = fit(model_, noise_, without, parameters, input_.options.replays_max);
             if (bic_of(tried.cost, tried.rows, parameters.size()) <
                 bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) + bic_clear) {
@@ -318,11 +324,11 @@ class block_search
         result.left = share_left();
         result.left_class = leftover_.strongest;
         const bool something_is_left =
-            leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
+            !only_moments && (exceeds_measured_floor() || (leftover_.explained > leftover_significant &&
+                                                           (result.causes.empty() || result.left > left_full)));
         if (result.causes.empty()) {
-            result.verdict =
-                something_is_left || exceeds_measured_floor() ? verdict::unknown : verdict::nothing_detectable;
-        } else if (something_is_left || exceeds_measured_floor()) {
+            result.verdict = something_is_left ? verdict::unknown : verdict::nothing_detectable;
+        } else if (something_is_left) {
             result.verdict = verdict::partly_explained;
         } else {
             result.verdict = result.alternatives.empty() ? verdict::named : verdict::one_of;
@@ -336,6 +342,17 @@ class block_search
                 {key, value_of(incumbent_.rig, key), incumbent_.ci95.empty() ? 0.0 : incumbent_.ci95[i]});
         }
         result.extended = incumbent_.rig;
+        for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
+            const free_parameter &known = incumbent_.parameters[i];
+            const double value = value_of(incumbent_.rig, known.key->path);
+            const double sd = incumbent_.ci95[i] / 1.96;
+            const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
+                return found->is_rough && found->parameters[0].key == known.key->path;
+            });
+            if (!is_rough && sd > 0.0 && sd < 0.1 * std::abs(value)) {
+                result.refinable.push_back({known.key, value - 4.0 * sd, value + 4.0 * sd, value, sd});
+            }
+        }
         model_.error(incumbent_.rig, result.error_after);
         result.floor_is_measured = input_.floor.has_value();
         result.fit_rms = rms(model_, row_use::fit);

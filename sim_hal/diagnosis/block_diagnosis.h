@@ -64,7 +64,8 @@ struct block_diagnosis {
     double explainable = 0.0; /* white sum of squares above the floor, per row, of the re-tuned base */
     double left = 0.0;        /* share of it that is left and depends on the state or on time */
     error_class left_class = error_class::linear;
-    berth::rig extended; /* the given rig with base and effects fitted */
+    std::vector<free_parameter> refinable; /* what was fitted, as a prior for the blocks after it */
+    berth::rig extended;                   /* the given rig with base and effects fitted */
     std::vector<parameter_estimate> base;
     std::vector<double> error_before; /* one a row */
     std::vector<double> error_after;
@@ -76,7 +77,8 @@ struct diagnosis_input {
     std::optional<noise_model> floor;   /* measured at standstill or by repetition */
     search_options options;
     int effects_max = 3;
-    bool has_cause_upstream = false; /* the motion comes from a robot with a fault of its own */
+    std::vector<free_parameter> upstream; /* see refinable */
+    bool has_cause_upstream = false;      /* the motion comes from a robot with a fault of its own */
 };
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,

@@ -235,9 +235,10 @@ diagnosis diagnose(const diagnosis_request &request)
         if (block == block::manipulator && data.is_from_this_firmware) {
             input.effects_max = 0;
         }
-        input.has_cause_upstream = block == block::force && !result.blocks.empty() &&
-                                   result.blocks.back().block == block::robot &&
-                                   !result.blocks.back().causes.empty();
+        if (block == block::force && !result.blocks.empty() && result.blocks.back().block == block::robot) {
+            input.upstream = result.blocks.back().refinable;
+            input.has_cause_upstream = !result.blocks.back().causes.empty();
+        }
         block_diagnosis found = diagnose_block(block, input, result.extended, events,
                                                block == block::force ? repeats : std::vector<event_finding>{});
         if (block == block::manipulator && data.is_from_this_firmware) {
