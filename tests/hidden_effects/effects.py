@@ -140,6 +140,7 @@ def presliding(rng, richer):
 
 
 def manipulator_coulomb(rng, s, scale, rig, richer):
+    s = s**1.5  # its position is known to a fraction of a micrometre: the same share would always be clear
     Fc = 0.8 * s * scale.drive_rms_N
     return Change({"manipulator_friction_up_N": Fc, "manipulator_friction_down_N": Fc,
                    "manipulator_presliding_m": presliding(rng, richer)}, {"coulomb_friction_N": Fc})
@@ -147,6 +148,7 @@ def manipulator_coulomb(rng, s, scale, rig, richer):
 
 def asymmetric_friction(rng, s, scale, rig, richer):
     """Fc +- a and D +- b where x' is positive and negative."""
+    s = s**1.5
     Fc = 0.8 * s * scale.drive_rms_N
     a = sign(rng) * Fc * rng.uniform(0.2, 0.5)
     b = sign(rng) * rig.values["manipulator.damping_N_s_per_m"] * min(0.5, s * rng.uniform(0.5, 1.5))
@@ -161,6 +163,7 @@ def spring_term(block, field_name, parameter, order, strength):
 
     def draw(rng, s, scale, rig, richer):
         k = rig.values[f"{block}.stiffness_N_per_m"]
+        s = s**1.5 if block == "manipulator" else s
         softens = rng.random() < 0.4
         factor = sign(rng) if order == 1 else -0.5 if softens else 1.0
         return same(field_name, factor * strength * s * k / scale.position_m**order, parameter)
@@ -169,10 +172,12 @@ def spring_term(block, field_name, parameter, order, strength):
 
 
 def manipulator_backlash(rng, s, scale, rig, richer):
+    s = s**1.5
     return same("manipulator_gap_m", 0.5 * s * scale.position_m, "backlash_m")
 
 
 def gravity_offset(rng, s, scale, rig, richer):
+    s = s**1.5
     return same("manipulator_gravity_N", sign(rng) * 0.8 * s * scale.drive_rms_N, "gravity_offset_N")
 
 

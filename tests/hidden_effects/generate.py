@@ -39,7 +39,8 @@ def truth_of(scenario):
         "seed": scenario.seed,
         "kind": scenario.kind,
         "effects": [
-            {"effect": name, "size": size, "parameters": change.parameters} for name, size, change in scenario.effects
+            {"effect": name, "size": size, "parameters": change.parameters, "detectability": found}
+            for (name, size, change), found in zip(scenario.effects, detectability.assess(scenario))
         ],
         "size": scenario.effects[0][1] if scenario.effects else None,
         "noise": scenario.noise_level,
@@ -48,7 +49,6 @@ def truth_of(scenario):
         "object": scenario.rig.values["object.kind"],
         "floor_rms": {channel: noise.rms for channel, noise in scenario.noise.items()},
         "floor": {channel: vars(noise) for channel, noise in scenario.noise.items()},
-        "detectability": detectability.assess(scenario),
         "true_fields": scenario.true,
         "scale": vars(scenario.scale),
     }

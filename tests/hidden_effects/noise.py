@@ -8,6 +8,7 @@ from rigs import log_uniform
 from scipy.signal import lfilter
 
 LEVELS = {"low": 0.002, "medium": 0.01, "high": 0.04}  # of the force's rms
+COMMAND_m = {"low": (5e-8, 1e-7), "medium": (1e-7, 3e-7), "high": (3e-7, 1e-6)}  # of a measured manipulator
 POSITION_m = {"low": (1e-6, 3e-6), "medium": (3e-6, 8e-6), "high": (8e-6, 20e-6)}
 
 
@@ -45,7 +46,7 @@ def draw_noise(rng, level, force_rms_N, measured_manipulator):
     """{channel: Noise} at a level."""
     force = LEVELS[level] * force_rms_N * log_uniform(rng, 0.7, 1.4)
     position = log_uniform(rng, *POSITION_m[level])
-    command = log_uniform(rng, 2e-8, 2e-7) if measured_manipulator else 0.0
+    command = log_uniform(rng, *COMMAND_m[level]) if measured_manipulator else 0.0
     quantised = rng.random() < 0.4
 
     def channel(rms, most_coloured, step_low, step_high, finest):

@@ -92,11 +92,12 @@ def is_stable(p, drive_N):
     t = np.arange(int(16 * rate_Hz)) / rate_Hz
     push_N = np.where((t > 1.0) & (t < 1.5), drive_N, 0.0)
     try:
-        x = simulate(dict(p, settle_ticks=0), push_N)["object_m"]
+        result = simulate(dict(p, settle_ticks=0), push_N)
     except Unstable:
         return False
-    first, last = x[(t > 1) & (t < 4)], x[t > 12]
-    return bool(np.isfinite(x).all() and np.std(last) < 0.5 * np.std(first))
+    first, last = (t > 1) & (t < 4), t > 12
+    signals = [result["object_m"], result["clean_force_N"]]
+    return all(np.isfinite(y).all() and np.std(y[last]) < 0.5 * np.std(y[first]) for y in signals)
 
 
 def drive(rng, rig, t):

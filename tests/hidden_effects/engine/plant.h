@@ -17,6 +17,7 @@ enum { X, V, Y, Y_RATE, Y_LAG, X2, V2, Z_WEN, STATES };
 struct memory {
     double reference_m; /* after the dead time */
     double limited_m, limited_m_per_s, windup_m_s;
+    double goal_m; /* the last setpoint that an acceleration limit was given */
     double lagged_m;
     double resonant_m, resonant_m_per_s;
     double play_m;
@@ -47,6 +48,9 @@ struct loop {
 
 /* The robot over a step; its memory and its modes come out. */
 void move_robot(const struct loop *l, struct memory *m, struct modes *modes, double h);
+
+/* A setpoint to what the robot's acceleration permits. */
+double limit_acceleration(const struct truth *p, struct memory *m, double goal_m);
 
 double with_periodic_error(const struct truth *p, double r);
 

@@ -28,27 +28,23 @@ static void limit_velocity(const struct truth *p, struct memory *m, int *mode, d
     m->limited_m += clamp(wish_m, -reach_m, reach_m);
 }
 
-/* Acceleration limit: the reference's velocity, and on top what can be braked away until the gap is closed. */
-static void limit_acceleration(const struct truth *p, struct memory *m, int *mode, double before_m, double u,
-                               double h)
+/* Acceleration limit, on the setpoints that the lines run between: what the reference does, and on top what can be
+ * braked away until the gap is closed. Integral action that was not told of the limit shifts the goal. */
+double limit_acceleration(const struct truth *p, struct memory *m, double goal_m)
 {
-    const double A = p->robot_acceleration_limit_m_per_s2, change = A * h;
-    const double gap_m = u - m->limited_m, reference_m_per_s = (u - before_m) / h;
-    double wish;
-    if (fabs(gap_m - m->limited_m_per_s * h) <= change * h) {
-        wish = gap_m / h; /* near enough to be there at the end of the step */
-        *mode = 0;
-    } else {
-        const double behind_m = before_m - m->limited_m;
-        const double wind_m = p->robot_windup_per_s * m->windup_m_s;
-        const double distance_m = behind_m + wind_m;
-        const double closing = sqrt(2.0 * A * fabs(distance_m) + 0.25 * change * change) - 0.5 * change;
-        wish = reference_m_per_s + (distance_m < 0.0 ? -closing : closing);
-        *mode = distance_m < 0.0 ? -1 : 1;
+    const double h = p->period_s, change = p->robot_acceleration_limit_m_per_s2 * h;
+    const double behind_m = m->goal_m - m->limited_m;
+    double wish = (goal_m - m->limited_m) / h; /* there at the end of the period */
+    if (fabs(behind_m) > change * h) {
+        const double gap_m = behind_m + p->robot_windup_per_s * m->windup_m_s;
+        const double closing = sqrt(2.0 * change / h * fabs(gap_m) + 0.25 * change * change) - 0.5 * change;
+        wish = (goal_m - m->goal_m) / h + (gap_m < 0.0 ? -closing : closing);
     }
-    m->windup_m_s += h * ((before_m - m->limited_m) - m->windup_m_s / p->robot_windup_leak_s);
+    m->windup_m_s += h * (behind_m - m->windup_m_s / p->robot_windup_leak_s);
     m->limited_m_per_s = clamp(wish, m->limited_m_per_s - change, m->limited_m_per_s + change);
     m->limited_m += m->limited_m_per_s * h;
+    m->goal_m = goal_m;
+    return m->limited_m;
 }
 
 /* First-order lag, exact for an input on a straight line. */
@@ -89,11 +85,6 @@ void move_robot(const struct loop *l, struct memory *m, struct modes *modes, dou
     if (p->robot_velocity_limit_m_per_s < 1e8) {
         from = m->limited_m;
         limit_velocity(p, m, &modes->limiter, before_m, u, h);
-        u = m->limited_m;
-    } else if (p->robot_acceleration_limit_m_per_s2 < 1e8) {
-        int unused; /* its switches are smooth in position and velocity: no event */
-        from = m->limited_m;
-        limit_acceleration(p, m, &unused, before_m, u, h);
         u = m->limited_m;
     }
     const double tau = p->robot_lag_s + p->robot_lag_drift * since_start(t);

@@ -106,6 +106,9 @@ static double heard(const struct truth *p, double sent, double standing, int is_
 
 static void add_knot(struct loop *l, double now_s, double end_s, double length_s, double position_m)
 {
+    if (l->p->robot_acceleration_limit_m_per_s2 < 1e8) {
+        position_m = limit_acceleration(l->p, &l->memory, position_m);
+    }
     const int64_t last = l->first + l->count - 1;
     double begin_s = fmax(end_s - length_s, now_s);
     if (l->count > 0) {
@@ -159,8 +162,8 @@ static void rest(struct loop *l, const struct truth *p, double at_m)
     const double x = r * p->spring_stiffness_N_per_m / (p->spring_stiffness_N_per_m + k);
     l->p = p;
     l->passed_m = at_m;
-    l->memory =
-        (struct memory){.reference_m = u, .limited_m = u, .lagged_m = u, .resonant_m = u, .play_m = u, .robot_m = r};
+    l->memory = (struct memory){
+        .reference_m = u, .limited_m = u, .goal_m = u, .lagged_m = u, .resonant_m = u, .play_m = u, .robot_m = r};
     l->state[X] = l->state[X2] = x;
     l->state[Y] = l->state[Y_LAG] = p->spring_stiffness_N_per_m * (r - x);
 }
