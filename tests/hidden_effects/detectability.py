@@ -1,9 +1,9 @@
 """How clearly a record shows an effect, from the truth alone.
 
-Per channel, s = what the effect adds: the blocks replayed from the recorded inputs with their true parameters and the
-effect, minus the same without it (another effect stays in both). Re-tuning the base within the rig's tolerances can
-take away J d, J the sensitivities of the replay (finite differences), d bounded. What is left, whitened by the noise's
-own spectrum,
+Per channel, s = what the effect adds: the blocks replayed from the recorded inputs with their true parameters and
+the effect, minus the same without it (another effect stays in both). Re-tuning the base within the rig's tolerances
+can take away J d, J the sensitivities of the replay (finite differences), d bounded. What is left, whitened by the
+noise's own spectrum,
 
     chi2 = min_d sum_channels sum_f |S - (J d)|^2 / (N * noise(f)),
 
@@ -99,16 +99,25 @@ class Tuning:
             self.high.append(max((highest - value) / width, 1e-9))
         self.J = np.column_stack([stacked(scenario, column) for column in self.columns])
 
+    def best(self, s):
+        """The re-tuning that takes most of a whitened signal away."""
+        return lsq_linear(self.J, s, (self.low, self.high)).x
+
+    def whitened_left(self, scenario, added):
+        """What it leaves, whitened."""
+        s = stacked(scenario, added)
+        return s - self.J @ self.best(s)
+
     def absorb(self, scenario, added):
         """(chi2, {channel: what is left}) of a signal after the best re-tuning."""
         s = stacked(scenario, added)
-        d = lsq_linear(self.J, s, (self.low, self.high)).x
+        d = self.best(s)
         left = {c: added[c] - sum(share * column[c] for share, column in zip(d, self.columns)) for c in added}
         return float(np.sum((s - self.J @ d) ** 2)), left
 
 
 def assess(scenario):
-    """For each effect of the scenario: rms per channel that it adds, that is left, and of the floor; chi2; verdict."""
+    """Per effect: rms that it adds to each channel, that is left, and of the floor; chi2; detectable or not."""
     if not scenario.effects:
         return []
     run, tuning = scenario.runs["record"], Tuning(scenario)

@@ -1,8 +1,8 @@
 """The library's effects as the truth has them: which fields change, by how much, and what the parameters are called.
 
-Each draw gets `s`, a share of what the record does: a large effect is a good part of the motion, a tiny one is lost in
-the noise of most records. `richer` draws have physics that the library's candidates lack: presliding, a static part of
-friction, integral action that winds up at a limit.
+Each draw gets `s`, a share of what the record does: a large effect is a good part of the motion, a tiny one is lost
+in the noise of many records. `richer` draws have physics that the library's candidates lack: presliding, a static
+part of friction, integral action that winds up at a limit.
 """
 
 from dataclasses import dataclass, field

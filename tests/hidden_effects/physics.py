@@ -66,7 +66,8 @@ def engine():
             (folder / "truth.h").write_text(c_struct())
             made = folder / "engine.so"
             files = [str(s) for s in sources if s.suffix == ".c"]
-            subprocess.run([os.environ.get("CC", "gcc"), *FLAGS, f"-I{folder}", *files, "-o", made, "-lm"], check=True)
+            compiler = os.environ.get("CC", "gcc")
+            subprocess.run([compiler, *FLAGS, f"-I{folder}", *files, "-o", made, "-lm"], check=True)
             os.replace(made, library)  # several processes may build at once
     return ctypes.CDLL(str(library))
 

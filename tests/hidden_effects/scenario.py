@@ -117,7 +117,8 @@ def scale_of(result, operator_N, p):
         position_m=float(np.max(np.abs(x - (p["surface_m"] if p["contact"] else 0.0)))),
         velocity_m_per_s=float(np.max(np.abs(np.diff(x_command))) / T),
         acceleration_m_per_s2=float(np.max(np.abs(np.diff(x_command, 2))) / T**2),
-        force_rms_N=float(np.std(result["clean_force_N"])), force_peak_N=float(np.max(np.abs(result["clean_force_N"]))),
+        force_rms_N=float(np.std(result["clean_force_N"])),
+        force_peak_N=float(np.max(np.abs(result["clean_force_N"]))),
         pull_peak_N=float(-np.min(F)), drive_rms_N=float(np.std(operator_N)), duration_s=len(x) * T, period_s=T)
 
 
