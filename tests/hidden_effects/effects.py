@@ -225,6 +225,7 @@ def stiffness_drift(rng, s, scale, rig, richer):
 
 
 def loss_of_contact(rng, s, scale, rig, richer):
+    """Rigs with soft jaws: on stiff ones the object bounces so often that no two runs are alike."""
     return same("grip_N", scale.pull_peak_N * (1.0 - 0.7 * s), "grip_force_N")
 
 

@@ -60,8 +60,9 @@ def log_uniform(rng, low, high):
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def draw_values(rng, contact):
+def draw_values(rng, contact, soft_grip):
     """Keys of a rig file. Gripped objects around the shipped `ess`, materials around the shipped foam."""
+    spring, spring_damping = 2e7, 0.05
     rate_Hz = int(rng.choice([250, 400, 400, 400, 500]))
     period_ms = 1000.0 / rate_Hz
     M = rounded(rng.uniform(120, 300), 4)
@@ -74,7 +75,8 @@ def draw_values(rng, contact):
     else:
         m, k = M * rng.uniform(0.15, 0.5), K * rng.uniform(0.15, 0.8)
         d = 2 * rng.uniform(0.02, 0.1) * np.sqrt(k * m)
-        spring = 2e7
+        if soft_grip or rng.random() < 0.2:  # rubber jaws
+            spring, spring_damping = 5e5, 0.5
     order = int(rng.choice([1, 2, 2, 2]))
     return {
         "name": "hidden",
@@ -87,7 +89,7 @@ def draw_values(rng, contact):
         "robot.dead_time_ms": rounded(rng.uniform(4.0, 18.0), 3),
         "robot.interpolation": "linear",
         "sensor.stiffness_N_per_m": spring,
-        "sensor.damping_ratio": 0.05,
+        "sensor.damping_ratio": spring_damping,
         "sensor.low_pass_order": order,
         "sensor.low_pass_frequency_Hz": rounded(rng.uniform(20.0, 60.0), 3),
         "sensor.low_pass_damping_ratio": 0.7,
@@ -117,9 +119,9 @@ def true_fields(values):
     return truth(**fields)
 
 
-def draw_rig(rng, contact=False, measured_manipulator=False):
+def draw_rig(rng, contact=False, measured_manipulator=False, soft_grip=False):
     """A rig and its truth: each parameter with a tolerance off by up to that, the firmware's manipulator exact."""
-    values = draw_values(rng, contact)
+    values = draw_values(rng, contact, soft_grip)
     tolerances = {key: rounded(limit * rng.choice([0.5, 1.0]), 3) for key, limit in TOLERANCES.items()}
     true = true_fields(values)
     for key, tolerance in tolerances.items():

@@ -138,7 +138,7 @@ def attempt_draw(seed, attempt, kind, names, size, noise_level):
     measured = any(name.startswith("manipulator.") for name in names) or (not names and rng.random() < 0.25)
     may_contact = not GRIPPED_ONLY & set(names)
     contact = bool(CONTACT_ONLY & set(names)) or (may_contact and rng.random() < 0.2)
-    rig = draw_rig(rng, contact, measured)
+    rig = draw_rig(rng, contact, measured, soft_grip="object.loss_of_contact" in names)
     rate_Hz = rig.values["loop.rate_Hz"]
     t = np.arange(int(rng.uniform(20, 60) * rate_Hz)) / rate_Hz
     try:

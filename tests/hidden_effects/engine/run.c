@@ -34,8 +34,8 @@ static double manipulator_force_N(const struct truth *p, const struct manipulato
 {
     const int d = start->direction;
     const double D = p->manipulator_damping_N_s_per_m + d * p->manipulator_damping_asymmetry_N_s_per_m;
-    const double level = d >= 0 ? p->manipulator_friction_up_N : p->manipulator_friction_down_N;
     const double friction = dahl(start->friction, x - start->x, p->manipulator_presliding_m, d);
+    const double level = friction >= 0.0 ? p->manipulator_friction_up_N : p->manipulator_friction_down_N;
     return net_N - D * v - p->manipulator_stiffness_N_per_m * dead_zone(x, 0.5 * p->manipulator_gap_m) -
            p->manipulator_cubic_N_per_m3 * x * x * x - p->manipulator_quadratic_N_per_m2 * x * x -
            p->manipulator_gravity_N - level * friction;
