@@ -63,9 +63,9 @@ def write(scenario, out, truth_folder):
     (out / "rig.toml").write_text(scenario.rig.toml())
     for name, run in scenario.runs.items():
         (out / f"{name}.csv").write_text(csv_text(run, scenario.true))
-    truth = truth_of(scenario)
-    (truth_folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n")
-    return truth
+    text = json.dumps(truth_of(scenario), indent=1) + "\n"
+    (truth_folder / "truth.json").write_text(text)
+    return json.loads(text)
 
 
 def arguments(words=None):

@@ -161,3 +161,18 @@ def test_the_scorer_tells_programs_apart(scored):
         assert not met["named when detectable"] and not met["two effects: both named"]
     if how == "broken":
         assert "exit code 1: no idea" in report and not met["named when detectable"]
+
+
+def test_which_names_a_record_cannot_tell_apart():
+    import equivalents
+    import scenario
+
+    made = scenario.draw(21, "robot.gain", "large")
+    gain = made.effects[0][2].parameters["gain"]
+    found = equivalents.chi2_between(made, "robot.gain", {"gain": 1.0 + 0.9 * (gain - 1.0)})
+    assert found < equivalents.CHI2_APART, "itself, from a start that is a tenth off"
+    assert equivalents.chi2_between(made, "robot.dead_time", {"dead_time_ms": 10.0}) > 1000.0
+    assert equivalents.chi2_between(made, "sensor.spikes", {"spike_N": 1.0}) is None
+    assert not equivalents.indistinguishable(made, "robot.backlash", {"backlash_m": 1e-4})
+    made = scenario.draw(22, "sensor.lag", "tiny", noise="high")  # 0.15 ms: the low-pass within its tolerance
+    assert equivalents.indistinguishable(made, "sensor.delay", {"delay_ms": made.rig.values["sensor.delay_ms"] + 0.1})
