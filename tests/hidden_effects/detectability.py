@@ -1,0 +1,141 @@
+"""How clearly a record shows an effect, from the truth alone.
+
+Per channel, s = what the effect adds: the blocks replayed from the recorded inputs with their true parameters and
+the effect, minus the same without it (another effect stays in both). Re-tuning the base within the rig's tolerances
+can take away J d, J the sensitivities of the replay (finite differences), d bounded. What is left, whitened by the
+noise's own spectrum,
+
+    chi2 = min_d sum_channels sum_f |S - (J d)|^2 / (N * noise(f)),
+
+is twice the logarithm of the likelihood ratio against the best base. "Detectable" asks for
+
+    chi2 - p ln N >= 100   and   rms of what is left >= 0.2 of the floor's rms in one channel,
+
+p parameters of the effect, N samples of all channels together.
+"""
+
+import numpy as np
+from physics import Disturbance, replay_manipulator, simulate
+from rigs import FIELD_OF_KEY
+from scenario import apply
+from scipy.optimize import lsq_linear
+
+CHI2_MARGIN = 100.0
+LEAST_SHARE = 0.2  # of the floor's rms
+CHANNELS = ["command_position_m", "robot_position_m", "force_N"]
+
+
+def replayed(p, run, losses=None):
+    """{channel: values} of the blocks with fields p, without noise and rounding, from the recorded inputs."""
+    settle = int(p["settle_ticks"])
+    hardware = simulate(dict(p, sensor_step_N=0.0, robot_step_m=0.0), run.operator_N, losses, run.full["command_m"])
+    command_m = replay_manipulator(p, run.operator_N - run.full["force_N"])
+    channels = {"command_position_m": command_m, "robot_position_m": hardware["robot_m"],
+                "force_N": hardware["force_N"]}
+    return {name: values[settle:] for name, values in channels.items()}
+
+
+def losses_of(chances, run):
+    """The losses and spikes that the run had, as far as `chances` has them."""
+    had, losses = run.disturbance, Disturbance.none(len(run.operator_N))
+    for name in ("command", "force", "tick"):
+        if name + "_lost" in chances:
+            setattr(losses, name + "_is_lost", getattr(had, name + "_is_lost"))
+    if "spike" in chances:
+        losses.force_noise_N = had.force_noise_N - run.force_noise_N
+    return losses
+
+
+def with_effects(scenario, run, changes):
+    """{channel: values} of the replay with these changes."""
+    true, chances = apply(scenario.base, changes)
+    channels = replayed(true, run, losses_of(chances, run))
+    if any("resolution_N" in change.parameters for change in changes):
+        channels["force_N"] = (run.full["force_N"] - run.force_noise_N)[run.settle_ticks :]
+    return channels
+
+
+def whitened(values, noise, period_s):
+    """A signal in units of the noise: its squared sum is what the noise's likelihood sees."""
+    n = len(values)
+    spectrum = np.fft.rfft(values) / np.sqrt(n * noise.spectrum(np.fft.rfftfreq(n, period_s), period_s))
+    spectrum[1 : (n + 1) // 2] *= np.sqrt(2.0)  # the other half
+    return np.concatenate([spectrum.real, spectrum.imag])
+
+
+def stacked(scenario, signals):
+    """The whitened channels one after the other; the firmware's own command is no measurement."""
+    return np.concatenate([whitened(signals[c], scenario.noise[c], scenario.base["period_s"])
+                           for c in measured_channels(scenario)])
+
+
+def measured_channels(scenario):
+    return [c for c in CHANNELS if c != "command_position_m" or scenario.base["manipulator_is_measured"]]
+
+
+def tunable(scenario):
+    """[(field, true value, lowest, highest)] of the parameters with a tolerance."""
+    for key, tolerance in scenario.rig.tolerances.items():
+        if key.startswith("manipulator.") and not scenario.base["manipulator_is_measured"]:
+            continue  # the firmware's, and exact
+        name, unit = FIELD_OF_KEY[key]
+        nominal = scenario.rig.values[key] * unit
+        yield name, scenario.base[name], nominal * (1 - tolerance), nominal * (1 + tolerance)
+
+
+class Tuning:
+    """What re-tuning the base within its tolerances can do to a record, to first order."""
+
+    def __init__(self, scenario):
+        run, base = scenario.runs["record"], scenario.base
+        before = replayed(base, run)
+        self.columns, self.low, self.high = [], [], []
+        for name, value, lowest, highest in tunable(scenario):
+            width = highest - lowest
+            change = 0.5 * width * (1 if value < 0.5 * (lowest + highest) else -1)
+            after = replayed({**base, name: value + change}, run)
+            self.columns.append({c: (after[c] - before[c]) * (width / change) for c in before})
+            self.low.append(min((lowest - value) / width, -1e-9))  # the truth itself is always allowed
+            self.high.append(max((highest - value) / width, 1e-9))
+        self.J = np.column_stack([stacked(scenario, column) for column in self.columns])
+
+    def best(self, s):
+        """The re-tuning that takes most of a whitened signal away."""
+        return lsq_linear(self.J, s, (self.low, self.high)).x
+
+    def whitened_left(self, scenario, added):
+        """What it leaves, whitened."""
+        s = stacked(scenario, added)
+        return s - self.J @ self.best(s)
+
+    def absorb(self, scenario, added):
+        """(chi2, {channel: what is left}) of a signal after the best re-tuning."""
+        s = stacked(scenario, added)
+        d = self.best(s)
+        left = {c: added[c] - sum(share * column[c] for share, column in zip(d, self.columns)) for c in added}
+        return float(np.sum((s - self.J @ d) ** 2)), left
+
+
+def assess(scenario):
+    """Per effect: rms that it adds to each channel, that is left, and of the floor; chi2; detectable or not."""
+    if not scenario.effects:
+        return []
+    run, tuning = scenario.runs["record"], Tuning(scenario)
+    changes = [change for _, _, change in scenario.effects]
+    everything = with_effects(scenario, run, changes)
+    found = []
+    for change in changes:
+        others = with_effects(scenario, run, [other for other in changes if other is not change])
+        added = {c: everything[c] - others[c] for c in measured_channels(scenario)}
+        chi2, left = tuning.absorb(scenario, added)
+        channels = {c: {"added_rms": rms(added[c]), "left_rms": rms(left[c]), "floor_rms": scenario.noise[c].rms}
+                    for c in added}
+        share = max(channel["left_rms"] / channel["floor_rms"] for channel in channels.values())
+        margin = chi2 - len(change.parameters) * float(np.log(len(added) * len(added["force_N"])))
+        found.append({"channels": channels, "chi2": chi2, "margin": margin, "share_of_floor": share,
+                      "detectable": bool(margin >= CHI2_MARGIN and share >= LEAST_SHARE)})
+    return found
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))

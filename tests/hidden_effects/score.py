@@ -1,0 +1,159 @@
+"""Hides effects, lets `berth diagnose` look for them, and scores what it says.
+
+    python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short] [--program build/berth] [--out DIR]
+
+Writes score.json and score.md into DIR; exits with 1 if a bound is missed. --short: 24 records, seeds from the date;
+few records cannot show a share, so a bound then fails only on a count that it makes improbable (0.1 %).
+"""
+
+import argparse
+import concurrent.futures
+import datetime
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import diagnosis  # noqa: E402
+import tally  # noqa: E402
+from effects import LIBRARY, SIZES  # noqa: E402
+from equivalents import indistinguishable  # noqa: E402
+from generate import write  # noqa: E402
+from judge import admits_ignorance, detectable, is_confident, judge, names_nothing  # noqa: E402
+from outside import OUTSIDE  # noqa: E402
+from scenario import draw  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TIMEOUT_s = 600
+PATTERN = ["single", "fault_free", "single", "two", "single", "single", "outside", "single", "fault_free", "single"]
+
+
+def plan(first_seed, count):
+    """[(seed, kind, effect or None, size or None)]: every effect and size in turn, starting anywhere."""
+    jobs, library, strange = [], list(LIBRARY), list(OUTSIDE)
+    turn = first_seed % len(library)
+    for i in range(count):
+        kind, effect, size = PATTERN[i % len(PATTERN)], None, None
+        if kind == "single":
+            effect, size = library[turn % len(library)], list(SIZES)[(turn // len(library) + turn) % len(SIZES)]
+            turn += 7  # so that a short run meets every block
+        elif kind == "outside":
+            effect = strange[(first_seed + i // len(PATTERN)) % len(strange)]
+        elif kind == "fault_free":
+            effect = "none"
+        jobs.append((first_seed + i, kind, effect, size))
+    return jobs
+
+
+def diagnose(program, folder, out, without=None):
+    """Runs the program on a record's folder; (Diagnosis or None, what went wrong)."""
+    words = [program, "diagnose", folder / "record.csv", "--rig", folder / "rig.toml", "--out", out]
+    for name in ("validate", "standstill", "repeat"):
+        if (folder / f"{name}.csv").exists():
+            words += [f"--{name}", folder / f"{name}.csv"]
+    words += ["--without", without] if without else []
+    try:
+        words = [str(word) for word in words]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT_s, check=False)
+    except subprocess.TimeoutExpired:
+        return None, f"no answer in {TIMEOUT_s} s"
+    except OSError as error:
+        return None, str(error)
+    if done.returncode != 0:
+        return None, f"exit code {done.returncode}: {done.stderr.strip()[-300:]}"
+    try:
+        return diagnosis.read(out / "diagnosis.json"), None
+    except diagnosis.BadDiagnosis as error:
+        return None, str(error)
+
+
+def inseparable_names(scenario, found, true):
+    """The wrong names among the causes that this record cannot tell from the truth; asked only if named outright."""
+    if not scenario.effects or not is_confident(found) or len(found.causes) != 1 or len(scenario.effects) != 1:
+        return []
+    return [name for name in found.causes if name not in true and indistinguishable(
+        scenario, name, {p: value for p, (value, _, _) in found.parameters[name].items()})]
+
+
+def reproduction(seed, effect, size, kind):
+    words = ("python tests/hidden_effects/generate.py "
+             f"--seed {seed} --out build/hidden/{seed} --truth build/hidden-truth/{seed}")
+    given = [("effect", effect), ("size", size), ("kind", kind if effect is None else None)]
+    return words + "".join(f" --{name} {value}" for name, value in given if value)
+
+
+def score_one(job, program, work):
+    """Makes, diagnoses and judges one record; a JSON object."""
+    seed, kind, effect, size = job
+    folder, truth_folder, out = (pathlib.Path(work) / f"{name}-{seed}" for name in ("record", "truth", "out"))
+    scenario = draw(seed, effect, size, kind)
+    truth = write(scenario, folder, truth_folder)
+    names = [entry["effect"] for entry in truth["effects"]]
+    record = {
+        "seed": seed, "kind": kind, "effect": names[0] if len(names) == 1 else None, "size": truth["size"],
+        "noise": truth["noise"], "richer": truth["richer"], "label": " + ".join(names) or "fault-free",
+        "visible": detectable(truth), "again": reproduction(seed, effect, size, kind),
+        "detectability": {entry["effect"]: entry["detectability"] for entry in truth["effects"]},
+    }
+    found, error = diagnose(program, folder, out)
+    if found is None:
+        return record | {"outcome": "failed", "verdict": "none", "causes": [], "wrong_causes": [], "intervals": [],
+                         "gain": None, "names_nothing": False, "error": error}
+    inseparable = inseparable_names(scenario, found, names)
+    record |= judge(truth, found, inseparable).as_json()
+    record |= {"names_nothing": names_nothing(found), "inseparable": inseparable}
+    if kind == "outside" and record["visible"]:
+        record |= {"left_out_ok": admits_ignorance(found, inseparable),
+                   "left_out": f"{found.verdict} {found.causes}"}
+    if kind == "single" and record["visible"]:
+        other, error = diagnose(program, folder, out.with_name(f"without-{seed}"), names[0])
+        near = inseparable_names(scenario, other, names) if other else []
+        record |= {"left_out_ok": other is not None and admits_ignorance(other, near),
+                   "left_out": f"{other.verdict} {other.causes}" if other else error}
+    if record["outcome"] in ("right", "quiet") and record.get("left_out_ok") is not False:
+        for path in (folder, truth_folder, out, out.with_name(f"without-{seed}")):
+            shutil.rmtree(path, ignore_errors=True)
+    return record
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1, help="of the first record")
+    parser.add_argument("--short", action="store_true", help="24 records, seeds from the date")
+    parser.add_argument("--program", default=str(ROOT / "build" / "berth"))
+    parser.add_argument("--out", default=str(ROOT / "build" / "hidden_effects" / "score"))
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    return parser.parse_args()
+
+
+def main():
+    given = arguments()
+    if given.short:
+        given.count, given.seed = 24, int(datetime.date.today().strftime("%Y%m%d")) * 100
+    work = pathlib.Path(given.out)
+    work.mkdir(parents=True, exist_ok=True)
+    print(f"{given.count} records from seed {given.seed} on; again: "
+          f"python tests/hidden_effects/score.py --count {given.count} --seed {given.seed}", flush=True)
+    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
+        jobs = [pool.submit(score_one, job, given.program, work) for job in plan(given.seed, given.count)]
+        records = []
+        for done in concurrent.futures.as_completed(jobs):
+            r = done.result()
+            records.append(r)
+            print(f"  {len(records):4d} seed {r['seed']} {r['label']}: {r['outcome']} ({r['verdict']} "
+                  f"{', '.join(r['causes'])})", flush=True)
+    records.sort(key=lambda r: r["seed"])
+    bounds = tally.bounds(records)
+    content = {"bounds": [b.as_json(given.short) for b in bounds], "records": records}
+    (work / "score.json").write_text(json.dumps(content, indent=1) + "\n")
+    (work / "score.md").write_text(tally.markdown(records, given.short))
+    print(tally.markdown(records, given.short))
+    sys.exit(0 if all(b.is_met(given.short) for b in bounds) else 1)
+
+
+if __name__ == "__main__":
+    main()
