@@ -24,6 +24,13 @@ std::string_view name_of(verdict verdict)
     return verdict_names[static_cast<int>(verdict)];
 }
 
+const char *channel_of(block block)
+{
+    return block == block::manipulator ? "command_position_m"
+           : block == block::robot     ? "robot_position_m"
+                                       : "force_N";
+}
+
 nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
 {
     nlohmann::json all = nlohmann::json::array();
@@ -31,7 +38,7 @@ nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
         all.push_back({{"name", parameter.key.substr(parameter.key.find('.') + 1)},
                        {"key", parameter.key},
                        {"value", parameter.value},
-                       {"ci95", parameter.ci95},
+                       {"ci95", {parameter.value - parameter.ci95, parameter.value + parameter.ci95}},
                        {"unit", unit_of(parameter.key)}});
     }
     return all;
@@ -71,7 +78,7 @@ nlohmann::json as_json(const block_diagnosis &block)
             {"causes", causes},
             {"alternatives", alternatives},
             {"base", as_json(block.base)},
-            {"residual_rms",
+            {"residual",
              {{"unit", block_units[static_cast<int>(block.block)]},
               {"fit", as_json(block.fit_rms)},
               {"held_out", as_json(block.held_out_rms)},
@@ -87,14 +94,14 @@ nlohmann::json as_json(const diagnosis &found)
                         {"next_experiment", nullptr},
                         {"versions", {{"berth", version()}, {"schema", 1}}}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
-    json["residual_rms"] = nlohmann::json::object();
+    json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
     for (const block_diagnosis &block : found.blocks) {
         nlohmann::json made = as_json(block);
         json["causes"].insert(json["causes"].end(), made["causes"].begin(), made["causes"].end());
         json["alternatives"].insert(json["alternatives"].end(), made["alternatives"].begin(),
                                     made["alternatives"].end());
-        json["residual_rms"][std::string(name_of(block.block))] = made["residual_rms"];
+        json["residual"][channel_of(block.block)] = made["residual"];
         json["blocks"].push_back(std::move(made));
     }
     json["inputs"] = nlohmann::json::array();

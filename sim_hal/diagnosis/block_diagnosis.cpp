@@ -16,9 +16,12 @@ constexpr double leftover_significant = 40.0;
 constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
 constexpr double moments_bearable = 0.04;
 constexpr double bic_undecided = 30.0;   /* two causes nearer than this cannot be told apart */
+constexpr double bic_suspect = 100.0;    /* so much better, and yet not proved on unseen data: something is there */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
 constexpr double left_full = 0.08;       /* share of it that may be left of a full explanation */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
+
+constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
 
 struct gain {
     double value;
@@ -107,7 +110,7 @@ noise_model floor_under(block_model &model, const rig &rig)
     model.error(rig, error);
     noise_model noise = estimate_noise(error, model.uses(), 0);
     for (int pass = 0; pass < 2; pass++) {
-        noise = estimate_noise(find_leftover(model, noise, rig, error).unexplained, model.uses());
+        noise = estimate_noise_robustly(find_leftover(model, noise, rig, error).unexplained, model.uses());
     }
     return at_least(noise, resolution_rms(model.which()));
 }
@@ -152,10 +155,10 @@ class block_search
         std::vector<double> error;
         model_.error(given_, error);
         noise_ = input_.floor ? *input_.floor : estimate_noise(error, model_.uses(), 0);
-        incumbent_ = fit(model_, noise_, given_, parameters, input_.options.replays_max);
+        incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
         if (!input_.floor) {
             noise_ = floor_under(model_, incumbent_.rig);
-            incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.replays_max);
+            incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
         }
     }
 
@@ -176,6 +179,12 @@ class block_search
     bool exceeds_measured_floor() const
     {
         return input_.floor && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
+    }
+
+    /* Bursts that no feature catches, over a floor that was found without them. */
+    bool exceeds_floor() const
+    {
+        return exceeds_measured_floor() || incumbent_.cost > bursts_exceed * static_cast<double>(incumbent_.rows);
     }
 
     bool is_worth_going_on(const block_diagnosis &result)
@@ -236,6 +245,10 @@ class block_search
             held_out_gain(unseen, noise_, incumbent_.rig, best.fitted.rig, model_.data().period_s, use);
         const double share = (incumbent_.cost - best.fitted.cost) / explainable;
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0) {
+            is_suspect_ = bic_before - best.bic > bic_suspect && share > share_worthwhile;
+            if (is_suspect_) {
+                result.alternatives.push_back({best.effect, best.bic - bic_before});
+            }
             return false;
         }
         cause made;
@@ -324,8 +337,9 @@ class block_search
         result.left = share_left();
         result.left_class = leftover_.strongest;
         const bool something_is_left =
-            !only_moments && (exceeds_measured_floor() || (leftover_.explained > leftover_significant &&
-                                                           (result.causes.empty() || result.left > left_full)));
+            !only_moments &&
+            (is_suspect_ || exceeds_measured_floor() ||
+             (leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full)));
         if (result.causes.empty()) {
             result.verdict = something_is_left ? verdict::unknown : verdict::nothing_detectable;
         } else if (something_is_left) {
@@ -382,31 +396,50 @@ class block_search
     fit_result base_;
     fit_result incumbent_;
     leftover leftover_;
+    bool is_suspect_ = false;
     std::vector<const effect *> found_;
 };
 
 } // namespace
+
+/* Single samples first, as they would spoil every fit; and once more with a base that they no longer spoil. */
+static void find_single_samples(block block, const diagnosis_input &input, const rig &given, sample_events &events,
+                                std::vector<event_finding> &found)
+{
+    const sample_events before = events;
+    rig base = given;
+    std::vector<double> error;
+    for (int pass = 0; pass < 2; pass++) {
+        std::vector<event_finding> now;
+        block_model model(block, *input.fit, base, events, false);
+        model.error(base, error);
+        base = fit(model, estimate_noise(error, model.uses(), 0), base,
+                   joined(input.upstream, base_parameters(block, given)), input.options.replays_max)
+                   .rig;
+        events = before;
+        block_model plain(block, *input.fit, base, events, false);
+        plain.error(base, error);
+        if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
+            now = find_lost_commands(plain, base, error, events);
+        }
+        if (block == block::force && now.empty()) {
+            now = find_spikes(plain, error, events);
+        }
+        if (now.empty()) {
+            return;
+        }
+        if (pass == 1) {
+            found.insert(found.end(), now.begin(), now.end());
+        }
+    }
+}
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
                                std::vector<event_finding> found_events)
 {
     block_diagnosis result;
     result.block = block;
-    {
-        /* Single samples first: they would spoil every fit. */
-        block_model model(block, *input.fit, given, events, false);
-        std::vector<double> error;
-        const fit_result base = fit(model, estimate_noise((model.error(given, error), error), model.uses(), 0),
-                                    given, base_parameters(block, given), input.options.replays_max);
-        model.error(base.rig, error);
-        std::vector<event_finding> more;
-        if (block == block::force) {
-            more = find_spikes(model, error, events);
-        } else if (block == block::robot) {
-            more = find_lost_commands(model, base.rig, error, events);
-        }
-        found_events.insert(found_events.end(), more.begin(), more.end());
-    }
+    find_single_samples(block, input, given, events, found_events);
     block_search search(block, input, given, events);
     search.run(result);
     if (block == block::force) {

@@ -73,6 +73,8 @@ std::vector<std::string_view> base_keys(block block, const rig &rig)
         add_if(rig.sensor.low_pass_order > 0, "sensor.low_pass_frequency_Hz");
         add_if(rig.sensor.low_pass_order == 2, "sensor.low_pass_damping_ratio");
         keys.push_back("sensor.delay_ms");
+        keys.push_back("sensor.stiffness_N_per_m");
+        add_if(rig.sensor.damping_ratio > 0.0, "sensor.damping_ratio");
         break;
     }
     return keys;
@@ -160,7 +162,7 @@ void block_model::replay_motion(const rig &rig)
         return found;
     }();
     const bool fine = block_ == block::force && object_is_nonlinear(rig);
-    std::vector<double> made_for{static_cast<double>(rig.robot.clock), fine ? 1.0 : 0.0};
+    std::vector<double> made_for{static_cast<double>(rig.robot.clock), fine ? 1.0 : 0.0, rig.sensor.delay_ms};
     for (const rig_key *const key : robot_keys) {
         made_for.push_back(*static_cast<double *>(key->member(const_cast<berth::rig &>(rig))));
     }

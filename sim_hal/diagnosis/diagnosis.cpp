@@ -176,6 +176,20 @@ void judge_software(block_diagnosis &result)
     }
 }
 
+/* A later block saw more of an effect that an earlier one had found already. */
+void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
+{
+    const auto is_seen_again = [&](const cause &known) {
+        return std::any_of(now.causes.begin(), now.causes.end(),
+                           [&](const cause &seen) { return seen.effect == known.effect; });
+    };
+    const auto kept = std::remove_if(before.causes.begin(), before.causes.end(), is_seen_again);
+    if (kept != before.causes.end() && kept == before.causes.begin() && before.verdict == verdict::named) {
+        before.verdict = verdict::nothing_detectable;
+    }
+    before.causes.erase(kept, before.causes.end());
+}
+
 } // namespace
 
 std::string_view unit_of(std::string_view key)
@@ -243,6 +257,9 @@ diagnosis diagnose(const diagnosis_request &request)
                                                block == block::force ? repeats : std::vector<event_finding>{});
         if (block == block::manipulator && data.is_from_this_firmware) {
             judge_software(found);
+        }
+        for (block_diagnosis &before : result.blocks) {
+            drop_repeated(before, found);
         }
         result.extended = found.extended;
         result.blocks.push_back(std::move(found));

@@ -64,16 +64,6 @@ std::size_t count_of(const std::vector<std::uint8_t> &rows)
     return static_cast<std::size_t>(std::count(rows.begin(), rows.end(), std::uint8_t{1}));
 }
 
-double median(std::vector<double> values)
-{
-    if (values.empty()) {
-        return 0.0;
-    }
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 } // namespace
 
 std::vector<event_finding> find_repeats(const record &record, const rig &given, sample_events &events)
@@ -143,7 +133,7 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
         off[n] = error[n] - 0.5 * (error[n - 1] + error[n + 1]);
         sizes.push_back(std::abs(off[n]));
     }
-    const double sigma = 1.4826 * median(sizes);
+    const double sigma = 1.4826 * median_of(sizes);
     const double far_N = std::max(far * sigma, 2.0 * lattice_step(model.data().force_N));
     std::vector<std::uint8_t> rows(error.size(), 0);
     std::vector<double> amplitudes;
@@ -175,66 +165,156 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
     return {found};
 }
 
-std::vector<event_finding> find_lost_commands(const block_model &model, const rig &rig,
-                                              const std::vector<double> &error, sample_events &events)
+namespace
+{
+
+/* What the loss of one setpoint does to the output, for 1 m of way that the robot lacks: from the tick after the
+ * setpoint on. */
+struct trace {
+    std::size_t first; /* ticks after the setpoint */
+    std::vector<double> values;
+    double square = 0.0;
+};
+
+trace trace_of_loss(block_model &model, const rig &rig)
 {
     const record &record = model.data();
-    const double ticks = 1e-3 * rig.robot.dead_time_ms / record.period_s;
-    const auto whole = static_cast<std::size_t>(ticks + 1e-6);
-    const double rest = std::max(0.0, ticks - static_cast<double>(whole));
+    const double span_s = 1e-3 * (rig.robot.dead_time_ms + rig.sensor.delay_ms) + 0.15;
+    const auto span = static_cast<std::size_t>(span_s / record.period_s) + 4;
+    std::size_t at = 0;
+    double way = 0.0;
+    for (std::size_t n = span; n + 2 * span < record.size(); n++) {
+        const double step = std::abs(record.command_position_m[n] - record.command_position_m[n - 1]);
+        if (step > way) {
+            way = step;
+            at = n;
+        }
+    }
+    trace made{0, {}};
+    if (way == 0.0) {
+        return made;
+    }
+    sample_events one;
+    one.lost_command.assign(record.size(), 0);
+    one.lost_command[at] = 1;
+    std::vector<double> with;
+    std::vector<double> without;
+    block_model other(model.which(), record, rig, one, false);
+    const sample_events none;
+    block_model plain(model.which(), record, rig, none, false);
+    other.error(rig, with);
+    plain.error(rig, without);
+    const double lacked = record.command_position_m[at] - record.command_position_m[at - 1];
+    double largest = 0.0;
+    for (std::size_t k = 0; k < span; k++) {
+        made.values.push_back((without[at + k] - with[at + k]) / lacked);
+        largest = std::max(largest, std::abs(made.values.back()));
+    }
+    while (!made.values.empty() && std::abs(made.values.back()) < 0.02 * largest) {
+        made.values.pop_back();
+    }
+    while (!made.values.empty() && std::abs(made.values.front()) < 0.02 * largest) {
+        made.values.erase(made.values.begin());
+        made.first++;
+    }
+    for (const double value : made.values) {
+        made.square += value * value;
+    }
+    return made;
+}
+
+} // namespace
+
+std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
+                                              sample_events &events)
+{
+    constexpr double clear = 8.0; /* standard deviations that a loss must stand out by */
+    constexpr double like = 0.75; /* share of a loss that the error must show */
+    const record &record = model.data();
+    const trace loss = trace_of_loss(model, rig);
+    if (loss.values.empty()) {
+        return {};
+    }
     std::vector<double> sizes;
     for (std::size_t n = 0; n < error.size(); n++) {
         if (model.uses()[n] != row_use::none) {
             sizes.push_back(std::abs(error[n]));
         }
     }
-    const double sigma = 1.4826 * median(sizes);
-    std::vector<std::uint8_t> rows(error.size(), 0);
-    /* How much of the loss of this setpoint the error looks like, and what of the error that leaves. */
-    struct match {
-        std::size_t row;
-        double share;
-        double left;
+    const double sigma = 1.4826 * median_of(sizes);
+    const std::size_t length = loss.values.size();
+    const auto way_of = [&](std::size_t n) {
+        return record.command_position_m[n] - record.command_position_m[n - 1];
     };
-    std::vector<match> matches;
-    for (std::size_t n = 1; n + whole + 2 < record.size(); n++) {
-        const std::size_t m = n + whole;
-        if (model.uses()[m] == row_use::none || model.uses()[m + 1] == row_use::none) {
-            continue;
-        }
-        /* The robot lacks (1 - f) of the way at this tick and f of it at the next one. */
-        const double way = record.command_position_m[n] - record.command_position_m[n - 1];
-        const double first = -(1.0 - rest) * way;
-        const double second = -rest * way;
-        const double size = std::hypot(first, second);
-        if (size > 6.0 * sigma) {
-            matches.push_back({n, (first * error[m] + second * error[m + 1]) / (size * size),
-                               std::hypot(error[m] - first, error[m + 1] - second) / size});
+    std::vector<std::size_t> rows;
+    for (std::size_t n = 1; n + loss.first + length < record.size(); n++) {
+        const std::size_t from = n + loss.first;
+        if (std::abs(way_of(n)) * std::sqrt(loss.square) > clear * sigma && model.uses()[from] != row_use::none &&
+            model.uses()[from + length - 1] != row_use::none) {
+            rows.push_back(n);
         }
     }
-    const std::size_t testable = matches.size();
+    /* Share of the trace that the error shows from a setpoint on. */
+    std::vector<double> rest = error;
+    const auto share_at = [&](std::size_t n) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < length; k++) {
+            sum += loss.values[k] * rest[n + loss.first + k];
+        }
+        return sum / (way_of(n) * loss.square);
+    };
+    std::vector<double> shares;
+    for (const std::size_t n : rows) {
+        shares.push_back(share_at(n));
+    }
+    const double usual = median_of(shares); /* a wrong dead time looks like a little of a loss at every setpoint */
+    /* By how much the sum of squares falls if this setpoint was lost; only where it looks like one. */
+    const auto promise_of = [&](std::size_t i) {
+        const double share = shares[i] - usual;
+        const double way = way_of(rows[i]);
+        return share > like ? (2.0 * share - 1.0) * way * way : 0.0;
+    };
+    std::vector<double> promises(rows.size());
+    for (std::size_t i = 0; i < rows.size(); i++) {
+        promises[i] = promise_of(i);
+    }
+    std::vector<std::uint8_t> lost(error.size(), 0);
     std::size_t hits = 0;
-    std::size_t counter_hits = 0;
-    for (std::size_t i = 0; i < testable; i++) {
-        /* A wrong dead time looks like a little of a loss at every setpoint: against the neighbours, then. */
-        const std::size_t begin = i < 8 ? 0 : i - 8;
-        std::vector<double> near;
-        for (std::size_t k = begin; k < std::min(testable, i + 9); k++) {
-            near.push_back(matches[k].share);
+    while (hits * 4 <= rows.size()) { /* the clearest one first; it is taken out before the next one is looked for */
+        const auto best = std::max_element(promises.begin(), promises.end());
+        if (best == promises.end() || *best <= 0.0) {
+            break;
         }
-        const double share = matches[i].share - median(near);
-        if (std::abs(share - 1.0) < 0.35 && matches[i].left < 0.5) {
-            rows[matches[i].row] = 1;
-            hits++;
-        } else if (std::abs(share + 1.0) < 0.35) {
-            counter_hits++;
+        const std::size_t n = rows[static_cast<std::size_t>(best - promises.begin())];
+        for (std::size_t k = 0; k < length; k++) {
+            rest[n + loss.first + k] -= way_of(n) * loss.values[k];
+        }
+        lost[n] = 1;
+        hits++;
+        const auto begin = std::lower_bound(rows.begin(), rows.end(), n > length ? n - length : 0) - rows.begin();
+        for (auto i = static_cast<std::size_t>(begin); i < rows.size() && rows[i] < n + length; i++) {
+            shares[i] = share_at(rows[i]);
+            promises[i] = lost[rows[i]] != 0 ? 0.0 : promise_of(i);
         }
     }
-    if (hits < count_min || counter_hits * 5 > hits || hits * 4 > testable) {
+    std::size_t counter_hits = 0; /* the opposite of a loss: there is no such thing */
+    for (const double share : shares) {
+        counter_hits += share - usual < -like;
+    }
+    if (hits < count_min || counter_hits * 4 > hits || hits * 4 > rows.size()) {
         return {};
     }
-    events.lost_command = rows;
-    return {finding("robot.lost_commands", hits, testable)};
+    if (events.lost_command.empty()) {
+        events.lost_command.assign(record.size(), 0);
+    }
+    for (std::size_t n = 0; n < lost.size(); n++) {
+        events.lost_command[n] = events.lost_command[n] != 0 || lost[n] != 0;
+    }
+    std::size_t all = 0; /* with those that another channel has shown */
+    for (const std::size_t n : rows) {
+        all += events.lost_command[n] != 0;
+    }
+    return {finding("robot.lost_commands", all, rows.size())};
 }
 
 } // namespace berth

@@ -29,11 +29,10 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
                                        sample_events &events);
 
-/* Setpoints after which the robot stood for a period, in the error of the robot's position. Sets the rows in
- * `events`.
- */
-std::vector<event_finding> find_lost_commands(const block_model &model, const rig &rig,
-                                              const std::vector<double> &error, sample_events &events);
+/* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
+ * robot's position, and of the force. Adds the rows to `events`; `model` replays without them. */
+std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
+                                              sample_events &events);
 
 } // namespace berth
 

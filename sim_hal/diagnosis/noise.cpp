@@ -68,6 +68,61 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
     return best;
 }
 
+double median_of(std::vector<double> values)
+{
+    if (values.empty()) {
+        return 0.0;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses)
+{
+    constexpr double far = 4.5; /* standard deviations: of normal noise one row in 150000 */
+    constexpr std::size_t margin = 8;
+    std::vector<row_use> usual = uses;
+    noise_model noise = estimate_noise(error, usual);
+    for (int pass = 0; pass < 3; pass++) {
+        std::vector<double> white;
+        std::vector<double> sizes;
+        std::vector<row_use> all(uses);
+        for (row_use &use : all) {
+            use = use == row_use::none ? row_use::none : row_use::fit;
+        }
+        whiten(noise, error, all, row_use::fit, white);
+        for (const double value : white) {
+            sizes.push_back(std::abs(value));
+        }
+        const double sigma = 1.4826 * median_of(sizes);
+        if (!(sigma > 0.0) || sigma > 0.9) {
+            break; /* no tails to speak of */
+        }
+        usual = uses;
+        std::size_t run = 0;
+        std::size_t at = 0;
+        std::size_t kept = 0;
+        for (std::size_t n = 0; n < error.size(); n++) {
+            run = uses[n] == row_use::none ? 0 : run + 1;
+            if (run > noise.ar.size() && sizes[at++] > far * sigma) {
+                const std::size_t end = std::min(error.size(), n + margin);
+                for (std::size_t k = n < margin ? 0 : n - margin; k < end; k++) {
+                    usual[k] = row_use::none;
+                }
+            }
+        }
+        for (const row_use use : usual) {
+            kept += use != row_use::none;
+        }
+        if (3 * kept < error.size()) {
+            break; /* what is unusual is the rule */
+        }
+        noise = estimate_noise(error, usual);
+    }
+    return noise;
+}
+
 void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
             row_use use, std::vector<double> &white)
 {

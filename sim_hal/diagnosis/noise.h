@@ -23,6 +23,11 @@ struct noise_model {
 /* By least squares over the rows in use. `order_max` lags are tried and as many kept as BIC wants. */
 noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max = 8);
 
+/* The same, blind to stretches that lie far outside of what is usual. */
+noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses);
+
+double median_of(std::vector<double> values);
+
 /* w_n / sigma of the rows with this use, in order; rows whose past is not in use are left out. */
 void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
             row_use use, std::vector<double> &white);

@@ -20,16 +20,26 @@ struct sample_events {
     std::vector<std::uint8_t> spike; /* the force of this row is not one */
 };
 
-/* The robot's position over time. In each tick `parts` steps: some up to the knot of the reference, some after. */
+/* A tick in steps. Steps end at the knots of the reference and at the force sample, so that the reference is
+ * straight within a step and nothing has to be interpolated. */
+struct tick_steps {
+    std::vector<double> duration_s; /* of each step */
+    std::vector<std::size_t> kind;  /* steps of one length have one kind */
+    std::size_t kinds = 0;
+    std::size_t sample_after = 0;  /* the force is sampled after so many steps */
+    std::ptrdiff_t ticks_late = 0; /* and used so many ticks after the one that it falls into */
+
+    std::size_t count() const { return duration_s.size(); }
+};
+
+/* `steps_min`: a tick has at least so many. */
+tick_steps divide_tick(const rig &rig, double period_s, int steps_min);
+
+/* The robot's position over time. */
 struct robot_motion {
-    int steps_before_knot = 0;
-    int steps_after_knot = 0;
-    double step_before_s = 0.0;
-    double step_after_s = 0.0;
+    tick_steps tick;
     std::vector<double> position_m; /* at the ends of steps; the first of a segment at its start */
     std::vector<double> at_tick_m;  /* one a row */
-
-    int steps() const { return steps_before_knot + steps_after_knot; }
 };
 
 /* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. `fine`: as

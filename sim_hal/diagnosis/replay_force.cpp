@@ -64,13 +64,16 @@ class object_replay
         : plant_(without_transfer(rig)), motion_(motion), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
           impact_damping_s_per_m_(value_of_effect(rig, "object.impact_damping_s_per_m"))
     {
-        const int first = plant_.one_sided ? 0 : 1;
-        const int last = grip_force_N_ > 0.0 ? 2 : 1;
-        for (int state = first; state <= last; state++) {
-            before_[static_cast<std::size_t>(state)] =
-                make_step_map(plant_, static_cast<grip>(state), motion.step_before_s);
-            after_[static_cast<std::size_t>(state)] =
-                make_step_map(plant_, static_cast<grip>(state), motion.step_after_s);
+        const std::size_t first = plant_.one_sided ? 0 : 1;
+        const std::size_t last = grip_force_N_ > 0.0 ? 2 : 1;
+        maps_.resize(motion.tick.kinds);
+        for (std::size_t i = 0; i < motion.tick.count(); i++) {
+            for (std::size_t state = first; state <= last; state++) {
+                if (i == 0 || motion.tick.kind[i] != motion.tick.kind[i - 1]) {
+                    maps_[motion.tick.kind[i]][state] =
+                        make_step_map(plant_, static_cast<grip>(state), motion.tick.duration_s[i]);
+                }
+            }
         }
     }
 
@@ -86,9 +89,9 @@ class object_replay
     }
 
     /* One step with the robot going straight from `from_m` to `to_m`. */
-    void advance(bool before_knot, double from_m, double to_m, double time_s)
+    void advance(std::size_t step, double from_m, double to_m, double time_s)
     {
-        const double step_s = before_knot ? motion_.step_before_s : motion_.step_after_s;
+        const double step_s = motion_.tick.duration_s[step];
         const double velocity_m_per_s = (to_m - from_m) / step_s;
         if (plant_.one_sided) {
             grip_ = object_force_N() > 0.0 ? grip::holds : grip::free_of_material;
@@ -96,8 +99,8 @@ class object_replay
             watch_grip({from_m, velocity_m_per_s});
         }
         const bool is_crossley = impact_damping_s_per_m_ > 0.0 && grip_ == grip::holds;
-        const step_map &map =
-            (before_knot ? before_ : after_)[static_cast<std::size_t>(is_crossley ? grip::free_of_material : grip_)];
+        const auto state = static_cast<std::size_t>(is_crossley ? grip::free_of_material : grip_);
+        const step_map &map = maps_[motion_.tick.kind[step]][state];
         body_state next{};
         for (std::size_t column = 0; column < rows; column++) {
             for (std::size_t row = 0; row < rows; row++) {
@@ -123,8 +126,6 @@ class object_replay
         std::copy(state_.begin(), state_.end(), full.data());
         return grip_ == grip::is_lost && plant_.filter_order == 0 ? 0.0 : plant_.measured_force_N(full, line_);
     }
-
-    double rate_N_per_s() const { return plant_.filter_order == 2 ? state_[filter_rate] : 0.0; }
 
   private:
     double depth_m() const { return state_[object_position] - plant_.surface_m; }
@@ -173,43 +174,11 @@ class object_replay
     const robot_motion &motion_;
     double grip_force_N_;
     double impact_damping_s_per_m_;
-    std::array<step_map, static_cast<std::size_t>(grip::count)> before_;
-    std::array<step_map, static_cast<std::size_t>(grip::count)> after_;
+    std::vector<std::array<step_map, static_cast<std::size_t>(grip::count)>> maps_; /* by kind of step */
     std::vector<std::unique_ptr<force_stage>> forces_;
     body_state state_{};
     grip grip_ = grip::holds;
     reference_line line_{};
-};
-
-/* The force over time, kept long enough to be sampled late. */
-class force_history
-{
-  public:
-    force_history(double delay_s, double period_s, const robot_motion &motion) : motion_(motion)
-    {
-        const double ticks = delay_s / period_s;
-        whole_ = static_cast<std::ptrdiff_t>(std::ceil(ticks - 1e-9));
-        into_tick_s_ = (static_cast<double>(whole_) - ticks) * period_s;
-        if (into_tick_s_ < 1e-9 * period_s) {
-            into_tick_s_ = 0.0;
-        }
-    }
-
-    /* Ticks by which a sample is late, rounded up; the sample itself lies `into_tick_s` after the older tick. */
-    std::ptrdiff_t ticks_late() const { return whole_; }
-
-    /* Whether the sample of a tick lies in the step that ended at `end_s` of the tick, and its value then. */
-    bool is_in_step(double begin_s, double end_s) const
-    {
-        return into_tick_s_ > 0.0 && into_tick_s_ > begin_s && into_tick_s_ <= end_s + 1e-12;
-    }
-    double into_tick_s() const { return into_tick_s_; }
-    bool is_at_tick() const { return into_tick_s_ == 0.0; }
-
-  private:
-    const robot_motion &motion_;
-    std::ptrdiff_t whole_;
-    double into_tick_s_;
 };
 
 class electronics
@@ -240,9 +209,8 @@ bool object_is_nonlinear(const rig &rig)
 
 void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N)
 {
-    const double period_s = record.period_s;
-    const double delay_s = 1e-3 * (rig.sensor.delay_ms - std::fmod(rig.sensor.sample_phase_ms, 1e3 * period_s));
-    const force_history history(delay_s, period_s, motion);
+    const double late_s = 1e-3 * rig.sensor.delay_ms; /* for what depends on the time of the sample */
+    const tick_steps &tick = motion.tick;
     object_replay object(rig, motion);
     force_N.assign(record.size(), 0.0);
     std::vector<double> sampled;
@@ -252,49 +220,31 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
         electronics electronics(rig);
         auto filters = active_stages(rig, &effect::on_force);
         object.start(rig, *position_m, record.time_s[part.begin] - record.time_s.front());
-        double before_N = object.measured_N();
+        double now_N = object.measured_N();
+        const double rest_N = now_N;
         for (auto &filter : filters) {
-            filter->start(before_N);
+            filter->start(now_N);
         }
-        sampled.assign(count + 1, before_N);
-        const double rest_N = before_N;
+        sampled.resize(count);
         for (std::size_t n = 0; n < count; n++) {
-            const double tick_s = record.time_s[part.begin + n] - record.time_s.front();
-            double end_s = 0.0;
-            if (history.is_at_tick()) {
-                sampled[n] = before_N;
-            }
-            for (int i = 0; i < motion.steps(); i++) {
-                const bool before_knot = i < motion.steps_before_knot;
-                const double begin_s = end_s;
-                const double step_s = before_knot ? motion.step_before_s : motion.step_after_s;
-                end_s += step_s;
-                const double rate_before = object.rate_N_per_s();
-                object.advance(before_knot, position_m[0], position_m[1], tick_s + begin_s);
+            double time_s = record.time_s[part.begin + n] - record.time_s.front();
+            for (std::size_t step = 0; step < tick.count(); step++) {
+                if (step == tick.sample_after) {
+                    sampled[n] = now_N;
+                }
+                object.advance(step, position_m[0], position_m[1], time_s);
+                time_s += tick.duration_s[step];
                 position_m++;
-                double now_N = object.measured_N();
-                const bool is_smooth = filters.empty();
+                now_N = object.measured_N();
                 for (auto &filter : filters) {
-                    now_N = filter->advance(now_N, step_s);
+                    now_N = filter->advance(now_N, tick.duration_s[step]);
                 }
-                if (history.is_in_step(begin_s, end_s)) {
-                    const double s = (history.into_tick_s() - begin_s) / step_s;
-                    double value = before_N + s * (now_N - before_N);
-                    if (is_smooth && rig.sensor.low_pass_order == 2) { /* Hermite: value and rate at both ends */
-                        const double a = rate_before * step_s - (now_N - before_N);
-                        const double b = -object.rate_N_per_s() * step_s + (now_N - before_N);
-                        value += s * (1.0 - s) * ((1.0 - s) * a + s * b);
-                    }
-                    sampled[n] = value;
-                }
-                before_N = now_N;
             }
         }
         position_m++;
-        const std::ptrdiff_t late = history.ticks_late();
         for (std::size_t n = 0; n < count; n++) {
-            const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(n) - late;
-            const double time_s = record.time_s[part.begin + n] - record.time_s.front() - delay_s;
+            const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(n) - tick.ticks_late;
+            const double time_s = record.time_s[part.begin + n] - record.time_s.front() - late_s;
             force_N[part.begin + n] =
                 electronics.take(from < 0 ? rest_N : sampled[static_cast<std::size_t>(from)], time_s);
         }

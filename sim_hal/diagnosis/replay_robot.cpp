@@ -216,23 +216,52 @@ class transfer_behaviour
     double velocity_m_per_s_ = 0.0;
 };
 
-/* Steps end at the knots of the reference, so that it is straight within a step; a dead time that changes has its
- * knots anywhere. */
-void divide_tick(const rig &rig, double period_s, int steps, robot_motion &motion)
+} // namespace
+
+tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
 {
     const bool knots_wander =
         rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
     const double knot_s = knots_wander ? 0.0 : std::fmod(1e-3 * rig.robot.dead_time_ms, period_s);
-    const bool at_tick = knot_s < 1e-6 * period_s || knot_s > (1.0 - 1e-6) * period_s;
-    const double step_max_s = period_s / std::max(steps, knots_wander ? fine_steps_a_tick : 1) * (1.0 + 1e-9);
-    const auto steps_in = [&](double duration_s) { return static_cast<int>(std::ceil(duration_s / step_max_s)); };
-    motion.steps_before_knot = at_tick ? 0 : steps_in(knot_s);
-    motion.steps_after_knot = at_tick ? steps_in(period_s) : steps_in(period_s - knot_s);
-    motion.step_before_s = at_tick ? 0.0 : knot_s / motion.steps_before_knot;
-    motion.step_after_s = (at_tick ? period_s : period_s - knot_s) / motion.steps_after_knot;
-}
+    const double late =
+        (1e-3 * rig.sensor.delay_ms - std::fmod(1e-3 * rig.sensor.sample_phase_ms, period_s)) / period_s;
+    const double whole = std::ceil(late - 1e-9);
+    const double sample_s = std::max(0.0, (whole - late) * period_s);
 
-} // namespace
+    const double least_s = 1e-6 * period_s;
+    std::vector<double> ends;
+    for (const double end_s : {knot_s, sample_s}) {
+        if (end_s > least_s && end_s < period_s - least_s) {
+            ends.push_back(end_s);
+        }
+    }
+    std::sort(ends.begin(), ends.end());
+    ends.push_back(period_s);
+    const double step_max_s = period_s / std::max(steps_min, knots_wander ? fine_steps_a_tick : 1) * (1.0 + 1e-9);
+    tick_steps tick;
+    tick.ticks_late = static_cast<std::ptrdiff_t>(whole);
+    double begin_s = 0.0;
+    for (const double end_s : ends) {
+        if (end_s - begin_s < least_s) {
+            continue;
+        }
+        const int parts = static_cast<int>(std::ceil((end_s - begin_s) / step_max_s));
+        for (int i = 0; i < parts; i++) {
+            tick.duration_s.push_back((end_s - begin_s) / parts);
+            tick.kind.push_back(tick.kinds);
+        }
+        tick.kinds++;
+        begin_s = end_s;
+        if (std::abs(end_s - sample_s) < least_s) {
+            tick.sample_after = tick.duration_s.size();
+        }
+    }
+    if (tick.sample_after == tick.count()) {
+        tick.sample_after = 0; /* the end of a tick is the start of the next one */
+        tick.ticks_late -= 1;
+    }
+    return tick;
+}
 
 void replay_robot(const rig &rig, const record &record, const sample_events &events, bool fine, robot_motion &motion)
 {
@@ -242,8 +271,8 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
     const int steps = has_motion_effect                      ? cornered_steps_a_tick
                       : fine || rig.has_transfer_behaviour() ? fine_steps_a_tick
                                                              : 1;
-    divide_tick(rig, period_s, steps, motion);
-    motion.position_m.resize(record.size() * static_cast<std::size_t>(motion.steps()) + record.segments.size());
+    motion.tick = divide_tick(rig, period_s, steps);
+    motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());
 
     double *out = motion.position_m.data();
@@ -259,14 +288,13 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
         transfer.start(position_m);
         for (auto &stage : stages) {
             stage->start(position_m);
-            position_m = stage->advance(position_m, motion.step_after_s);
+            position_m = stage->advance(position_m, motion.tick.duration_s[0]);
         }
         *out++ = position_m;
         for (std::size_t n = part.begin; n < part.end; n++) {
             motion.at_tick_m[n] = position_m;
             double time_s = period_s * static_cast<double>(n - part.begin);
-            for (int i = 0; i < motion.steps(); i++) {
-                const double step_s = i < motion.steps_before_knot ? motion.step_before_s : motion.step_after_s;
+            for (const double step_s : motion.tick.duration_s) {
                 time_s += step_s;
                 position_m = line.at(time_s);
                 if (rig.has_transfer_behaviour()) {

@@ -22,7 +22,8 @@ struct candidate {
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
     int fits_max = 6;
-    int replays_max = 60;
+    int replays_max = 60;       /* of the fit of a candidate */
+    int base_replays_max = 250; /* of the base model, on which all others stand */
 };
 
 /* How large things are in this block. */

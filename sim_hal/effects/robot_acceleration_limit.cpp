@@ -12,7 +12,7 @@ effect robot_acceleration_limit()
     made.source = "drive limits";
     made.parameters = {{"robot.acceleration_limit_m_per_s2", 1e-9, 1e9, {}}};
     made.starts = [](const rig &, const record_scales &scales) {
-        return grid_of(scales.acceleration_m_per_s2, 0.05, 0.98, 14);
+        return limits_below(scales.acceleration_m_per_s2);
     };
     return made;
 }

@@ -11,9 +11,7 @@ effect robot_velocity_limit()
     made.physics = "The robot follows as fast as |r'| <= V permits, and catches up.";
     made.source = "drive limits; MuJoCo servo records show it as triangles instead of sines";
     made.parameters = {{"robot.velocity_limit_m_per_s", 1e-9, 1e9, {}}};
-    made.starts = [](const rig &, const record_scales &scales) {
-        return grid_of(scales.velocity_m_per_s, 0.15, 0.98, 12);
-    };
+    made.starts = [](const rig &, const record_scales &scales) { return limits_below(scales.velocity_m_per_s); };
     return made;
 }
 

@@ -11,7 +11,7 @@ effect sensor_saturation()
     made.physics = "The sensor shows no more than S: |y| <= S.";
     made.source = "data sheets of force sensors";
     made.parameters = {{"sensor.saturation_N", 0.0, 1e7, {}}};
-    made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.force_N, 0.2, 0.99, 10); };
+    made.starts = [](const rig &, const record_scales &scales) { return limits_below(scales.force_N); };
     return made;
 }
 
