@@ -34,13 +34,20 @@ def effect_name(entry):
     return entry if isinstance(entry, str) else entry["effect"]
 
 
+def parameter(entry):
+    """(name, (value, low, high)); a gain's error from 1 becomes the gain."""
+    if entry["name"] == "gain_error":
+        return "gain", tuple(1.0 + value for value in (entry["value"], *entry["ci95"]))
+    return entry["name"], (entry["value"], *entry["ci95"])
+
+
 def parse(content):
     """A Diagnosis of the JSON object."""
     try:
         verdict = content["verdict"]
         causes = content.get("causes", [])
         parameters = {
-            cause["effect"]: {p["name"]: (p["value"], *p["ci95"]) for p in cause.get("parameters", [])}
+            cause["effect"]: dict(parameter(p) for p in cause.get("parameters", []))
             for cause in causes
         }
         held_out = {channel: parts["held_out"]["after"] for channel, parts in content.get("residual", {}).items()}
