@@ -11,14 +11,14 @@ namespace
 {
 
 /* Improvements of the white sum of squares by features with no meaning stay far below this. */
-constexpr double leftover_significant = 40.0;
+constexpr double leftover_significant = 30.0;
 
 constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
 constexpr double moments_bearable = 0.04;
 constexpr double bic_undecided = 30.0;   /* two causes nearer than this cannot be told apart */
 constexpr double bic_suspect = 100.0;    /* so much better, and yet not proved on unseen data: something is there */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
-constexpr double left_full = 0.08;       /* share of it that may be left of a full explanation */
+constexpr double left_full = 0.003;      /* share of it that may be left of a full explanation: our own precision */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
 
 constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
@@ -29,10 +29,14 @@ struct gain {
     double high;
 };
 
-/* How much the white sum of squares falls on rows that no fit has seen; interval by resampling blocks of half a
- * second, which keeps what hangs together together. */
-gain held_out_gain(block_model &model, const noise_model &noise, const rig &before, const rig &after,
-                   double period_s, row_use use)
+/* White sums of squares of two rigs over blocks of half a second, which keep what hangs together together. */
+struct paired_sums {
+    std::vector<double> before;
+    std::vector<double> after;
+};
+
+void add_sums(paired_sums &sums, block_model &model, const noise_model &noise, const rig &before, const rig &after,
+              row_use use)
 {
     std::vector<double> error;
     std::vector<double> white_before;
@@ -42,9 +46,8 @@ gain held_out_gain(block_model &model, const noise_model &noise, const rig &befo
     model.error(after, error);
     whiten(noise, error, model.uses(), use, white_after);
     const std::size_t rows = white_before.size();
-    const auto length = std::max<std::size_t>(5, std::min(rows / 10, static_cast<std::size_t>(0.5 / period_s)));
-    std::vector<double> sums_before;
-    std::vector<double> sums_after;
+    const auto half_second = static_cast<std::size_t>(0.5 / model.data().period_s);
+    const auto length = std::max<std::size_t>(5, std::min(rows / 10, half_second));
     for (std::size_t begin = 0; begin + length <= rows; begin += length) {
         double before_sum = 0.0;
         double after_sum = 0.0;
@@ -52,22 +55,27 @@ gain held_out_gain(block_model &model, const noise_model &noise, const rig &befo
             before_sum += white_before[n] * white_before[n];
             after_sum += white_after[n] * white_after[n];
         }
-        sums_before.push_back(before_sum);
-        sums_after.push_back(after_sum);
+        sums.before.push_back(before_sum);
+        sums.after.push_back(after_sum);
     }
-    if (sums_before.size() < 4) {
+}
+
+/* How much the white sum of squares falls; interval by resampling the blocks. */
+gain gain_from(const paired_sums &sums)
+{
+    if (sums.before.size() < 4) {
         return {0.0, -1.0, 1.0};
     }
     const auto gain_of = [&](const std::vector<std::size_t> &blocks) {
         double b = 0.0;
         double a = 0.0;
         for (const std::size_t i : blocks) {
-            b += sums_before[i];
-            a += sums_after[i];
+            b += sums.before[i];
+            a += sums.after[i];
         }
         return b > 0.0 ? 1.0 - a / b : 0.0;
     };
-    std::vector<std::size_t> blocks(sums_before.size());
+    std::vector<std::size_t> blocks(sums.before.size());
     for (std::size_t i = 0; i < blocks.size(); i++) {
         blocks[i] = i;
     }
@@ -115,14 +123,29 @@ noise_model floor_under(block_model &model, const rig &rig)
     return at_least(noise, resolution_rms(model.which()));
 }
 
+/* An effect of no size is none, whatever its other parameters make up for. */
+bool size_may_be_zero(const candidate &one)
+{
+    const std::string_view key = one.effect->parameters[0].key;
+    const bool has_size = one.effect->is_proportional || one.effect->switch_on != nullptr;
+    for (std::size_t i = 0; has_size && i < one.fitted.ci95.size(); i++) {
+        if (one.fitted.parameters[i].key->path == key) {
+            return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i];
+        }
+    }
+    return false;
+}
+
 class block_search
 {
   public:
     block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events)
-        : input_(input), given_(given), model_(block, *input.fit, given, events, input.validation == nullptr)
+        : input_(input), given_(given), events_(events),
+          model_(block, *input.fit, events,
+                 input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none)
     {
         if (input.validation != nullptr) {
-            unseen_ = std::make_unique<block_model>(block, *input.validation, given, no_events_, false);
+            unseen_ = std::make_unique<block_model>(block, *input.validation, no_events_, held_out_parts::none);
         }
     }
 
@@ -156,8 +179,11 @@ class block_search
         model_.error(given_, error);
         noise_ = input_.floor ? *input_.floor : estimate_noise(error, model_.uses(), 0);
         incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
-        if (!input_.floor) {
-            noise_ = floor_under(model_, incumbent_.rig);
+        const noise_model under = floor_under(model_, incumbent_.rig);
+        /* Runs that repeat a command need not repeat what came of it: a floor above the error itself is none. */
+        has_floor_ = input_.floor && input_.floor->rms < 1.25 * under.rms;
+        if (!has_floor_) {
+            noise_ = under;
             incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
         }
     }
@@ -178,7 +204,7 @@ class block_search
 
     bool exceeds_measured_floor() const
     {
-        return input_.floor && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
+        return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
     }
 
     /* Bursts that no feature catches, over a floor that was found without them. */
@@ -203,7 +229,7 @@ class block_search
     /* Candidates are compared under the noise that the best of them leaves. */
     void compare_anew(std::vector<candidate> &candidates)
     {
-        if (!input_.floor) {
+        if (!has_floor_) {
             const noise_model smaller = floor_under(model_, candidates.front().fitted.rig);
             if (smaller.rms < noise_.rms) {
                 noise_ = smaller;
@@ -211,7 +237,7 @@ class block_search
         }
         for (std::size_t i = 0; i < candidates.size(); i++) {
             candidate &one = candidates[i];
-            if (i < 3 && !input_.floor && !one.effect->is_rough) {
+            if (i < 3 && !has_floor_ && !one.effect->is_rough) {
                 one.fitted = fit(model_, noise_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
             } else {
                 one.fitted.cost = cost_of(model_, noise_, one.fitted.rig);
@@ -222,6 +248,30 @@ class block_search
                   [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
     }
 
+    /* On the validation record or the parts held out. Where these hardly show the effect, they prove nothing: then
+     * the record's odd parts are predicted from its even ones and the other way round. */
+    gain gain_of(const candidate &best)
+    {
+        constexpr double hardly = 0.05;
+        paired_sums sums;
+        add_sums(sums, unseen_ ? *unseen_ : model_, noise_, incumbent_.rig, best.fitted.rig,
+                 unseen_ ? row_use::fit : row_use::held_out);
+        const gain first = gain_from(sums);
+        if (first.low > 0.0 || std::abs(first.value) > hardly || best.effect->is_rough) {
+            return first;
+        }
+        paired_sums crossed;
+        for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
+            block_model model(model_.which(), *input_.fit, events_, half);
+            const fit_result with =
+                fit(model, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
+            const fit_result without =
+                fit(model, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max / 2);
+            add_sums(crossed, model, noise_, without.rig, with.rig, row_use::held_out);
+        }
+        return gain_from(crossed);
+    }
+
     bool find_next(block_diagnosis &result)
     {
         std::vector<candidate> candidates =
@@ -230,6 +280,10 @@ class block_search
             return false;
         }
         compare_anew(candidates);
+        candidates.erase(std::remove_if(candidates.begin(), candidates.end(), size_may_be_zero), candidates.end());
+        if (candidates.empty()) {
+            return false;
+        }
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
         const candidate &best = candidates.front();
@@ -239,10 +293,7 @@ class block_search
                                       (incumbent_.cost - one.fitted.cost) / explainable});
         }
 
-        block_model &unseen = unseen_ ? *unseen_ : model_;
-        const row_use use = unseen_ ? row_use::fit : row_use::held_out;
-        const gain gained =
-            held_out_gain(unseen, noise_, incumbent_.rig, best.fitted.rig, model_.data().period_s, use);
+        const gain gained = gain_of(best);
         const double share = (incumbent_.cost - best.fitted.cost) / explainable;
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0) {
             is_suspect_ = bic_before - best.bic > bic_suspect && share > share_worthwhile;
@@ -368,7 +419,7 @@ class block_search
             }
         }
         model_.error(incumbent_.rig, result.error_after);
-        result.floor_is_measured = input_.floor.has_value();
+        result.floor_is_measured = has_floor_;
         result.fit_rms = rms(model_, row_use::fit);
         result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
     }
@@ -389,6 +440,7 @@ class block_search
 
     const diagnosis_input &input_;
     const rig &given_;
+    const sample_events &events_;
     sample_events no_events_;
     block_model model_;
     std::unique_ptr<block_model> unseen_;
@@ -396,6 +448,7 @@ class block_search
     fit_result base_;
     fit_result incumbent_;
     leftover leftover_;
+    bool has_floor_ = false; /* measured, and to be believed */
     bool is_suspect_ = false;
     std::vector<const effect *> found_;
 };
@@ -411,16 +464,23 @@ static void find_single_samples(block block, const diagnosis_input &input, const
     std::vector<double> error;
     for (int pass = 0; pass < 2; pass++) {
         std::vector<event_finding> now;
-        block_model model(block, *input.fit, base, events, false);
+        block_model model(block, *input.fit, events, held_out_parts::none);
         model.error(base, error);
         base = fit(model, estimate_noise(error, model.uses(), 0), base,
                    joined(input.upstream, base_parameters(block, given)), input.options.replays_max)
                    .rig;
         events = before;
-        block_model plain(block, *input.fit, base, events, false);
+        block_model plain(block, *input.fit, events, held_out_parts::none);
         plain.error(base, error);
         if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
             now = find_lost_commands(plain, base, error, events);
+        }
+        if (block == block::robot && !now.empty() && can_replay(*input.fit, block::force)) {
+            block_model force(block::force, *input.fit, before, held_out_parts::none);
+            if (!force_knows_of(force, base, events)) {
+                events = before; /* samples that were not taken, rather than setpoints */
+                now.clear();
+            }
         }
         if (block == block::force && now.empty()) {
             now = find_spikes(plain, error, events);
@@ -434,6 +494,29 @@ static void find_single_samples(block block, const diagnosis_input &input, const
     }
 }
 
+/* What looked like spikes may have been corners of an effect that is known now. */
+static void verify_spikes(block block, const diagnosis_input &input, block_diagnosis &result, sample_events &events,
+                          std::vector<event_finding> &found)
+{
+    const auto spikes = std::find_if(found.begin(), found.end(),
+                                     [](const event_finding &one) { return one.effect->name == "sensor.spikes"; });
+    if (block != block::force || spikes == found.end()) {
+        return;
+    }
+    sample_events without = events;
+    without.spike.clear();
+    block_model model(block, *input.fit, without, held_out_parts::none);
+    std::vector<double> error;
+    model.error(result.extended, error);
+    const std::vector<event_finding> again = find_spikes(model, error, without);
+    if (again.empty() || 2 * again[0].count < spikes->count) {
+        found.erase(spikes);
+        events.spike.clear();
+    } else {
+        *spikes = again[0];
+    }
+}
+
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
                                std::vector<event_finding> found_events)
 {
@@ -442,6 +525,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     find_single_samples(block, input, given, events, found_events);
     block_search search(block, input, given, events);
     search.run(result);
+    verify_spikes(block, input, result, events, found_events);
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
         found_events.insert(found_events.end(), steps.begin(), steps.end());

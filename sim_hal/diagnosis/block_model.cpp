@@ -19,11 +19,21 @@ constexpr double settle_s = 0.4;
 /* The manipulator integrates its errors: parts of this length start anew. */
 constexpr double window_s = 2.0;
 
-/* Ten parts; the fourth and the eighth are held out. */
 constexpr std::size_t parts = 10;
-constexpr bool is_held_out(std::size_t part)
+
+bool is_held_out(std::size_t part, held_out_parts held_out)
 {
-    return part == 3 || part == 7;
+    switch (held_out) {
+    case held_out_parts::none:
+        return false;
+    case held_out_parts::two_tenths:
+        return part == 3 || part == 7;
+    case held_out_parts::odd:
+        return part % 2 == 1;
+    case held_out_parts::even:
+        return part % 2 == 0;
+    }
+    return false;
 }
 
 } // namespace
@@ -102,10 +112,10 @@ bool acts_in(const effect &effect, block block, const record &record, const rig 
     return false;
 }
 
-block_model::block_model(block block, const record &record, const rig &, const sample_events &events, bool hold_out)
+block_model::block_model(block block, const record &record, const sample_events &events, held_out_parts held_out)
     : block_(block), record_(record), events_(events)
 {
-    divide(hold_out);
+    divide(held_out);
 }
 
 const std::vector<double> &block_model::measured() const
@@ -121,7 +131,7 @@ const std::vector<double> &block_model::measured() const
     return record_.force_N;
 }
 
-void block_model::divide(bool hold_out)
+void block_model::divide(held_out_parts held_out)
 {
     uses_.assign(record_.size(), row_use::none);
     const auto settle = static_cast<std::size_t>(settle_s / record_.period_s);
@@ -129,7 +139,7 @@ void block_model::divide(bool hold_out)
         const bool starts_anew = block_ == block::manipulator;
         const std::size_t skip = starts_anew ? 0 : std::min(settle, (segment.end - segment.begin) / 4);
         for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
-            const bool is_held = hold_out && is_held_out(n * parts / record_.size());
+            const bool is_held = is_held_out(n * parts / record_.size(), held_out);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;
         }
         const auto length = std::max<std::size_t>(20, static_cast<std::size_t>(window_s / record_.period_s));

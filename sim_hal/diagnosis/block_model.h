@@ -32,11 +32,13 @@ std::vector<std::string_view> base_keys(block block, const rig &rig);
  * robot, too. */
 bool acts_in(const effect &effect, block block, const record &record, const rig &rig);
 
+/* Which parts of a record fits do not see: contiguous ones, spread over it. */
+enum class held_out_parts { none, two_tenths, odd, even };
+
 class block_model
 {
   public:
-    /* Parts of the record, spread over it, are held out from fits if `hold_out`. */
-    block_model(block block, const record &record, const rig &base, const sample_events &events, bool hold_out);
+    block_model(block block, const record &record, const sample_events &events, held_out_parts held_out);
 
     /* Measured less simulated, one a row, in m or N; rows not in use have 0. */
     void error(const rig &rig, std::vector<double> &error);
@@ -52,7 +54,7 @@ class block_model
     void respond_to_force(const rig &rig, std::vector<double> &force_N) const;
 
   private:
-    void divide(bool hold_out);
+    void divide(held_out_parts held_out);
     void replay_motion(const rig &rig);
     void remove_starts(const rig &rig, std::vector<double> &error) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;

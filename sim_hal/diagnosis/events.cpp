@@ -18,11 +18,13 @@ event_finding finding(const char *name, std::size_t count, std::size_t of)
     return {find_effect(name), {p}, {width}, count};
 }
 
-/* Rows whose value is that of the row before, in runs of at most `run_max` between changes; none where that is so by
- * chance: where steps of one smallest change are as frequent. */
+/* Rows whose value is that of the row before, in runs of at most `run_max`, while the signal moves by several of its
+ * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
+ * largest and smallest values, where a limit holds it. */
 std::vector<std::uint8_t> repeated_rows(const record &record, const std::vector<double> &x)
 {
     constexpr std::size_t run_max = 20;
+    constexpr double steps_min = 4.0;
     std::vector<std::uint8_t> rows(record.size(), 0);
     double smallest = unlimited;
     for (std::size_t n = 1; n < x.size(); n++) {
@@ -31,32 +33,34 @@ std::vector<std::uint8_t> repeated_rows(const record &record, const std::vector<
             smallest = std::min(smallest, change);
         }
     }
+    const auto [least, largest] = std::minmax_element(x.begin(), x.end());
     std::size_t repeats = 0;
-    std::size_t smallest_steps = 0;
+    std::size_t single_steps = 0; /* as frequent as repeats by chance, in either direction */
     for (const record_segment &part : record.segments) {
-        for (std::size_t n = part.begin + 1; n < part.end;) {
-            if (x[n] != x[n - 1]) {
-                smallest_steps += std::abs(x[n] - x[n - 1]) < 1.5 * smallest;
-                n++;
-                continue;
-            }
+        for (std::size_t n = part.begin + 2; n + 1 < part.end;) {
+            const double change = std::abs(x[n] - x[n - 1]);
+            single_steps += change > 0.0 && change < 1.5 * smallest &&
+                            std::abs(x[n - 1] - x[n - 2]) >= steps_min * smallest &&
+                            std::abs(x[n + 1] - x[n]) >= steps_min * smallest;
             std::size_t end = n;
-            while (end < part.end && x[end] == x[n - 1]) {
+            while (end + 1 < part.end && x[end] == x[n - 1]) {
                 end++;
             }
-            if (end - n <= run_max && n > part.begin + 1 && end < part.end) {
+            const bool is_short = end > n && end - n <= run_max;
+            const double before = std::abs(x[n - 1] - x[n - 2]);
+            const double after = std::abs(x[end] - x[n - 1]);
+            const bool is_limit = x[n - 1] == *least || x[n - 1] == *largest;
+            if (is_short && !is_limit && before >= steps_min * smallest && after >= steps_min * smallest) {
                 std::fill(rows.begin() + static_cast<std::ptrdiff_t>(n),
                           rows.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
                 repeats += end - n;
             }
-            n = end;
+            n = std::max(n + 1, end);
         }
     }
-    const double by_chance = 0.5 * static_cast<double>(smallest_steps) + 1.0;
-    if (repeats < count_min || static_cast<double>(repeats) < 10.0 * by_chance) {
-        return {};
-    }
-    return rows;
+    const double by_chance = 0.5 * static_cast<double>(single_steps);
+    const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
+    return repeats < count_min || !is_more ? std::vector<std::uint8_t>{} : rows;
 }
 
 std::size_t count_of(const std::vector<std::uint8_t> &rows)
@@ -199,9 +203,9 @@ trace trace_of_loss(block_model &model, const rig &rig)
     one.lost_command[at] = 1;
     std::vector<double> with;
     std::vector<double> without;
-    block_model other(model.which(), record, rig, one, false);
+    block_model other(model.which(), record, one, held_out_parts::none);
     const sample_events none;
-    block_model plain(model.which(), record, rig, none, false);
+    block_model plain(model.which(), record, none, held_out_parts::none);
     other.error(rig, with);
     plain.error(rig, without);
     const double lacked = record.command_position_m[at] - record.command_position_m[at - 1];
@@ -224,6 +228,26 @@ trace trace_of_loss(block_model &model, const rig &rig)
 }
 
 } // namespace
+
+bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
+{
+    const trace loss = trace_of_loss(force, rig);
+    std::vector<double> error;
+    force.error(rig, error);
+    const record &record = force.data();
+    std::vector<double> shares;
+    for (std::size_t n = 1; n + loss.first + loss.values.size() < record.size() && !loss.values.empty(); n++) {
+        if (events.lost_command[n] != 0) {
+            const double way = record.command_position_m[n] - record.command_position_m[n - 1];
+            double sum = 0.0;
+            for (std::size_t k = 0; k < loss.values.size(); k++) {
+                sum += loss.values[k] * error[n + loss.first + k];
+            }
+            shares.push_back(sum / (way * loss.square));
+        }
+    }
+    return median_of(shares) > 0.5;
+}
 
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events)

@@ -29,6 +29,9 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
                                        sample_events &events);
 
+/* Whether the setpoints marked as lost in `events` show in the force, too; `force` replays without them. */
+bool force_knows_of(block_model &force, const rig &rig, const sample_events &events);
+
 /* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
  * robot's position, and of the force. Adds the rows to `events`; `model` replays without them. */
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,

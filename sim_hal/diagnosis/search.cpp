@@ -208,10 +208,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                 continue;
             }
             /* The effect in another size, as far as it is linear in it. */
-            const double best = std::min(3.0, std::max(0.1, -change.dot(rest) / square));
+            const bool is_scaled = effect.is_proportional && values[0] != 0.0;
+            const double best =
+                std::min(is_scaled ? 30.0 : 3.0, std::max(is_scaled ? 1e-3 : 0.1, -change.dot(rest) / square));
             start.promise = -2.0 * best * change.dot(rest) - best * best * square;
-            const bool more_is_linear = effect.parameters.size() == 1 || effect.parameters[0].meaning.size() > 0;
-            if (more_is_linear && values[0] != 0.0 && effect.parameters[0].low < 0.0) {
+            if (is_scaled) {
                 set_number(start.rig, effect.parameters[0].key, best * values[0]);
             }
             starts.push_back(std::move(start));

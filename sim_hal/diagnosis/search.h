@@ -22,7 +22,7 @@ struct candidate {
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
     int fits_max = 6;
-    int replays_max = 60;       /* of the fit of a candidate */
+    int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
 

@@ -49,6 +49,9 @@ struct effect {
     /* How many times smaller or larger than a start a fit may go: what is another effect beyond it stays apart. */
     double reach = 30.0;
 
+    /* Whether twice the first parameter does about twice as much: then the best of all sizes follows from one. */
+    bool is_proportional = false;
+
     /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */
     bool is_rough = false;
 

@@ -21,6 +21,7 @@ effect manipulator_coulomb_friction()
                                                     dry_friction::side{friction_N, 0.0},
                                                     value_of(rig, "manipulator.coulomb_presliding_m"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -16,6 +16,7 @@ effect manipulator_gravity_offset()
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<constant_force>(value_of(rig, "manipulator.gravity_offset_N"));
     };
+    made.is_proportional = true;
     return made;
 }
 

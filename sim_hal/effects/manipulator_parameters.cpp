@@ -16,8 +16,14 @@ effect manipulator_parameters()
         const double mass_kg = value_of(base, "manipulator.mass_kg");
         const double damping_N_s_per_m = value_of(base, "manipulator.damping_N_s_per_m");
         const double stiffness_N_per_m = value_of(base, "manipulator.stiffness_N_per_m");
-        return std::vector<effect_values>{{1.1 * mass_kg, 1.1 * damping_N_s_per_m, 1.1 * stiffness_N_per_m},
-                                          {0.9 * mass_kg, 0.9 * damping_N_s_per_m, 1.1 * stiffness_N_per_m}};
+        std::vector<effect_values> all;
+        for (const double share : {0.5, 0.8, 1.25, 2.0}) {
+            all.push_back({share * mass_kg, damping_N_s_per_m, stiffness_N_per_m});
+            all.push_back({mass_kg, share * share * damping_N_s_per_m, stiffness_N_per_m});
+            all.push_back({mass_kg, damping_N_s_per_m, share * stiffness_N_per_m});
+            all.push_back({share * mass_kg, share * damping_N_s_per_m, share * stiffness_N_per_m});
+        }
+        return all;
     };
     return made;
 }

@@ -22,6 +22,7 @@ effect manipulator_quadratic_stiffness()
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<quadratic_spring>(value_of(rig, "manipulator.quadratic_stiffness_N_per_m2"));
     };
+    made.is_proportional = true;
     return made;
 }
 

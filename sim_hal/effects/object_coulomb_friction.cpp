@@ -19,6 +19,7 @@ effect object_coulomb_friction()
                                               dry_friction::side{friction_N, 0.0},
                                               value_of(rig, "object.coulomb_presliding_m"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -21,6 +21,7 @@ effect object_cubic_stiffness()
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<cubic_spring>(value_of(rig, "object.cubic_stiffness_N_per_m3"));
     };
+    made.is_proportional = true;
     return made;
 }
 

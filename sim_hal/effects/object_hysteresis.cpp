@@ -70,6 +70,7 @@ effect object_hysteresis()
                                             value_of(rig, "object.hysteresis_length_m"),
                                             value_of(rig, "object.hysteresis_exponent"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -17,6 +17,7 @@ effect object_impact_damping()
     made.starts = [](const rig &, const record_scales &scales) {
         return sizes_of(1.0 / std::max(1e-9, scales.velocity_m_per_s), {0.03, 0.1, 0.3});
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -21,6 +21,7 @@ effect object_quadratic_stiffness()
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<quadratic_spring>(value_of(rig, "object.quadratic_stiffness_N_per_m2"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -81,6 +81,7 @@ effect object_second_mode()
                                               value_of(rig, "object.second_frequency_Hz"),
                                               value_of(rig, "object.second_damping_ratio"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -36,6 +36,7 @@ effect object_stiffness_drift()
         return std::make_unique<drifting_spring>(rig.object.stiffness_N_per_m *
                                                  value_of(rig, "object.stiffness_drift_per_s"));
     };
+    made.is_proportional = true;
     return made;
 }
 

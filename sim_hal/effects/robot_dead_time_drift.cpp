@@ -14,6 +14,7 @@ effect robot_dead_time_drift()
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({1e3 * scales.period_s / scales.duration_s, 8e3 * scales.period_s / scales.duration_s});
     };
+    made.is_proportional = true;
     return made;
 }
 

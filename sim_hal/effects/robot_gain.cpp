@@ -31,6 +31,7 @@ effect robot_gain()
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
         return std::make_unique<gain>(1.0 + value_of(rig, "robot.gain_error"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -52,6 +52,8 @@ effect robot_periodic_error()
                                                 value_of(rig, "robot.periodic_error_pitch_m"),
                                                 value_of(rig, "robot.periodic_error_phase_rad"));
     };
+    made.reach = 3.0; /* a period longer than the path is a gain */
+    made.is_proportional = true;
     return made;
 }
 

@@ -12,6 +12,7 @@ effect sensor_bias()
     made.source = "data sheets of force sensors";
     made.parameters = {{"sensor.bias_N", -1e7, 1e7, {}}};
     made.starts = [](const rig &, const record_scales &scales) { return both_signs({0.02 * scales.force_N}); };
+    made.is_proportional = true;
     return made;
 }
 

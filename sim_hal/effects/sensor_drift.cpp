@@ -32,6 +32,7 @@ effect sensor_drift()
     made.on_samples = [](const rig &rig) -> std::unique_ptr<sample_stage> {
         return std::make_unique<drift>(value_of(rig, "sensor.drift_N_per_s"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -30,6 +30,7 @@ effect sensor_gain()
     made.on_samples = [](const rig &rig) -> std::unique_ptr<sample_stage> {
         return std::make_unique<gain>(1.0 + value_of(rig, "sensor.gain_error"));
     };
+    made.is_proportional = true;
     return made;
 }
 

@@ -51,6 +51,7 @@ effect sensor_periodic_disturbance()
                                      value_of(rig, "sensor.periodic_frequency_Hz"),
                                      value_of(rig, "sensor.periodic_phase_rad"));
     };
+    made.is_proportional = true;
     return made;
 }
 
