@@ -216,8 +216,9 @@ class block_search
     bool is_worth_going_on(const block_diagnosis &result)
     {
         /* What plain features do not see, an effect of the library may. */
-        return result.causes.empty() ||
-               (share_left() > 0.02 && (leftover_.explained > leftover_significant || exceeds_measured_floor()));
+        const bool is_at_floor = incumbent_.cost < 1.03 * static_cast<double>(incumbent_.rows) &&
+                                 leftover_.explained < leftover_significant;
+        return result.causes.empty() || !is_at_floor;
     }
 
     double share_left()
@@ -332,6 +333,11 @@ class block_search
             rig without = incumbent_.rig;
             std::vector<free_parameter> parameters;
             const effect &dropped = *found_[i];
+            if (std::any_of(found_.begin(), found_.end(),
+                            [&](const effect *other) { return other->refines == dropped.name; })) {
+                i++;
+                continue;
+            }
             for (const effect_parameter &parameter : dropped.parameters) {
                 set_number(without, parameter.key, value_of(given_, parameter.key));
             }

@@ -121,6 +121,8 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
     return !effect.is_of_single_samples && effect.starts != nullptr &&
            acts_in(effect, model.which(), model.data(), given) &&
            std::find(found.begin(), found.end(), &effect) == found.end() &&
+           (effect.refines.empty() ||
+            std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
 }
 

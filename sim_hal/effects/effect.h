@@ -52,6 +52,9 @@ struct effect {
     /* Whether twice the first parameter does about twice as much: then the best of all sizes follows from one. */
     bool is_proportional = false;
 
+    /* An effect that says more about another one, and is tried once that is found; empty: none. */
+    std::string_view refines;
+
     /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */
     bool is_rough = false;
 
