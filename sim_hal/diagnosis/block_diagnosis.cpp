@@ -354,6 +354,8 @@ class block_search
             }
         }
         model_.error(incumbent_.rig, result.error_after);
+        result.uses = model_.uses();
+        result.floor = noise_;
         result.floor_is_measured = input_.floor.has_value();
         result.fit_rms = rms(model_, row_use::fit);
         result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
