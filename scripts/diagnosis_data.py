@@ -1,5 +1,5 @@
-"""Reads the folder that `berth diagnose` writes, and makes of its errors what can be drawn and said: over position and
-velocity, over frequency, and where they are largest."""
+"""Reads the folder that `berth diagnose` writes, and makes of its errors what can be drawn and said: over position
+and velocity, over frequency, and where they are largest."""
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,7 +103,8 @@ def block_of(told, series, path, period_s):
         before, after = (series[f"{name}_error_{part}_{unit}"] for part in ("before", "after"))
         measured, time_s = series[OUTPUT[name]], series["t_s"]
     except KeyError as error:
-        raise InputError(f"{path}: has no column {error.args[0]}, though diagnosis.json tells of that block") from error
+        raise InputError(f"{path}: has no column {error.args[0]}, though diagnosis.json tells of that "
+                         "block") from error
     position_m = series.get("command_position_m", series.get("robot_position_m"))
     if position_m is None:
         raise InputError(f"{path}: has neither command_position_m nor robot_position_m")
@@ -167,7 +168,9 @@ def power_density(error, period_s):
     starts = range(0, max(len(error) - rows, 0) + 1, max(rows // 2, 1))
     parts = [np.abs(np.fft.rfft(window[:len(part)] * part, rows)) ** 2
              for part in (error[start:start + rows] for start in starts)]
-    return np.fft.rfftfreq(rows, period_s), 2.0 * period_s * np.mean(parts, axis=0) / np.sum(window ** 2)
+    power = 2.0 * period_s * np.mean(parts, axis=0) / np.sum(window ** 2)
+    power[[0, -1] if rows % 2 == 0 else [0]] *= 0.5  # these lines have no mirror image
+    return np.fft.rfftfreq(rows, period_s), power
 
 
 def floor_density(noise, frequency_Hz, period_s):
@@ -199,7 +202,8 @@ def states_of(block):
     """What an error may depend on: (words for the rows with the largest, with the smallest, values)."""
     middle_m = np.median(block.position_m)
     acceleration = np.abs(np.gradient(block.velocity_m_per_s))
-    return [("farthest from the middle position", "nearest to the middle position", np.abs(block.position_m - middle_m)),
+    return [("farthest from the middle position", "nearest to the middle position",
+             np.abs(block.position_m - middle_m)),
             ("with the fastest motion", "with the slowest motion", np.abs(block.velocity_m_per_s)),
             ("fastest on the way up", "fastest on the way down", block.velocity_m_per_s),
             ("with the strongest acceleration", "with the weakest acceleration", acceleration),
@@ -220,8 +224,8 @@ def where_it_lives(block):
 
 
 def smallest_visible(block):
-    """Rms in the block's unit from which on an error would have stood out that goes with the motion: BIC better by 10
-    with one more parameter, against the floor's noise at the frequency at which the robot moves most. An estimate."""
+    """Rms in the block's unit from which on an error would have stood out that goes with the motion, and that motion's
+    main frequency in Hz. An estimate: BIC better by 10 with one more parameter, against the floor's noise there."""
     frequency_Hz, power = power_density(block.position_m - block.position_m.mean(), block.period_s)
     at_Hz = float(frequency_Hz[1 + np.argmax(power[1:])])
     noise = floor_density(block.told["floor_noise"], np.array([at_Hz]), block.period_s)[0]

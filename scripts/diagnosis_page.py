@@ -1,5 +1,5 @@
-"""The report of a diagnosis as one HTML page that opens without a network: time series that zoom together and keep every
-sample of a usual record, and plots of the errors over position, velocity and frequency."""
+"""The report of a diagnosis as one HTML page that opens without a network: time series that zoom together and keep
+every sample of a usual record, and plots of the errors over position, velocity and frequency."""
 import html
 import json
 import tomllib
@@ -15,8 +15,8 @@ from report_signals import COMMAND, MANIPULATOR, ROBOT
 
 BEFORE, AFTER, MEASURED, FLOOR = ROBOT, MANIPULATOR, "#222222", "#009E73"
 CHOSEN, OTHER, RIVAL = MANIPULATOR, "#BBBBBB", COMMAND
-# A record of up to a minute and a half at 400 Hz keeps every sample; of longer ones each curve keeps fewer points, so
-# that the page stays below 10 MB.
+# A record of up to a minute and a half at 400 Hz keeps every sample; of longer ones each curve keeps fewer points,
+# so that the page stays below 10 MB.
 WHOLE_ROWS_MAX, LONG_SAMPLES_MAX = 36_000, 14_000
 PARTS = (("as given", "before"), ("re-tuned", "retuned"), ("extended", "after"), ("floor", "floor"))
 
@@ -51,7 +51,8 @@ def blocks_table(diagnosis):
             cells += [number(words.size(told[key], block.unit), f"blocks.{i}.residual_rms.{part}.{key}")
                       for _, key in (PARTS if part == "fit" else PARTS[:3])]
         rows.append(cells)
-    head = ["block", "verdict", *right(*(name for name, _ in PARTS), *(f"held out: {name}" for name, _ in PARTS[:3]))]
+    names = [name for name, _ in PARTS]
+    head = ["block", "verdict", *right(*names, *(f"held out: {name}" for name in names[:3]))]
     at_fault = [i for i, block in enumerate(diagnosis.blocks) if block.told["verdict"] != "nothing_detectable"]
     return table(head, rows, "blocks", at_fault)
 
@@ -75,7 +76,8 @@ def causes_tables(diagnosis):
 
     text = ""
     if told["causes"]:
-        rows = [[cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
+        rows = [[cause["effect"], "counted in single samples", "", ""] if words.is_counted(cause) else
+                [cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
                  number(words.share_text(cause["share_explained"]), f"causes.{i}.share_explained"),
                  number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]
                 for i, cause in enumerate(told["causes"])]
@@ -87,7 +89,8 @@ def causes_tables(diagnosis):
     rows = [[cause["effect"], *parameter_cells(parameter, f"causes.{i}.parameters.{j}")]
             for i, cause in enumerate(told["causes"]) for j, parameter in enumerate(cause["parameters"])]
     named = {parameter["key"] for cause in told["causes"] for parameter in cause["parameters"]}
-    rows += [[f"re-tuned with the {words.BLOCKS[block.name][0]}", *parameter_cells(parameter, f"blocks.{i}.base.{j}")]
+    rows += [[f"re-tuned with the {words.BLOCKS[block.name][0]}",
+              *parameter_cells(parameter, f"blocks.{i}.base.{j}")]
              for i, block in enumerate(diagnosis.blocks) for j, parameter in enumerate(block.told["base"])
              if parameter["key"] not in named]
     return text + ("\n<h2>Parameters</h2>\n" + table(["of", "key", *right("fitted (± 95 %)", "given")], rows,
@@ -118,8 +121,8 @@ def add_block(page, block):
 
     def curve(values, factor, unit, name, colour, dash="solid"):
         time_s, drawn = with_gaps(block.time_s, values / factor, block.period_s)
-        trace = {"type": "scatter", "mode": "lines", "name": name, "line": {"color": colour, "width": 1.5, "dash": dash},
-                 "hovertemplate": f"%{{y:.6~g}} {unit}"}
+        trace = {"type": "scatter", "mode": "lines", "name": name,
+                 "line": {"color": colour, "width": 1.5, "dash": dash}, "hovertemplate": f"%{{y:.6~g}} {unit}"}
         return page.curve(time_s, drawn, trace)
 
     unit, factor = shown_unit(block)
@@ -135,7 +138,8 @@ def add_block(page, block):
              for side in (-1, 1)]
     page.add(f"{block.name}-errors", f"{title}: error over time",
              f"Measured less simulated. Green dots: floor, ± {words.size(fit['floor'], block.unit)} rms.",
-             [curve(block.before, factor, unit, "as given", BEFORE), curve(block.after, factor, unit, "extended", AFTER)],
+             [curve(block.before, factor, unit, "as given", BEFORE),
+              curve(block.after, factor, unit, "extended", AFTER)],
              {"yaxis": AXIS | {"title": {"text": f"error ({unit})"}}, "shapes": floor}, height_px=260)
 
 
@@ -190,7 +194,7 @@ def spectrum_plot(block, unit, factor):
                                                  ("floor", found.floor, FLOOR, "dot"))]
     axis = {"type": "log", "exponentformat": "power"}
     return {"data": traces, "layout": layout("Spectrum of the error", "frequency (Hz)", f"error ({unit}/√Hz)",
-                                             x={"type": "log"}, y=axis)}
+                                             x={"type": "log", "dtick": 1}, y=axis)}
 
 
 def ranking_plot(block):
@@ -206,11 +210,12 @@ def ranking_plot(block):
     shared = {"type": "bar", "orientation": "h", "y": labels, "marker": {"color": colours}, "showlegend": False,
               "textposition": "auto", "cliponaxis": False}
     traces = [shared | {"x": [one["delta_bic"] for one in ranking], "name": "BIC better by",
-                        "text": [f"{one['delta_bic']:.0f}" for one in ranking]},
+                        "text": [str(round(one["delta_bic"])) for one in ranking]},
               shared | {"x": [100.0 * one["share_explained"] for one in ranking], "name": "share explained",
                         "text": [words.percent(one["share_explained"]) for one in ranking], "xaxis": "x2"}]
     made = layout("Candidates" + (" by round" if rounds > 1 else ""), "BIC better by", "",
-                  x={"domain": [0.0, 0.47]}, y={"automargin": True, "ticks": ""}, height=max(300, 130 + 26 * len(ranking)))
+                  x={"domain": [0.0, 0.47]}, y={"automargin": True, "ticks": ""},
+                  height=max(300, 130 + 26 * len(ranking)))
     made["xaxis2"] = AXIS | {"title": {"text": "share explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108]}
     return {"data": traces, "layout": made}
 
@@ -225,7 +230,7 @@ def block_plots(block):
 def section(block, plots):
     title = words.BLOCKS[block.name][0].capitalize()
     divisions = "\n".join(f'<div class="plot" id="{plot["id"]}"></div>' for plot in plots)
-    none = "" if block.told["ranking"] else '<p class="note">No effect was tried here: there was nothing to explain.</p>'
+    none = "" if block.told["ranking"] else '<p class="note">No candidates were ranked here.</p>'
     return (f'<section id="{block.name}">\n<h2>{title}: what the error depends on</h2>\n{none}'
             f'<div class="panels">\n{divisions}\n</div>\n</section>')
 
@@ -256,8 +261,8 @@ def experiment_section(diagnosis):
 
 
 def inputs_table(diagnosis):
-    return table(["role", "hash", "path"], [[one["role"], one["hash"], one["path"]] for one in diagnosis.told["inputs"]],
-                 "files")
+    rows = [[one["role"], one["hash"], one["path"]] for one in diagnosis.told["inputs"]]
+    return table(["role", "hash", "path"], rows, "files")
 
 
 def version_words(diagnosis):
@@ -284,7 +289,8 @@ def build_page(diagnosis, found):
     word, colour = words.VERDICTS[told["verdict"]]
     name = tomllib.loads(diagnosis.given.read_text(encoding="utf-8")).get("name", "")
     records = ", ".join(one["path"].rsplit("/", 1)[-1] for one in told["inputs"] if one["role"] == "record")
-    styles = [(HERE / f"{style}_page.css").read_text(encoding="utf-8") for style in ("report", "figures", "diagnosis")]
+    styles = [(HERE / f"{style}_page.css").read_text(encoding="utf-8")
+              for style in ("report", "figures", "diagnosis")]
     return filled("diagnosis_page.html", {
         "title": html.escape(name or "rig"),
         "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),

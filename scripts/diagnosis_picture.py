@@ -48,8 +48,8 @@ def plot_errors(axes, block):
 def plot_spectrum(axes, block):
     unit, factor = error_unit(block)
     found = spectrum(block)
-    for values, name, colour, style in ((found.before, "as given", BEFORE, "-"), (found.after, "extended", AFTER, "-"),
-                                        (found.floor, "floor", FLOOR, ":")):
+    for values, name, colour, style in ((found.before, "as given", BEFORE, "-"),
+                                        (found.after, "extended", AFTER, "-"), (found.floor, "floor", FLOOR, ":")):
         axes.loglog(found.frequency_Hz, values / factor, style, color=colour, linewidth=1.4, label=name)
     axes.set(title="Spectrum", xlabel="frequency (Hz)", ylabel=f"error ({unit}/√Hz)")
     legend_above(axes, 3)
@@ -70,16 +70,17 @@ def plot_ranking(axes, block):
     axes.set(title="Candidates")
     ranking = [one for one in block.told["ranking"] if one["round"] == 1][:CANDIDATES_MAX][::-1]
     if not ranking:
-        empty(axes, "no effect was tried: nothing to explain")
+        empty(axes, "no candidates were ranked here")
         return
     chosen = {cause["effect"] for cause in block.told["causes"]}
     rivals = {other["effect"] for other in block.told["alternatives"]}
     colours = [CHOSEN if one["effect"] in chosen else RIVAL if one["effect"] in rivals else OTHER for one in ranking]
     axes.barh([one["effect"] for one in ranking], [100.0 * one["share_explained"] for one in ranking], color=colours)
     for i, one in enumerate(ranking):
-        axes.text(1.0, i, f" BIC better by {one['delta_bic']:.0f}", verticalalignment="center", fontsize=10,
+        axes.text(1.0, i, f" BIC better by {round(one['delta_bic'])}", verticalalignment="center", fontsize=10,
                   color="white" if colours[i] == CHOSEN and one["share_explained"] > 0.4 else "black")
     axes.set(xlabel="share explained (%)", xlim=(0, 105))
+    axes.tick_params(axis="y", labelsize=10, length=0)
     axes.grid(False, axis="y")
 
 
@@ -91,6 +92,8 @@ def write_head(figure, diagnosis):
                 bbox={"facecolor": colour, "edgecolor": "none", "pad": 5})
     figure.text(0.03, 0.92, words.headline(diagnosis), fontsize=14, color=colour, weight="bold")
     lines = [*map(words.cause_sentence, diagnosis.told["causes"][:2]), words.error_sentence(block)]
+    if block.told["verdict"] in words.WITH_REST:
+        lines.append(words.left_sentence(block))
     wrapped = [part for line in lines for part in textwrap.wrap(line, 190)]
     figure.text(0.03, 0.905, "\n".join(wrapped[:5]), fontsize=11, color="#333333", verticalalignment="top")
     hashes = ", ".join(f"{one['role']} {one['hash']}" for one in diagnosis.told["inputs"])
@@ -105,7 +108,7 @@ def build_picture(diagnosis):
         figure = plt.figure(figsize=(WIDTH_PX / DOTS_PER_INCH, HEIGHT_PX / DOTS_PER_INCH), dpi=DOTS_PER_INCH)
         write_head(figure, diagnosis)
         grid = figure.add_gridspec(3, 2, width_ratios=[1.5, 1], left=0.06, right=0.98, top=0.77, bottom=0.075,
-                                   hspace=0.62, wspace=0.3)
+                                   hspace=0.62, wspace=0.36)
         plot_signals(figure.add_subplot(grid[0, 0]), block)
         plot_errors(figure.add_subplot(grid[1, 0]), block)
         plot_over_velocity(figure.add_subplot(grid[2, 0]), block)

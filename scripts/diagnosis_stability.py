@@ -1,5 +1,5 @@
-"""What the extension does to stability: `berth eigen` and `berth limits` on the rig as given and on the extended one.
-Whether they account for an effect at all is tried, not assumed: the extended rig is asked again without it."""
+"""What the extension does to stability: `berth eigen` and `berth limits` on the rig as given and on the extended
+one. Whether they account for an effect at all is tried, not assumed: they are asked again without it."""
 import tomllib
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from berth_log import InputError
 
 @dataclass(frozen=True)
 class Stability:
-    """`given` and `extended` are what `berth eigen` says, `limits` the same of `berth limits`; None where it refuses,
-    then `refusals` say why. `ignored`: effects without which eigen says the very same."""
+    """What `berth eigen` and `berth limits` say of either rig; None where they refuse, then `refusals` say why.
+    `ignored`: effects without which eigen says the very same."""
     given: dict
     extended: dict
     given_limits: dict
@@ -74,10 +74,15 @@ def sentence(found):
     words = [f"{name} {'stable' if told['stable'] else 'UNSTABLE'} (growth {told['growth_per_s']:+.6g} /s)"
              for name, told in (("As given, the loop is", found.given), ("extended, it is", found.extended))]
     text = "; ".join(words).replace("-", "−") + "."
+    margins = [limits["dead_time_margin_ms"] if limits else None
+               for limits in (found.given_limits, found.extended_limits)]
+    if any(margin is not None for margin in margins):
+        given, extended = ("no limit" if margin is None else f"{margin:.5g} ms" for margin in margins)
+        text += f" Dead time that may be added: {given} as given, {extended} extended."
     if found.ignored:
-        text += (f" berth eigen and limits do not account for {' and '.join(found.ignored)}: without it they say the "
-                 "very same. What differs comes from the re-tuned parameters; what the effect itself does to the limit "
-                 "is not in these numbers.")
+        text += (f" berth eigen and limits do not account for {' and '.join(found.ignored)}: without it they say "
+                 "the very same. What differs comes from the re-tuned parameters; what the effect itself does to the "
+                 "limit is not in these numbers.")
     return text
 
 

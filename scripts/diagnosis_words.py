@@ -9,9 +9,12 @@ UNSURE = "#8A5A00"
 BLOCKS = {"manipulator": ("manipulator", "from operator and force to the command"),
           "robot": ("robot", "from the command to its position"),
           "force": ("object and sensor", "from the robot's motion to the measured force")}
-VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named", BAD), "one_of": ("One of several", UNSURE),
+VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named", BAD),
+            "one_of": ("One of several", UNSURE),
             "partly_explained": ("Partly explained", UNSURE), "unknown": ("Unknown", UNSURE),
             "software_mismatch": ("Software mismatch", BAD)}
+FLOOR_TOO_HIGH = 1.5
+WITH_REST = ("unknown", "partly_explained")
 PREFIXES = {"m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)),
             "N": (("kN", 1e3), ("N", 1.0), ("mN", 1e-3), ("µN", 1e-6))}
 UNITS = {"N_per_m": "N/m", "N_per_m2": "N/m²", "N_per_m3": "N/m³", "N_s_per_m": "N s/m", "m_per_s": "m/s",
@@ -57,14 +60,19 @@ def gain_text(gain):
     return f"{percent(gain['value'])} ({percent(low)} to {percent(high)})"
 
 
+def is_counted(cause):
+    """Found in single samples: no fit, hence no BIC and no gain, belongs to it."""
+    return cause["delta_bic"] == 0 and cause["held_out_gain"]["value"] == 0
+
+
 def cause_sentence(cause):
     found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."
-    if cause["delta_bic"] == 0 and cause["held_out_gain"]["value"] == 0:
+    if is_counted(cause):
         return text + " It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
     return (f"{text} It explains {share_text(cause['share_explained'])} of the explainable error, BIC is better by "
-            f"{cause['delta_bic']:.0f}, and on data that the fit never saw the squared error falls by "
-            f"{gain_text(cause['held_out_gain'])}.")
+            f"{round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by the "
+            f"noise, falls by {gain_text(cause['held_out_gain'])}.")
 
 
 def place(block):
@@ -77,9 +85,22 @@ def error_sentence(block):
     measured = "measured" if block.told["residual_rms"]["floor_is_measured"] else "estimated"
     unit = block.unit
     return (f"{BLOCKS[block.name][0].capitalize()}: error {size(fit['before'], unit)} rms with the rig as given, "
-            f"{size(fit['retuned'], unit)} re-tuned within its tolerances, {size(fit['after'], unit)} extended; held "
-            f"out {size(held_out['retuned'], unit)} to {size(held_out['after'], unit)}; {measured} noise floor "
+            f"{size(fit['retuned'], unit)} re-tuned within its tolerances, {size(fit['after'], unit)} extended; "
+            f"held out {size(held_out['retuned'], unit)} to {size(held_out['after'], unit)}; {measured} noise floor "
             f"{size(fit['floor'], unit)}.")
+
+
+def has_high_floor(block):
+    """The measured floor is well above the error: it hides what could be seen."""
+    told = block.told["residual_rms"]
+    return told["floor_is_measured"] and told["fit"]["floor"] > FLOOR_TOO_HIGH * told["fit"]["after"]
+
+
+def floor_sentence(block):
+    fit = block.told["residual_rms"]["fit"]
+    return (f"{BLOCKS[block.name][0].capitalize()}: the measured floor ({size(fit['floor'], block.unit)}) is above "
+            f"the error itself ({size(fit['after'], block.unit)}): something moved or jumped in the record that it was "
+            "measured on. A small fault of this block may go unseen.")
 
 
 def left_sentence(block):
@@ -94,14 +115,15 @@ def left_sentence(block):
     state, share = where_it_lives(block)
     text += f"; the quarter of the rows {state} holds {percent(share)} of the squared error"
     if left["share"] > 0.0:
-        text += f". By class it is {left['depends']}; {percent(left['share'])} of the explainable error is left in that form"
+        text += (f". By class it is {left['depends']}; {percent(left['share'])} of the explainable error is left in "
+                 "that form")
     return text + "."
 
 
 def visible_sentence(block):
     least, at_Hz = smallest_visible(block)
-    return (f"{BLOCKS[block.name][0].capitalize()}: an error that goes with the motion (mostly {at_Hz:.2g} Hz) would "
-            f"have shown from about {size(least, block.unit)} rms on.")
+    return (f"{BLOCKS[block.name][0].capitalize()}: an error that goes with the motion (mostly {at_Hz:.2g} Hz) "
+            f"would have shown from about {size(least, block.unit)} rms on.")
 
 
 def headline(diagnosis):
@@ -129,11 +151,13 @@ def details(diagnosis):
     """What stands under the headline, a sentence each."""
     told = diagnosis.told
     lines = [cause_sentence(cause) for cause in told["causes"]]
-    lines += [f"Or {other['effect']}: its BIC is worse by {other['delta_bic']:.1f}." for other in told["alternatives"]]
+    lines += [f"Or {other['effect']}: its BIC is worse by {other['delta_bic']:.1f}."
+              for other in told["alternatives"]]
     for block in diagnosis.blocks:
-        if block.told["verdict"] in ("unknown", "partly_explained"):
+        if block.told["verdict"] in WITH_REST:
             lines.append(left_sentence(block))
     if told["verdict"] == "nothing_detectable" and not told.get("smallest_detectable"):
         lines += [visible_sentence(block) for block in diagnosis.blocks]
     lines.append(error_sentence(diagnosis.main_block))
+    lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]
     return lines + [note[0].upper() + note[1:] + "." * (not note.endswith(".")) for note in told["notes"] if note]
