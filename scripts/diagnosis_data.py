@@ -224,8 +224,8 @@ def where_it_lives(block):
 
 
 def smallest_visible(block):
-    """Rms in the block's unit from which on an error would have stood out that goes with the motion, and that motion's
-    main frequency in Hz. An estimate: BIC better by 10 with one more parameter, against the floor's noise there."""
+    """Rms in the block's unit from which on an error would have stood out that goes with the motion, and the main
+    frequency of that motion in Hz. An estimate: BIC better by 10 with one more parameter, against the floor."""
     frequency_Hz, power = power_density(block.position_m - block.position_m.mean(), block.period_s)
     at_Hz = float(frequency_Hz[1 + np.argmax(power[1:])])
     noise = floor_density(block.told["floor_noise"], np.array([at_Hz]), block.period_s)[0]

@@ -81,8 +81,8 @@ def sentence(found):
         text += f" Dead time that may be added: {given} as given, {extended} extended."
     if found.ignored:
         text += (f" berth eigen and limits do not account for {' and '.join(found.ignored)}: without it they say "
-                 "the very same. What differs comes from the re-tuned parameters; what the effect itself does to the "
-                 "limit is not in these numbers.")
+                 "the very same. What differs comes from the re-tuned parameters; what the effect itself does to "
+                 "the limit is not in these numbers.")
     return text
 
 

@@ -99,8 +99,8 @@ def has_high_floor(block):
 def floor_sentence(block):
     fit = block.told["residual_rms"]["fit"]
     return (f"{BLOCKS[block.name][0].capitalize()}: the measured floor ({size(fit['floor'], block.unit)}) is above "
-            f"the error itself ({size(fit['after'], block.unit)}): something moved or jumped in the record that it was "
-            "measured on. A small fault of this block may go unseen.")
+            f"the error itself ({size(fit['after'], block.unit)}): something moved or jumped in the record that it "
+            "was measured on. A small fault of this block may go unseen.")
 
 
 def left_sentence(block):

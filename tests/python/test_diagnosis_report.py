@@ -1,5 +1,5 @@
 """scripts/diagnosis_report.py: tells what diagnosis.json tells, draws it in a browser, and is complete in itself.
-The records are made here: a robot that follows its command 7 ticks late, with noise, and with a fault that is known."""
+The records are made here: a robot that follows its command 7 ticks late, with noise and a fault that is known."""
 
 import copy
 import json
@@ -339,6 +339,18 @@ def test_a_bad_folder_is_named(good, tmp_path, damage, words):
     done = report(folder)
     assert done.returncode == EXIT_INPUT and words in done.stderr and "Traceback" not in done.stderr, done.stderr
     assert not (folder / "report.html").exists() and not list(folder.glob("*.partial"))
+
+
+def test_a_rig_that_eigen_refuses_is_said(good, tmp_path):
+    folder = tmp_path / "refused"
+    shutil.copytree(good, folder)
+    program = tmp_path / "berth"
+    program.write_text("#!/bin/sh\necho 'there is no model of this yet' >&2\nexit 2\n")
+    program.chmod(0o755)
+    done = report(folder, "--berth", program)
+    assert done.returncode == EXIT_DONE, done.stderr
+    text = Page(folder / "report.html").text
+    assert "Cannot be told:" in text and "there is no model of this yet" in text
 
 
 def test_a_folder_that_is_none_and_a_missing_program_are_named(tmp_path, made):
