@@ -57,7 +57,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
-.PHONY: all readme run test quick-test lint format codec bench map figures setup setup-test clean help
+.PHONY: all readme run test quick-test lint format codec bench map figures diagnose setup setup-test clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -66,6 +66,8 @@ help:
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
 	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
 	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
+	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
+	@echo "                    build/diagnosis"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
@@ -102,6 +104,19 @@ map: setup
 figures: setup
 	@$(MAKE) all
 	@$(PYTHON) scripts/figures.py
+
+# The example: the robot of the run has a transfer behaviour that the rig `ess` knows nothing of.
+RECORD ?= build/diagnosis/example/ess.ulg
+RIG ?= ess
+diagnose: setup
+	@$(MAKE) all
+ifeq ($(origin RECORD),file)
+	build/berth run ess --set robot.transfer_frequency_Hz=12 --set sensor.noise_N=0.3 --set run.duration_s=40 \
+		--set profile.kind=multisine --set profile.amplitude_m=0.01 --set profile.duration_s=20 \
+		--out build/diagnosis/example
+endif
+	build/berth diagnose $(RECORD) --rig $(RIG) --out build/diagnosis
+	@$(PYTHON) scripts/diagnosis_report.py build/diagnosis
 
 setup:
 	@scripts/setup.sh run

@@ -171,7 +171,7 @@ def build_page(figures, claims):
         "claims": str(len(claims)),
         "rows": summary_rows(figures, claims),
         "sections": "\n".join(section(figure, claims) for figure in figures),
-        "data": script_safe(json.dumps(plots, separators=(",", ":"), allow_nan=False)),
+        "plots": script_safe(json.dumps(plots, separators=(",", ":"), allow_nan=False)),
         "script": script_safe((HERE / "figures_page.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),
     })

@@ -25,10 +25,10 @@ def encoded(values, kind):
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
 
 
-def thinned(time_s, values):
-    """At most SAMPLES_MAX samples: the lowest and the highest of each stretch, in their order. Also the length of a
+def thinned(time_s, values, samples_max=SAMPLES_MAX):
+    """At most `samples_max` samples: the lowest and the highest of each stretch, in their order. Also the length of a
     stretch, 1 if all samples are there."""
-    stretch = -(-len(values) // (SAMPLES_MAX // 2)) if len(values) > SAMPLES_MAX else 1
+    stretch = -(-len(values) // (samples_max // 2)) if len(values) > samples_max else 1
     if stretch == 1:
         return time_s, values, 1
     whole = len(values) // stretch * stretch
@@ -48,8 +48,9 @@ def with_gaps(time_s, values, period_s):
 class Page:
     """Collects what the page's script needs."""
 
-    def __init__(self, log):
+    def __init__(self, log=None, samples_max=SAMPLES_MAX):
         self.log = log
+        self.samples_max = samples_max
         self.clocks = []  # time axes, shared between signals
         self.panels = []
         self.coarsest = 1
@@ -67,7 +68,7 @@ class Page:
 
     def curve(self, time_s, values, trace):
         """Adds the samples to a plotly trace."""
-        time_s, values, stretch = thinned(time_s, values)
+        time_s, values, stretch = thinned(time_s, values, self.samples_max)
         self.coarsest = max(self.coarsest, stretch)
         return {"clock": self.clock(time_s), "samples": encoded(values, "<f4"), "trace": trace}
 
@@ -89,6 +90,11 @@ class Page:
     def add_signals(self, name, title, note, found, axis_title, unit, layout=None, **more):
         layout = {"yaxis": AXIS | {"title": {"text": axis_title}}} | (layout or {})
         self.add(name, title, note, [self.curve_of(signal, unit) for signal in found], layout, **more)
+
+    def data(self, start_s, end_s):
+        """What the page's script reads, as JSON that can stand in a script element."""
+        data = {"clocks": self.clocks, "panels": self.panels, "axis": AXIS, "range": [start_s, end_s]}
+        return script_safe(json.dumps(data, separators=(",", ":"), allow_nan=False))
 
 
 def rest_shapes(log):
@@ -281,7 +287,6 @@ def build_page(log, summary):
         notes.append(f"The run is long: of every {page.coarsest} samples the lowest and the highest are shown.")
     end_s = float(log.tick_s[-1] + log.period_s) if len(log.tick_s) else 0.0
     start_s = float(log.tick_s[0]) if len(log.tick_s) else 0.0
-    data = {"clocks": page.clocks, "panels": page.panels, "axis": AXIS, "range": [start_s, end_s]}
     parts = {
         "title": html.escape(log.config["name"]),
         "description": html.escape(log.config["description"]),
@@ -297,7 +302,7 @@ def build_page(log, summary):
         "log": html.escape(log.path.name),
         "replay": html.escape(f"build/berth replay {log.path}"),
         "style": (HERE / "report_page.css").read_text(encoding="utf-8"),
-        "data": script_safe(json.dumps(data, separators=(",", ":"), allow_nan=False)),
+        "data": page.data(start_s, end_s),
         "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),
     }

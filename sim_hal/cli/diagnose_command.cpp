@@ -83,10 +83,20 @@ nlohmann::json as_json(const block_diagnosis &block)
               {"fit", as_json(block.fit_rms)},
               {"held_out", as_json(block.held_out_rms)},
               {"floor_is_measured", block.floor_is_measured}}},
+            {"floor_noise", {{"ar", block.floor.ar}, {"sigma", block.floor.sigma}}},
             {"left", {{"share", block.left}, {"depends", error_class_names[static_cast<int>(block.left_class)]}}}};
 }
 
-nlohmann::json as_json(const diagnosis &found)
+/* What an input served for. */
+std::string_view role_of(const std::string &path, const diagnose_arguments &arguments)
+{
+    return path == arguments.validation   ? "validation"
+           : path == arguments.standstill ? "standstill"
+           : path == arguments.repetition ? "repetition"
+                                          : "record";
+}
+
+nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &arguments, const rig &given)
 {
     nlohmann::json json{{"verdict", name_of(found.verdict)},
                         {"causes", nlohmann::json::array()},
@@ -104,10 +114,13 @@ nlohmann::json as_json(const diagnosis &found)
         json["residual"][channel_of(block.block)] = made["residual"];
         json["blocks"].push_back(std::move(made));
     }
-    json["inputs"] = nlohmann::json::array();
+    json["inputs"] = {{{"role", "rig"}, {"path", arguments.rig}, {"hash", config_hash(given)}}};
     for (const auto &[path, hash] : found.inputs) {
-        json["inputs"].push_back({{"path", path}, {"hash", hash}});
+        json["inputs"].push_back({{"role", role_of(path, arguments)}, {"path", path}, {"hash", hash}});
     }
+    json["overrides"] = arguments.overrides;
+    json["without"] = arguments.without;
+    json["period_s"] = found.data.period_s;
     json["notes"] = found.notes;
     return json;
 }
@@ -140,22 +153,40 @@ void print_block(const block_diagnosis &block)
     }
 }
 
-/* Errors of every block over time, for the report. */
+/* Over time, for the report: the signals that were measured, and of every block what each row served for (0 nothing,
+ * 1 fit, 2 held out) and its errors, measured less simulated. */
 std::string series_csv(const diagnosis &found)
 {
+    const record &data = found.data;
+    const std::pair<const char *, const std::vector<double> *> measured[] = {
+        {"operator_force_N", &data.operator_force_N},
+        {"operator_position_m", &data.operator_position_m},
+        {"command_position_m", &data.command_position_m},
+        {"robot_position_m", &data.robot_position_m},
+        {"force_N", &data.force_N}};
     std::string text = "t_s";
+    for (const auto &[name, values] : measured) {
+        text += values->empty() ? "" : "," + std::string(name);
+    }
     for (const block_diagnosis &block : found.blocks) {
         const std::string name(name_of(block.block));
         const std::string unit = "_" + std::string(block_units[static_cast<int>(block.block)]);
-        text += "," + name + "_error_before" + unit + "," + name + "_error_after" + unit;
+        text += "," + name + "_use," + name + "_error_before" + unit + "," + name + "_error_after" + unit;
     }
     text += "\n";
-    char number[40];
-    for (std::size_t n = 0; n < found.data.size(); n++) {
-        std::snprintf(number, sizeof number, "%.9g", found.data.time_s[n]);
+    char number[60];
+    for (std::size_t n = 0; n < data.size(); n++) {
+        std::snprintf(number, sizeof number, "%.9g", data.time_s[n]);
         text += number;
+        for (const auto &signal : measured) {
+            if (!signal.second->empty()) {
+                std::snprintf(number, sizeof number, ",%.12g", (*signal.second)[n]);
+                text += number;
+            }
+        }
         for (const block_diagnosis &block : found.blocks) {
-            std::snprintf(number, sizeof number, ",%.6g,%.6g", block.error_before[n], block.error_after[n]);
+            std::snprintf(number, sizeof number, ",%d,%.6g,%.6g", static_cast<int>(block.uses[n]),
+                          block.error_before[n], block.error_after[n]);
             text += number;
         }
         text += "\n";
@@ -193,9 +224,10 @@ int diagnose_command(const diagnose_arguments &arguments)
     if (error) {
         throw input_error(arguments.out_folder + ": cannot be made: " + error.message());
     }
-    const nlohmann::json json = as_json(found);
+    const nlohmann::json json = as_json(found, arguments, request.rig);
     write_file(arguments.out_folder + "/diagnosis.json",
                json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_file(arguments.out_folder + "/given.toml", print_rig(request.rig));
     write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
     write_file(arguments.out_folder + "/series.csv", series_csv(found));
     if (arguments.json) {
@@ -210,7 +242,9 @@ int diagnose_command(const diagnose_arguments &arguments)
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }
-    std::printf("written to %s: diagnosis.json, extended.toml, series.csv\n", arguments.out_folder.c_str());
+    std::printf("written to %s: diagnosis.json, extended.toml, given.toml, series.csv\n"
+                "report: .venv/bin/python scripts/diagnosis_report.py %s\n",
+                arguments.out_folder.c_str(), arguments.out_folder.c_str());
     return 0;
 }
 

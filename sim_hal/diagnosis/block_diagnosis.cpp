@@ -425,6 +425,8 @@ class block_search
             }
         }
         model_.error(incumbent_.rig, result.error_after);
+        result.uses = model_.uses();
+        result.floor = noise_;
         result.floor_is_measured = has_floor_;
         result.fit_rms = rms(model_, row_use::fit);
         result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);

@@ -67,8 +67,10 @@ struct block_diagnosis {
     std::vector<free_parameter> refinable; /* what was fitted, as a prior for the blocks after it */
     berth::rig extended;                   /* the given rig with base and effects fitted */
     std::vector<parameter_estimate> base;
-    std::vector<double> error_before; /* one a row */
+    std::vector<row_use> uses; /* one a row, as the two below */
+    std::vector<double> error_before;
     std::vector<double> error_after;
+    noise_model floor;
 };
 
 struct diagnosis_input {

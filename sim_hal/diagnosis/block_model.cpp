@@ -52,7 +52,8 @@ bool can_replay(const record &record, block block)
     case block::robot:
         return !record.command_position_m.empty() && !record.robot_position_m.empty();
     case block::force:
-        return (!record.command_position_m.empty() || !record.robot_position_m.empty()) && !record.force_N.empty();
+        /* A stiff contact cannot be driven from a noisy measured position. */
+        return !record.command_position_m.empty() && !record.force_N.empty();
     }
     return false;
 }

@@ -266,8 +266,8 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     if (!any) {
         throw input_error(data.path + ": no block can be replayed: a diagnosis needs operator_force_N or "
-                                      "operator_position_m with command_position_m, command_position_m with "
-                                      "robot_position_m, or one of these two with force_N");
+                                      "operator_position_m with command_position_m, or command_position_m with "
+                                      "robot_position_m or force_N");
     }
     result.verdict = overall(result.blocks);
     std::size_t at_fault = 0;

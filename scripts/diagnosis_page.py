@@ -1,0 +1,320 @@
+"""The report of a diagnosis as one HTML page that opens without a network: time series that zoom together and keep
+every sample of a usual record, and plots of the errors over position, velocity and frequency."""
+import html
+import json
+import tomllib
+
+import numpy as np
+from plotly.offline import get_plotlyjs
+
+import diagnosis_stability as stability
+import diagnosis_words as words
+from diagnosis_data import profile, spectrum
+from report_page import AXIS, HERE, Page, filled, script_safe, with_gaps
+from report_signals import COMMAND, MANIPULATOR, ROBOT
+
+BEFORE, AFTER, MEASURED, FLOOR = ROBOT, MANIPULATOR, "#222222", "#009E73"
+CHOSEN, OTHER, RIVAL = MANIPULATOR, "#BBBBBB", COMMAND
+# A record of up to a minute and a half at 400 Hz keeps every sample; of longer ones each curve keeps fewer points,
+# so that the page stays below 10 MB.
+WHOLE_ROWS_MAX, LONG_SAMPLES_MAX = 36_000, 14_000
+PARTS = (("as given", "before"), ("re-tuned", "retuned"), ("extended", "after"), ("floor", "floor"))
+
+
+def table(head, rows, name="", marked=()):
+    """A cell is text, or text and attributes; the rows whose places are in `marked` get a mark."""
+    def cell(found, tag):
+        text, attributes = found if isinstance(found, tuple) else (found, "")
+        return f"<{tag} {attributes}>{html.escape(str(text))}</{tag}>"
+
+    def line(cells, tag, attributes=""):
+        return f"<tr{attributes}>{''.join(cell(one, tag) for one in cells)}</tr>"
+    body = "\n".join(line(cells, "td", ' class="at-fault"' if i in marked else "") for i, cells in enumerate(rows))
+    return f'<table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n</table>'
+
+
+def number(text, of):
+    """A cell that shows the number at this place of diagnosis.json."""
+    return text, f'class="number" data-of="{of}"'
+
+
+def right(*titles):
+    return [(title, 'class="number"') for title in titles]
+
+
+def blocks_table(diagnosis):
+    rows = []
+    for i, block in enumerate(diagnosis.blocks):
+        cells = [words.place(block), block.told["verdict"].replace("_", " ")]
+        for part in ("fit", "held_out"):
+            told = block.told["residual"][part]
+            cells += [number(words.size(told[key], block.unit), f"blocks.{i}.residual.{part}.{key}")
+                      for _, key in (PARTS if part == "fit" else PARTS[:3])]
+        rows.append(cells)
+    names = [name for name, _ in PARTS]
+    head = ["block", "verdict", *right(*names, *(f"held out: {name}" for name in names[:3]))]
+    at_fault = [i for i, block in enumerate(diagnosis.blocks) if block.told["verdict"] != "nothing_detectable"]
+    return table(head, rows, "blocks", at_fault)
+
+
+def causes_tables(diagnosis):
+    """Causes with their evidence, and every fitted parameter beside its given value."""
+    told = diagnosis.told
+    given = tomllib.loads(diagnosis.given.read_text(encoding="utf-8"))
+
+    def given_text(parameter):
+        section, name = parameter["key"].split(".")
+        value = given.get(section, {}).get(name)
+        if value is None:
+            return "none"
+        unit = words.UNITS.get(parameter["unit"], parameter["unit"])
+        return f"{value:.6g} {unit}".strip() if isinstance(value, (int, float)) else str(value)
+
+    def parameter_cells(parameter, of):
+        return [parameter["key"], number(words.estimate(parameter), f"{of}.value"),
+                (given_text(parameter), 'class="number"')]
+
+    text = ""
+    if told["causes"]:
+        rows = [[cause["effect"], "counted in single samples", "", ""] if words.is_counted(cause) else
+                [cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
+                 number(words.share_text(cause["share_explained"]), f"causes.{i}.share_explained"),
+                 number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]
+                for i, cause in enumerate(told["causes"])]
+        rows += [[f"or {other['effect']}", number(f"−{other['delta_bic']:.1f} to the winner",
+                                                 f"alternatives.{i}.delta_bic"), "", ""]
+                 for i, other in enumerate(told["alternatives"])]
+        text += "<h2>Causes</h2>\n" + table(["effect", *right("BIC better by", "share explained",
+                                                              "held-out gain (95 %)")], rows, "causes")
+    rows = [[cause["effect"], *parameter_cells(parameter, f"causes.{i}.parameters.{j}")]
+            for i, cause in enumerate(told["causes"]) for j, parameter in enumerate(cause["parameters"])]
+    named = {parameter["key"] for cause in told["causes"] for parameter in cause["parameters"]}
+    rows += [[f"re-tuned with the {words.BLOCKS[block.name][0]}",
+              *parameter_cells(parameter, f"blocks.{i}.base.{j}")]
+             for i, block in enumerate(diagnosis.blocks) for j, parameter in enumerate(block.told["base"])
+             if parameter["key"] not in named]
+    return text + ("\n<h2>Parameters</h2>\n" + table(["of", "key", *right("fitted (± 95 %)", "given")], rows,
+                                                    "parameters") if rows else "")
+
+
+def visible_table(diagnosis):
+    """For nothing_detectable: the smallest sizes that would have shown."""
+    found = diagnosis.told.get("smallest_detectable")
+    if not found:
+        return ""
+    rows = [[one["effect"], one["name"],
+             number("not in this record" if one["value"] is None else f"{one['value']:.3g} "
+                    f"{words.UNITS.get(one['unit'], one['unit'])}", f"smallest_detectable.{i}.value")]
+            for i, one in enumerate(found)]
+    return "<h2>What would have been seen</h2>\n" + table(["effect", "parameter", *right("from")], rows, "visible")
+
+
+def shown_unit(block):
+    """Name and factor for signals of the block."""
+    return ("mm", 1e-3) if block.unit == "m" else ("N", 1.0)
+
+
+def add_block(page, block):
+    """Its two panels over time."""
+    title = words.BLOCKS[block.name][0].capitalize()
+    fit = block.told["residual"]["fit"]
+
+    def curve(values, factor, unit, name, colour, dash="solid"):
+        time_s, drawn = with_gaps(block.time_s, values / factor, block.period_s)
+        trace = {"type": "scatter", "mode": "lines", "name": name,
+                 "line": {"color": colour, "width": 1.5, "dash": dash}, "hovertemplate": f"%{{y:.6~g}} {unit}"}
+        return page.curve(time_s, drawn, trace)
+
+    unit, factor = shown_unit(block)
+    page.add(f"{block.name}-signals", f"{title}: measured and simulated",
+             f"{words.BLOCKS[block.name][1]}; what is simulated is driven by what was measured before the block.",
+             [curve(block.measured, factor, unit, "measured", MEASURED),
+              curve(block.measured - block.before, factor, unit, "simulated, rig as given", BEFORE),
+              curve(block.measured - block.after, factor, unit, "simulated, extended", AFTER, "dash")],
+             {"yaxis": AXIS | {"title": {"text": f"{'position' if block.unit == 'm' else 'force'} ({unit})"}}})
+    unit, factor = words.scale_of(0.5 * block.largest_error, block.unit)
+    floor = [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": side * fit["floor"] / factor,
+              "y1": side * fit["floor"] / factor, "line": {"color": FLOOR, "width": 1, "dash": "dot"}}
+             for side in (-1, 1)]
+    page.add(f"{block.name}-errors", f"{title}: error over time",
+             f"Measured less simulated. Green dots: floor, ± {words.size(fit['floor'], block.unit)} rms.",
+             [curve(block.before, factor, unit, "as given", BEFORE),
+              curve(block.after, factor, unit, "extended", AFTER)],
+             {"yaxis": AXIS | {"title": {"text": f"error ({unit})"}}, "shapes": floor}, height_px=260)
+
+
+def layout(title, x_title, y_title, **more):
+    return {"xaxis": AXIS | {"title": {"text": x_title}} | more.pop("x", {}),
+            "yaxis": AXIS | {"title": {"text": y_title}} | more.pop("y", {}),
+            "title": {"text": title, "font": {"size": 15}, "xref": "paper", "x": 0, "yref": "paper", "y": 1,
+                      "yanchor": "bottom", "pad": {"b": 10}},
+            "height": 400, "margin": {"l": 70, "r": 20, "t": 44, "b": 96}, "hovermode": "closest",
+            "legend": {"orientation": "h", "y": -0.2, "yanchor": "top"}} | more
+
+
+def line_trace(x, y, name, colour, dash="solid"):
+    return {"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(), "name": name,
+            "line": {"color": colour, "width": 2, "dash": dash}}
+
+
+def band_trace(found, factor, x_factor, name, colour):
+    x = np.concatenate((found.at, found.at[::-1])) / x_factor
+    y = np.concatenate((found.high, found.low[::-1])) / factor
+    return {"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(), "fill": "toself", "name": name,
+            "line": {"width": 0}, "fillcolor": colour + "30", "hoverinfo": "skip"}
+
+
+def position_plot(block, unit, factor):
+    """Split by direction: what differs between the two is hysteresis."""
+    traces = []
+    for part, error, colour in (("as given", block.before, BEFORE), ("extended", block.after, AFTER)):
+        for way, chosen, dash in (("moving up", block.velocity_m_per_s > 0.0, "solid"),
+                                  ("moving down", block.velocity_m_per_s < 0.0, "dash")):
+            if chosen.any():
+                found = profile(block.position_m[chosen], error[chosen])
+                traces.append(line_trace(found.at / 1e-3, found.mean / factor, f"{part}, {way}", colour, dash))
+    return {"data": traces, "layout": layout("Mean error over position", "position (mm)",
+                                             f"error ({unit})")}
+
+
+def velocity_plot(block, unit, factor):
+    traces = []
+    for part, error, colour in (("as given", block.before, BEFORE), ("extended", block.after, AFTER)):
+        found = profile(block.velocity_m_per_s, error)
+        traces += [band_trace(found, factor, 1e-3, f"{part}, 10 to 90 %", colour),
+                   line_trace(found.at / 1e-3, found.mean / factor, f"{part}, mean", colour)]
+    return {"data": traces, "layout": layout("Error over velocity", "velocity (mm/s)", f"error ({unit})")}
+
+
+def spectrum_plot(block, unit, factor):
+    found = spectrum(block)
+    traces = [line_trace(found.frequency_Hz, values / factor, name, colour, dash)
+              for name, values, colour, dash in (("as given", found.before, BEFORE, "solid"),
+                                                 ("extended", found.after, AFTER, "solid"),
+                                                 ("floor", found.floor, FLOOR, "dot"))]
+    axis = {"type": "log", "exponentformat": "power"}
+    return {"data": traces, "layout": layout("Spectrum of the error", "frequency (Hz)", f"error ({unit}/√Hz)",
+                                             x={"type": "log", "dtick": 1}, y=axis)}
+
+
+def ranking_plot(block):
+    """One bar for each candidate and round; None if none was tried."""
+    ranking = block.told["ranking"][::-1]
+    if not ranking:
+        return None
+    chosen = {cause["effect"] for cause in block.told["causes"]}
+    rivals = {other["effect"] for other in block.told["alternatives"]}
+    colours = [CHOSEN if one["effect"] in chosen else RIVAL if one["effect"] in rivals else OTHER for one in ranking]
+    rounds = max(one["round"] for one in ranking)
+    labels = [f"{one['round']}: {one['effect']}" if rounds > 1 else one["effect"] for one in ranking]
+    shared = {"type": "bar", "orientation": "h", "y": labels, "marker": {"color": colours}, "showlegend": False,
+              "textposition": "auto", "cliponaxis": False}
+    traces = [shared | {"x": [one["delta_bic"] for one in ranking], "name": "BIC better by",
+                        "text": [str(round(one["delta_bic"])) for one in ranking]},
+              shared | {"x": [100.0 * one["share_explained"] for one in ranking], "name": "share explained",
+                        "text": [words.percent(one["share_explained"]) for one in ranking], "xaxis": "x2"}]
+    made = layout("Candidates" + (" by round" if rounds > 1 else ""), "BIC better by", "",
+                  x={"domain": [0.0, 0.47]}, y={"automargin": True, "ticks": ""},
+                  height=max(300, 130 + 26 * len(ranking)))
+    made["xaxis2"] = AXIS | {"title": {"text": "share explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108]}
+    return {"data": traces, "layout": made}
+
+
+def block_plots(block):
+    unit, factor = words.scale_of(0.5 * block.largest_error, block.unit)
+    plots = {"position": position_plot(block, unit, factor), "velocity": velocity_plot(block, unit, factor),
+             "spectrum": spectrum_plot(block, unit, factor), "ranking": ranking_plot(block)}
+    return [{"id": f"{block.name}-{name}"} | plot for name, plot in plots.items() if plot]
+
+
+def section(block, plots):
+    title = words.BLOCKS[block.name][0].capitalize()
+    divisions = "\n".join(f'<div class="plot" id="{plot["id"]}"></div>' for plot in plots)
+    none = "" if block.told["ranking"] else '<p class="note">No candidates were ranked here.</p>'
+    return (f'<section id="{block.name}">\n<h2>{title}: what the error depends on</h2>\n{none}'
+            f'<div class="panels">\n{divisions}\n</div>\n</section>')
+
+
+def limits_table(found):
+    rows = stability.limit_rows(found)
+    if not rows:
+        return "" if found.given_limits and found.extended_limits else \
+            f'<p class="note">{html.escape(" ".join(found.refusals))}</p>'
+
+    def limit(value):
+        return ("none" if value is None else f"{value:.5g}"), 'class="number"'
+    cells = [[key, *((f"{value:.5g}", 'class="number"') for value in (given, extended)),
+              limit(given_limits[0]), limit(extended_limits[0]), limit(given_limits[1]), limit(extended_limits[1])]
+             for key, given, extended, given_limits, extended_limits in rows]
+    head = ["parameter (unit last)", *right("given", "extended", "stable above, given", "stable above, extended",
+                                            "stable below, given", "stable below, extended")]
+    return table(head, cells, "limits")
+
+
+def experiment_section(diagnosis):
+    found = diagnosis.told["next_experiment"]
+    if not found:
+        return ""
+    rows = [[key.replace("_", " "), value if isinstance(value, str) else json.dumps(value)]
+            for key, value in found.items()]
+    return f'<section id="experiment">\n<h2>Next experiment</h2>\n{table(["", ""], rows, "next")}\n</section>'
+
+
+def inputs_table(diagnosis):
+    rows = [[one["role"], one["hash"], one["path"]] for one in diagnosis.told["inputs"]]
+    return table(["role", "hash", "path"], rows, "files")
+
+
+def version_words(diagnosis):
+    told = diagnosis.told
+    text = f"Made by berth {told['versions']['berth']}, schema {told['versions']['schema']}."
+    if told["overrides"]:
+        text += f" Overrides of the rig: {', '.join(told['overrides'])}."
+    if told["without"]:
+        text += f" Left out of the library: {', '.join(told['without'])}."
+    return text
+
+
+def build_page(diagnosis, found):
+    """The page as text; `found` is its Stability."""
+    told = diagnosis.told
+    main = diagnosis.main_block
+    blocks = [main, *(block for block in diagnosis.blocks if block is not main)]
+    rows = max(len(block.time_s) for block in blocks)
+    page = Page(samples_max=WHOLE_ROWS_MAX if rows <= WHOLE_ROWS_MAX else LONG_SAMPLES_MAX)
+    plots = {}
+    for block in blocks:
+        add_block(page, block)
+        plots[block.name] = block_plots(block)
+    word, colour = words.VERDICTS[told["verdict"]]
+    name = tomllib.loads(diagnosis.given.read_text(encoding="utf-8")).get("name", "")
+    records = ", ".join(one["path"].rsplit("/", 1)[-1] for one in told["inputs"] if one["role"] == "record")
+    styles = [(HERE / f"{style}_page.css").read_text(encoding="utf-8")
+              for style in ("report", "figures", "diagnosis")]
+    return filled("diagnosis_page.html", {
+        "title": html.escape(name or "rig"),
+        "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),
+        "verdict": html.escape(word),
+        "verdict_colour": colour,
+        "headline": html.escape(words.headline(diagnosis)),
+        "details": "\n".join(f"<li>{html.escape(line)}</li>" for line in words.details(diagnosis)),
+        "blocks": blocks_table(diagnosis),
+        "causes": causes_tables(diagnosis),
+        "visible": visible_table(diagnosis),
+        "thinned": f"The record is long: of every {page.coarsest} rows the lowest and the highest are shown."
+                   if page.coarsest > 1 else "Zoomed in, every row is drawn.",
+        "sections": "\n".join(section(block, plots[block.name]) for block in blocks),
+        "stability": html.escape(stability.sentence(found)),
+        "limits": limits_table(found),
+        "experiment": experiment_section(diagnosis),
+        "inputs": inputs_table(diagnosis),
+        "versions": html.escape(version_words(diagnosis)),
+        "style": "".join(styles),
+        "plotly": get_plotlyjs(),
+        "data": page.data(min(float(block.time_s[0]) for block in blocks),
+                          max(float(block.time_s[-1]) for block in blocks)),
+        "plots": script_safe(json.dumps([plot for one in plots.values() for plot in one], separators=(",", ":"),
+                                        allow_nan=False)),
+        "panels_script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
+        "plots_script": script_safe((HERE / "figures_page.js").read_text(encoding="utf-8")),
+    })

@@ -1,0 +1,164 @@
+"""A diagnosis in plain words: what is wrong, where, by how much, how sure, and what is left."""
+import math
+
+from diagnosis_data import band_of_excess, smallest_visible, spectrum, where_it_lives
+from report_signals import BAD, GOOD
+
+UNSURE = "#8A5A00"
+
+BLOCKS = {"manipulator": ("manipulator", "from operator and force to the command"),
+          "robot": ("robot", "from the command to its position"),
+          "force": ("object and sensor", "from the robot's motion to the measured force")}
+VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named", BAD),
+            "one_of": ("One of several", UNSURE),
+            "partly_explained": ("Partly explained", UNSURE), "unknown": ("Unknown", UNSURE),
+            "software_mismatch": ("Software mismatch", BAD)}
+FLOOR_TOO_HIGH = 1.5
+WITH_REST = ("unknown", "partly_explained")
+PREFIXES = {"m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)),
+            "N": (("kN", 1e3), ("N", 1.0), ("mN", 1e-3), ("µN", 1e-6))}
+UNITS = {"N_per_m": "N/m", "N_per_m2": "N/m²", "N_per_m3": "N/m³", "N_s_per_m": "N s/m", "m_per_s": "m/s",
+         "m_per_s2": "m/s²", "ms_per_s": "ms/s", "N_per_s": "N/s", "s_per_m": "s/m", "per_s": "1/s", "1": ""}
+
+
+def scale_of(value, unit):
+    """Unit with the prefix that suits a size, and how many of the plain unit it is."""
+    for name, factor in PREFIXES[unit]:
+        if abs(value) >= factor:
+            return name, factor
+    return PREFIXES[unit][-1]
+
+
+def size(value, unit):
+    """A size as people write it: 52.0 µm."""
+    name, factor = scale_of(value, unit)
+    return f"{value / factor:#.3g}".rstrip(".") + f" {name}"
+
+
+def percent(share):
+    return f"{100.0 * share:.1f} %".replace("-", "−")
+
+
+def share_text(share):
+    """At most all of it: noise can make an explained share a little larger."""
+    return percent(min(share, 1.0))
+
+
+def estimate(parameter):
+    """Name, value and interval of a parameter, with as many digits as the interval leaves."""
+    value, (low, high) = parameter["value"], parameter["ci95"]
+    half = None if low is None or high is None else 0.5 * (high - low)
+    unit = UNITS.get(parameter["unit"], parameter["unit"])
+    digits = 6
+    if half and value:
+        digits = min(10, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
+    text = f"{value:.{digits}g}" + (f" ± {half:.2g}" if half is not None else " (no interval)")
+    return f"{text} {unit}".strip().replace("-", "−")
+
+
+def gain_text(gain):
+    low, high = gain["ci95"]
+    return f"{percent(gain['value'])} ({percent(low)} to {percent(high)})"
+
+
+def is_counted(cause):
+    """Found in single samples: no fit, hence no BIC and no gain, belongs to it."""
+    return cause["delta_bic"] == 0 and cause["held_out_gain"]["value"] == 0
+
+
+def cause_sentence(cause):
+    found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
+    text = f"{cause['effect']}: {found}."
+    if is_counted(cause):
+        return text + " It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
+    return (f"{text} It explains {share_text(cause['share_explained'])} of the explainable error, BIC is better by "
+            f"{round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by the "
+            f"noise, falls by {gain_text(cause['held_out_gain'])}.")
+
+
+def place(block):
+    name, way = BLOCKS[block.name]
+    return f"{name} ({way})"
+
+
+def error_sentence(block):
+    fit, held_out = (block.told["residual"][part] for part in ("fit", "held_out"))
+    measured = "measured" if block.told["residual"]["floor_is_measured"] else "estimated"
+    unit = block.unit
+    return (f"{BLOCKS[block.name][0].capitalize()}: error {size(fit['before'], unit)} rms with the rig as given, "
+            f"{size(fit['retuned'], unit)} re-tuned within its tolerances, {size(fit['after'], unit)} extended; "
+            f"held out {size(held_out['retuned'], unit)} to {size(held_out['after'], unit)}; {measured} noise floor "
+            f"{size(fit['floor'], unit)}.")
+
+
+def has_high_floor(block):
+    """The measured floor is well above the error: it hides what could be seen."""
+    told = block.told["residual"]
+    return told["floor_is_measured"] and told["fit"]["floor"] > FLOOR_TOO_HIGH * told["fit"]["after"]
+
+
+def floor_sentence(block):
+    fit = block.told["residual"]["fit"]
+    return (f"{BLOCKS[block.name][0].capitalize()}: the measured floor ({size(fit['floor'], block.unit)}) is above "
+            f"the error itself ({size(fit['after'], block.unit)}): something moved or jumped in the record that it "
+            "was measured on. A small fault of this block may go unseen.")
+
+
+def left_sentence(block):
+    """Where the error that nothing explains lives."""
+    fit = block.told["residual"]["fit"]
+    left = block.told["left"]
+    text = (f"In the {place(block)} {size(fit['after'], block.unit)} rms are left above a floor of "
+            f"{size(fit['floor'], block.unit)}")
+    band = band_of_excess(spectrum(block))
+    if band:
+        text += f", most of it from {band[0]:.3g} to {band[1]:.3g} Hz"
+    state, share = where_it_lives(block)
+    text += f"; the quarter of the rows {state} holds {percent(share)} of the squared error"
+    if left["share"] > 0.0:
+        text += (f". By class it is {left['depends']}; {percent(left['share'])} of the explainable error is left in "
+                 "that form")
+    return text + "."
+
+
+def visible_sentence(block):
+    least, at_Hz = smallest_visible(block)
+    return (f"{BLOCKS[block.name][0].capitalize()}: an error that goes with the motion (mostly {at_Hz:.2g} Hz) "
+            f"would have shown from about {size(least, block.unit)} rms on.")
+
+
+def headline(diagnosis):
+    """The verdict in one sentence."""
+    told = diagnosis.told
+    names = " and ".join(cause["effect"] for cause in told["causes"])
+    block = diagnosis.main_block
+    where = f"in the {BLOCKS[told['block']][0]}" if told["block"] else "in more than one block"
+    verdict = told["verdict"]
+    if verdict == "named":
+        return f"The rig file is wrong {where}: {names}."
+    if verdict == "one_of":
+        others = ", ".join(other["effect"] for other in told["alternatives"])
+        return f"The rig file is wrong {where}: {names}, or {others}. This record cannot tell them apart."
+    if verdict == "partly_explained":
+        return f"The rig file is wrong {where}. {names} explains a part of it; another part has no name."
+    if verdict == "unknown":
+        return (f"The simulation is wrong in the {place(block)}, and nothing in the library explains it.")
+    if verdict == "software_mismatch":
+        return "The record's command is not what this firmware computes from its inputs: software, not physics."
+    return "Measured and simulated agree down to the noise: this record shows no fault of the rig file."
+
+
+def details(diagnosis):
+    """What stands under the headline, a sentence each."""
+    told = diagnosis.told
+    lines = [cause_sentence(cause) for cause in told["causes"]]
+    lines += [f"Or {other['effect']}: its BIC is worse by {other['delta_bic']:.1f}."
+              for other in told["alternatives"]]
+    for block in diagnosis.blocks:
+        if block.told["verdict"] in WITH_REST:
+            lines.append(left_sentence(block))
+    if told["verdict"] == "nothing_detectable" and not told.get("smallest_detectable"):
+        lines += [visible_sentence(block) for block in diagnosis.blocks]
+    lines.append(error_sentence(diagnosis.main_block))
+    lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]
+    return lines + [note[0].upper() + note[1:] + "." * (not note.endswith(".")) for note in told["notes"] if note]
