@@ -110,17 +110,42 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
     return all;
 }
 
+/* One noise for all, or, where rows say the same as their neighbours, as many times larger. */
+noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
+{
+    if (model.rows_per_fact() == 1.0 && !is_white) {
+        return estimate_noise_robustly(error, model.uses());
+    }
+    noise_model noise = estimate_noise(error, model.uses(), 0);
+    noise.rows_per_fact = model.rows_per_fact();
+    noise.sigma *= std::sqrt(noise.rows_per_fact);
+    return noise;
+}
+
+/* Steps of the wire, and how exact the replay is itself: where an effect bends the motion within a step, the stiff
+ * sensor shows it. */
+double precision_of(const block_model &model)
+{
+    const double share = model.which() == block::force ? 2e-5 : 0.0;
+    double square = 0.0;
+    for (const double value : model.measured()) {
+        square += value * value;
+    }
+    return resolution_rms(model.which()) +
+           share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
+}
+
 /* Refits, first with all errors alike, then weighted by the noise that is left when what depends on the state is
  * taken out. */
 noise_model floor_under(block_model &model, const rig &rig)
 {
     std::vector<double> error;
     model.error(rig, error);
-    noise_model noise = estimate_noise(error, model.uses(), 0);
+    noise_model noise = noise_of(model, error, true);
     for (int pass = 0; pass < 2; pass++) {
-        noise = estimate_noise_robustly(find_leftover(model, noise, rig, error).unexplained, model.uses());
+        noise = noise_of(model, find_leftover(model, noise, rig, error).unexplained, false);
     }
-    return at_least(noise, resolution_rms(model.which()));
+    return at_least(noise, precision_of(model));
 }
 
 /* An effect of no size is none, whatever its other parameters make up for. */
@@ -141,11 +166,12 @@ class block_search
   public:
     block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events)
         : input_(input), given_(given), events_(events),
-          model_(block, *input.fit, events,
+          model_(block, *input.fit, given, events,
                  input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none)
     {
         if (input.validation != nullptr) {
-            unseen_ = std::make_unique<block_model>(block, *input.validation, no_events_, held_out_parts::none);
+            unseen_ =
+                std::make_unique<block_model>(block, *input.validation, given, no_events_, held_out_parts::none);
         }
     }
 
@@ -177,11 +203,12 @@ class block_search
         const auto parameters = own_parameters();
         std::vector<double> error;
         model_.error(given_, error);
-        noise_ = input_.floor ? *input_.floor : estimate_noise(error, model_.uses(), 0);
+        const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
+        noise_ = has_measured ? *input_.floor : noise_of(model_, error, true);
         incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
         const noise_model under = floor_under(model_, incumbent_.rig);
         /* Runs that repeat a command need not repeat what came of it: a floor above the error itself is none. */
-        has_floor_ = input_.floor && input_.floor->rms < 1.25 * under.rms;
+        has_floor_ = has_measured && input_.floor->rms < 1.25 * under.rms;
         if (!has_floor_) {
             noise_ = under;
             incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
@@ -263,7 +290,7 @@ class block_search
         }
         paired_sums crossed;
         for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
-            block_model model(model_.which(), *input_.fit, events_, half);
+            block_model model(model_.which(), *input_.fit, given_, events_, half);
             const fit_result with =
                 fit(model, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
             const fit_result without =
@@ -287,21 +314,38 @@ class block_search
         }
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
-        const candidate &best = candidates.front();
         const double explainable = excess(incumbent_.cost, incumbent_.rows);
         for (const candidate &one : candidates) {
             result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
                                       (incumbent_.cost - one.fitted.cost) / explainable});
         }
+        /* What refines an effect found before has to wait until nothing else is to be found. */
+        std::stable_partition(candidates.begin(), candidates.end(),
+                              [](const candidate &one) { return one.effect->refines.empty(); });
+        const auto refining = std::find_if(candidates.begin(), candidates.end(),
+                                           [](const candidate &one) { return !one.effect->refines.empty(); });
+        for (auto first : {candidates.begin(), refining}) {
+            if (first != candidates.end() && accept(result, candidates, *first, bic_before, explainable)) {
+                return true;
+            }
+        }
+        return false;
+    }
 
+    bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
+                double bic_before, double explainable)
+    {
         const gain gained = gain_of(best);
         const double share = (incumbent_.cost - best.fitted.cost) / explainable;
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0) {
-            is_suspect_ = bic_before - best.bic > bic_suspect && share > share_worthwhile;
-            if (is_suspect_) {
+            if (bic_before - best.bic > bic_suspect && share > share_worthwhile) {
+                is_suspect_ = true;
                 result.alternatives.push_back({best.effect, best.bic - bic_before});
             }
             return false;
+        }
+        if (!best.effect->refines.empty()) {
+            fix_estimates(result); /* a refinement shares out anew what they explain */
         }
         cause made;
         made.effect = best.effect;
@@ -312,14 +356,16 @@ class block_search
         made.held_out_gain_high = gained.high;
         result.causes.push_back(made);
         found_.push_back(best.effect);
-        for (std::size_t i = 1; i < candidates.size(); i++) {
-            const double distance = candidates[i].bic - best.bic;
-            if (distance < bic_undecided) {
-                result.alternatives.push_back({candidates[i].effect, distance});
+        for (const candidate &other : candidates) {
+            const double distance = other.bic - best.bic;
+            if (&other != &best && distance < bic_undecided && other.effect->refines == best.effect->refines) {
+                result.alternatives.push_back({other.effect, distance});
             }
         }
         incumbent_ = best.fitted;
-        drop_stand_ins(result);
+        if (best.effect->refines.empty()) {
+            drop_stand_ins(result);
+        }
         std::vector<double> error;
         model_.error(incumbent_.rig, error);
         leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
@@ -404,9 +450,7 @@ class block_search
         } else {
             result.verdict = result.alternatives.empty() ? verdict::named : verdict::one_of;
         }
-        for (cause &known : result.causes) {
-            known.parameters = estimates(incumbent_, *known.effect);
-        }
+        fix_estimates(result);
         for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
             const std::string key(incumbent_.parameters[i].key->path);
             result.base.push_back(
@@ -430,6 +474,15 @@ class block_search
         result.floor_is_measured = has_floor_;
         result.fit_rms = rms(model_, row_use::fit);
         result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
+    }
+
+    void fix_estimates(block_diagnosis &result) const
+    {
+        for (cause &known : result.causes) {
+            if (known.parameters.empty()) {
+                known.parameters = estimates(incumbent_, *known.effect);
+            }
+        }
     }
 
     part_rms rms(block_model &model, row_use use) const
@@ -472,19 +525,19 @@ static void find_single_samples(block block, const diagnosis_input &input, const
     std::vector<double> error;
     for (int pass = 0; pass < 2; pass++) {
         std::vector<event_finding> now;
-        block_model model(block, *input.fit, events, held_out_parts::none);
+        block_model model(block, *input.fit, given, events, held_out_parts::none);
         model.error(base, error);
-        base = fit(model, estimate_noise(error, model.uses(), 0), base,
-                   joined(input.upstream, base_parameters(block, given)), input.options.replays_max)
+        base = fit(model, noise_of(model, error, true), base, joined(input.upstream, base_parameters(block, given)),
+                   input.options.replays_max)
                    .rig;
         events = before;
-        block_model plain(block, *input.fit, events, held_out_parts::none);
+        block_model plain(block, *input.fit, given, events, held_out_parts::none);
         plain.error(base, error);
         if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
             now = find_lost_commands(plain, base, error, events);
         }
         if (block == block::robot && !now.empty() && can_replay(*input.fit, block::force)) {
-            block_model force(block::force, *input.fit, before, held_out_parts::none);
+            block_model force(block::force, *input.fit, given, before, held_out_parts::none);
             if (!force_knows_of(force, base, events)) {
                 events = before; /* samples that were not taken, rather than setpoints */
                 now.clear();
@@ -513,7 +566,7 @@ static void verify_spikes(block block, const diagnosis_input &input, block_diagn
     }
     sample_events without = events;
     without.spike.clear();
-    block_model model(block, *input.fit, without, held_out_parts::none);
+    block_model model(block, *input.fit, result.extended, without, held_out_parts::none);
     std::vector<double> error;
     model.error(result.extended, error);
     const std::vector<event_finding> again = find_spikes(model, error, without);

@@ -38,12 +38,16 @@ enum class held_out_parts { none, two_tenths, odd, even };
 class block_model
 {
   public:
-    block_model(block block, const record &record, const sample_events &events, held_out_parts held_out);
+    block_model(block block, const record &record, const rig &base, const sample_events &events,
+                held_out_parts held_out);
 
     /* Measured less simulated, one a row, in m or N; rows not in use have 0. */
     void error(const rig &rig, std::vector<double> &error);
 
     const std::vector<double> &measured() const;
+
+    /* Rows of a window in which a wrong force shows as one bow: of a manipulator without a spring; else 1. */
+    double rows_per_fact() const { return rows_per_fact_; }
     const std::vector<row_use> &uses() const { return uses_; }
     const record &data() const { return record_; }
     block which() const { return block_; }
@@ -54,7 +58,7 @@ class block_model
     void respond_to_force(const rig &rig, std::vector<double> &force_N) const;
 
   private:
-    void divide(held_out_parts held_out);
+    void divide(held_out_parts held_out, std::size_t length);
     void replay_motion(const rig &rig);
     void remove_starts(const rig &rig, std::vector<double> &error) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
@@ -68,6 +72,7 @@ class block_model
     robot_motion motion_;
     std::vector<double> motion_keys_; /* what motion_ was made for */
     std::vector<double> simulated_;
+    double rows_per_fact_ = 1.0;
 };
 
 } // namespace berth

@@ -203,9 +203,9 @@ trace trace_of_loss(block_model &model, const rig &rig)
     one.lost_command[at] = 1;
     std::vector<double> with;
     std::vector<double> without;
-    block_model other(model.which(), record, one, held_out_parts::none);
+    block_model other(model.which(), record, rig, one, held_out_parts::none);
     const sample_events none;
-    block_model plain(model.which(), record, none, held_out_parts::none);
+    block_model plain(model.which(), record, rig, none, held_out_parts::none);
     other.error(rig, with);
     plain.error(rig, without);
     const double lacked = record.command_position_m[at] - record.command_position_m[at - 1];

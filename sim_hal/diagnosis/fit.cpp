@@ -124,7 +124,7 @@ class problem
 
 /* Half widths from the curvature at the end; the white error's own size counts where it is above 1. */
 std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
-                              const std::vector<free_parameter> &parameters, double cost)
+                              const std::vector<free_parameter> &parameters, double cost_per_row)
 {
     Eigen::MatrixXd jacobian(problem.values(), problem.inputs());
     problem.df(angles, jacobian);
@@ -140,7 +140,7 @@ std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
     Eigen::MatrixXd information = scaled.transpose() * scaled;
     information.diagonal().array() += 1e-12;
     const Eigen::MatrixXd covariance = information.inverse();
-    const double excess = std::max(1.0, cost / static_cast<double>(problem.rows()));
+    const double excess = std::max(1.0, cost_per_row);
     std::vector<double> widths;
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
         widths.push_back(1.96 * std::sqrt(excess * covariance(i, i)) / scale(i));
@@ -174,10 +174,11 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         problem.set(angles);
     }
     result.rig = problem.current();
-    result.rows = problem.rows();
+    result.rows = static_cast<std::size_t>(static_cast<double>(problem.rows()) / noise.rows_per_fact);
     result.cost = cost_of(model, noise, result.rig);
     if (!parameters.empty()) {
-        result.ci95 = intervals(problem, angles, parameters, result.cost);
+        result.ci95 = intervals(problem, angles, parameters,
+                                result.cost / static_cast<double>(std::max<std::size_t>(1, result.rows)));
     }
     result.replays = problem.replays();
     return result;

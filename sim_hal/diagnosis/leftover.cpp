@@ -256,7 +256,7 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
         const normal_equations &unseen = halves[1 - i];
         result.explained += 2.0 * c.dot(unseen.b) - c.dot(unseen.g * c);
     }
-    result.rows = halves[0].rows + halves[1].rows;
+    result.rows = (halves[0].rows + halves[1].rows) / noise.rows_per_fact;
     result.share_of_rms = result.explained / std::max(1e-300, halves[0].square + halves[1].square);
 
     normal_equations all{halves[0].g + halves[1].g, halves[0].b + halves[1].b, 0.0, 0.0};

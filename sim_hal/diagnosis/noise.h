@@ -17,7 +17,8 @@ enum class row_use : std::uint8_t { none, fit, held_out };
 struct noise_model {
     std::vector<double> ar;
     double sigma = 1.0;
-    double rms = 1.0; /* of e */
+    double rms = 1.0;           /* of e */
+    double rows_per_fact = 1.0; /* neighbouring rows that say the same; sigma is that much larger (square root) */
 };
 
 /* By least squares over the rows in use. `order_max` lags are tried and as many kept as BIC wants. */

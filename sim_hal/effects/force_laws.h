@@ -10,39 +10,29 @@
 namespace berth
 {
 
-/* Dry friction. Without presliding: whatever stops the body within the sub-step, but no more than the friction of
- * its direction, so that it sticks and slides without a limit velocity. With presliding the force builds up over a
- * short way, as asperities bend (Dahl 1968), exact over the way of a sub-step. */
+/* Dry friction. Without presliding: whatever stops the body within the sub-step, but no more than the friction, so
+ * that it sticks and slides without a limit velocity. With presliding the force builds up over a short way, as
+ * asperities bend (Dahl 1968), exact over the way of a sub-step. */
 class dry_friction final : public force_stage
 {
   public:
-    struct side {
-        double friction_N;
-        double damping_N_s_per_m;
-    };
-    dry_friction(side forwards, side backwards, double presliding_m)
-        : forwards_(forwards), backwards_(backwards), presliding_m_(presliding_m)
-    {
-    }
+    dry_friction(double friction_N, double presliding_m) : friction_N_(friction_N), presliding_m_(presliding_m) {}
     void start(const body_motion &motion) override { before_m_ = motion.position_m; }
     double force_N(const body_motion &motion, double) override
     {
-        const double v = motion.velocity_m_per_s;
-        const double viscous_N = (v > 0.0 ? forwards_ : backwards_).damping_N_s_per_m * v;
         if (presliding_m_ == 0.0) {
-            const double stops_N = v / motion.velocity_per_force;
-            return viscous_N + std::min(std::max(stops_N, -backwards_.friction_N), forwards_.friction_N);
+            const double stops_N = motion.velocity_m_per_s / motion.velocity_per_force;
+            return std::min(std::max(stops_N, -friction_N_), friction_N_);
         }
         const double way = motion.position_m - before_m_;
         before_m_ = motion.position_m;
         const double direction = way < 0.0 ? -1.0 : 1.0;
         bent_ = direction + (bent_ - direction) * std::exp(-std::abs(way) / presliding_m_);
-        return viscous_N + bent_ * (bent_ > 0.0 ? forwards_ : backwards_).friction_N;
+        return bent_ * friction_N_;
     }
 
   private:
-    side forwards_;
-    side backwards_;
+    double friction_N_;
     double presliding_m_;
     double before_m_ = 0.0;
     double bent_ = 0.0;
@@ -57,12 +47,6 @@ inline std::vector<effect_values> friction_starts(const record_scales &scales)
         all.push_back({share * scales.force_N, 5e-4 * scales.position_m});
     }
     return all;
-}
-
-inline bool has_asymmetry(const rig &rig)
-{
-    return value_of(rig, "manipulator.friction_asymmetry_N") != 0.0 ||
-           value_of(rig, "manipulator.damping_asymmetry_N_s_per_m") != 0.0;
 }
 
 class cubic_spring final : public force_stage

@@ -14,12 +14,8 @@ effect manipulator_coulomb_friction()
                        {"manipulator.coulomb_presliding_m", 0.0, 1.0, "way over which dry friction builds up"}};
     made.starts = [](const rig &, const record_scales &scales) { return friction_starts(scales); };
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
-        const double friction_N = value_of(rig, "manipulator.coulomb_friction_N");
-        return has_asymmetry(rig)
-                   ? nullptr
-                   : std::make_unique<dry_friction>(dry_friction::side{friction_N, 0.0},
-                                                    dry_friction::side{friction_N, 0.0},
-                                                    value_of(rig, "manipulator.coulomb_presliding_m"));
+        return std::make_unique<dry_friction>(value_of(rig, "manipulator.coulomb_friction_N"),
+                                              value_of(rig, "manipulator.coulomb_presliding_m"));
     };
     made.is_proportional = true;
     return made;
