@@ -15,13 +15,18 @@ constexpr double leftover_significant = 30.0;
 
 constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
 constexpr double moments_bearable = 0.04;
-constexpr double bic_undecided = 30.0;   /* two causes nearer than this cannot be told apart */
+constexpr double bic_undecided = 10.0;   /* two causes nearer than this cannot be told apart */
 constexpr double bic_suspect = 100.0;    /* so much better, and yet not proved on unseen data: something is there */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
 constexpr double left_full = 0.003;      /* share of it that may be left of a full explanation: our own precision */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
 
 constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
+
+constexpr double bic_look_alike = 60.0; /* what a wrong tolerance can make of the difference */
+constexpr double share_of_all =
+    0.02; /* of the whole explainable error: less may be the first effect's own finer ways */
+constexpr double share_of_all_refining = 0.003;
 
 struct gain {
     double value;
@@ -152,7 +157,7 @@ noise_model floor_under(block_model &model, const rig &rig)
 bool size_may_be_zero(const candidate &one)
 {
     const std::string_view key = one.effect->parameters[0].key;
-    const bool has_size = one.effect->is_proportional || one.effect->switch_on != nullptr;
+    const bool has_size = one.effect->switch_on != nullptr;
     for (std::size_t i = 0; has_size && i < one.fitted.ci95.size(); i++) {
         if (one.fitted.parameters[i].key->path == key) {
             return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i];
@@ -254,6 +259,21 @@ class block_search
         return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(total, leftover_.explained));
     }
 
+    /* Far from the floor an error is no noise: colouring it would hide slow errors from the comparison. Near it, the
+     * noise's own colour counts. */
+    noise_model metric_for(const rig &rig)
+    {
+        constexpr double far = 2.5; /* times the floor */
+        std::vector<double> error;
+        model_.error(rig, error);
+        if (rms_of(error, model_.uses(), row_use::fit) < far * noise_.rms) {
+            return noise_;
+        }
+        noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+        white.sigma *= std::sqrt(white.rows_per_fact);
+        return white;
+    }
+
     /* Candidates are compared under the noise that the best of them leaves. */
     void compare_anew(std::vector<candidate> &candidates)
     {
@@ -263,12 +283,13 @@ class block_search
                 noise_ = smaller;
             }
         }
+        metric_ = metric_for(candidates.front().fitted.rig);
         for (std::size_t i = 0; i < candidates.size(); i++) {
             candidate &one = candidates[i];
             if (i < 3 && !has_floor_ && !one.effect->is_rough) {
-                one.fitted = fit(model_, noise_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
+                one.fitted = fit(model_, metric_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
             } else {
-                one.fitted.cost = cost_of(model_, noise_, one.fitted.rig);
+                one.fitted.cost = cost_of(model_, metric_, one.fitted.rig);
             }
             one.bic = bic_of(one.fitted.cost, one.fitted.rows, one.fitted.parameters.size());
         }
@@ -282,7 +303,7 @@ class block_search
     {
         constexpr double hardly = 0.05;
         paired_sums sums;
-        add_sums(sums, unseen_ ? *unseen_ : model_, noise_, incumbent_.rig, best.fitted.rig,
+        add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
                  unseen_ ? row_use::fit : row_use::held_out);
         const gain first = gain_from(sums);
         if (first.low > 0.0 || std::abs(first.value) > hardly || best.effect->is_rough) {
@@ -292,18 +313,19 @@ class block_search
         for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
             block_model model(model_.which(), *input_.fit, given_, events_, half);
             const fit_result with =
-                fit(model, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
+                fit(model, metric_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
             const fit_result without =
-                fit(model, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max / 2);
-            add_sums(crossed, model, noise_, without.rig, with.rig, row_use::held_out);
+                fit(model, metric_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max / 2);
+            add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
         }
         return gain_from(crossed);
     }
 
     bool find_next(block_diagnosis &result)
     {
+        metric_ = metric_for(incumbent_.rig);
         std::vector<candidate> candidates =
-            search_effects(model_, noise_, incumbent_, given_, found_, input_.options);
+            search_effects(model_, metric_, incumbent_, given_, found_, input_.options);
         if (candidates.empty()) {
             return false;
         }
@@ -312,7 +334,7 @@ class block_search
         if (candidates.empty()) {
             return false;
         }
-        incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+        incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
         const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
         const double explainable = excess(incumbent_.cost, incumbent_.rows);
         for (const candidate &one : candidates) {
@@ -337,7 +359,10 @@ class block_search
     {
         const gain gained = gain_of(best);
         const double share = (incumbent_.cost - best.fitted.cost) / explainable;
-        if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0) {
+        const double of_all = (incumbent_.cost - best.fitted.cost) /
+                              std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(base_.rows));
+        if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0 ||
+            of_all < (best.effect->refines.empty() ? share_of_all : share_of_all_refining)) {
             if (bic_before - best.bic > bic_suspect && share > share_worthwhile) {
                 is_suspect_ = true;
                 result.alternatives.push_back({best.effect, best.bic - bic_before});
@@ -358,11 +383,17 @@ class block_search
         found_.push_back(best.effect);
         for (const candidate &other : candidates) {
             const double distance = other.bic - best.bic;
-            if (&other != &best && distance < bic_undecided && other.effect->refines == best.effect->refines) {
+            const bool is_look_alike = other.effect->look_alike == best.effect->name;
+            const double undecided = is_look_alike ? bic_look_alike : bic_undecided;
+            if (&other != &best && distance < undecided && other.effect->refines == best.effect->refines &&
+                other.effect->generalises != best.effect->name) {
                 result.alternatives.push_back({other.effect, distance});
             }
         }
-        incumbent_ = best.fitted;
+        incumbent_ = best.effect->is_rough
+                         ? best.fitted
+                         : fit(model_, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max);
+        incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         if (best.effect->refines.empty()) {
             drop_stand_ins(result);
         }
@@ -506,6 +537,7 @@ class block_search
     block_model model_;
     std::unique_ptr<block_model> unseen_;
     noise_model noise_;
+    noise_model metric_; /* what candidates are compared under */
     fit_result base_;
     fit_result incumbent_;
     leftover leftover_;

@@ -52,6 +52,12 @@ struct effect {
     /* Whether twice the first parameter does about twice as much: then the best of all sizes follows from one. */
     bool is_proportional = false;
 
+    /* An effect that this one contains, and that is enough where both explain the same. */
+    std::string_view generalises;
+
+    /* An effect that hardly any record can tell from this one: only a calibration can. */
+    std::string_view look_alike;
+
     /* An effect that says more about another one, and is tried once that is found; empty: none. */
     std::string_view refines;
 

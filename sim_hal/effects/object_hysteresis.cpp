@@ -71,6 +71,7 @@ effect object_hysteresis()
                                             value_of(rig, "object.hysteresis_exponent"));
     };
     made.is_proportional = true;
+    made.generalises = "object.coulomb_friction";
     return made;
 }
 

@@ -25,6 +25,7 @@ effect object_parameters()
         }
         return all;
     };
+    made.look_alike = "sensor.gain";
     return made;
 }
 

@@ -54,6 +54,7 @@ effect robot_periodic_error()
     };
     made.reach = 3.0; /* a period longer than the path is a gain */
     made.is_proportional = true;
+    made.generalises = "robot.gain";
     return made;
 }
 

@@ -21,6 +21,7 @@ effect robot_resonance()
         }
         return all;
     };
+    made.generalises = "robot.lag";
     return made;
 }
 
