@@ -115,15 +115,23 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
     return all;
 }
 
-/* One noise for all, or, where rows say the same as their neighbours, as many times larger. */
+/* What is left, as noise. An error whose rows follow from the rows before almost without news is no noise but motion
+ * that is not explained yet: weighed as such it would count for nothing. Then all rows weigh alike, and as many of
+ * them as hang together say one thing. */
 noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
 {
-    if (model.rows_per_fact() == 1.0 && !is_white) {
-        return estimate_noise_robustly(error, model.uses());
+    constexpr double news_min = 0.2; /* innovation over rms; sensors have more */
+    noise_model noise = is_white || model.rows_per_fact() > 1.0 ? estimate_noise(error, model.uses(), 0)
+                                                                : estimate_noise_robustly(error, model.uses());
+    double rows_per_fact = model.rows_per_fact();
+    if (noise.sigma < news_min * noise.rms) {
+        constexpr double rows_max = 30.0;
+        rows_per_fact = std::min(rows_max, noise.rms / noise.sigma);
+        noise.ar.clear();
+        noise.sigma = noise.rms;
     }
-    noise_model noise = estimate_noise(error, model.uses(), 0);
-    noise.rows_per_fact = model.rows_per_fact();
-    noise.sigma *= std::sqrt(noise.rows_per_fact);
+    noise.rows_per_fact = rows_per_fact;
+    noise.sigma *= std::sqrt(rows_per_fact);
     return noise;
 }
 
@@ -255,8 +263,16 @@ class block_search
 
     double share_left()
     {
-        const double total = std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(base_.rows), 1e-9);
+        const double total =
+            std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(rows_under(noise_)), 1e-9);
         return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(total, leftover_.explained));
+    }
+
+    /* Rows that say something of their own. */
+    std::size_t rows_under(const noise_model &noise) const
+    {
+        const auto in_use = std::count(model_.uses().begin(), model_.uses().end(), row_use::fit);
+        return static_cast<std::size_t>(static_cast<double>(in_use) / noise.rows_per_fact);
     }
 
     /* Far from the floor an error is no noise: colouring it would hide slow errors from the comparison. Near it, the
@@ -291,6 +307,7 @@ class block_search
             } else {
                 one.fitted.cost = cost_of(model_, metric_, one.fitted.rig);
             }
+            one.fitted.rows = rows_under(metric_);
             one.bic = bic_of(one.fitted.cost, one.fitted.rows, one.fitted.parameters.size());
         }
         std::sort(candidates.begin(), candidates.end(),
@@ -335,6 +352,7 @@ class block_search
             return false;
         }
         incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
+        incumbent_.rows = rows_under(metric_);
         const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
         const double explainable = excess(incumbent_.cost, incumbent_.rows);
         for (const candidate &one : candidates) {
@@ -359,8 +377,9 @@ class block_search
     {
         const gain gained = gain_of(best);
         const double share = (incumbent_.cost - best.fitted.cost) / explainable;
-        const double of_all = (incumbent_.cost - best.fitted.cost) /
-                              std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(base_.rows));
+        const double of_all =
+            (incumbent_.cost - best.fitted.cost) /
+            std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0 ||
             of_all < (best.effect->refines.empty() ? share_of_all : share_of_all_refining)) {
             if (bic_before - best.bic > bic_suspect && share > share_worthwhile) {
@@ -394,6 +413,7 @@ class block_search
                          ? best.fitted
                          : fit(model_, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max);
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+        incumbent_.rows = rows_under(noise_);
         if (best.effect->refines.empty()) {
             drop_stand_ins(result);
         }

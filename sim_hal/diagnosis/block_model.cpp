@@ -141,15 +141,35 @@ const std::vector<double> &block_model::measured() const
     return record_.force_N;
 }
 
+/* A tenth of the record; of many segments, whole ones. */
+std::size_t block_model::part_of(std::size_t row, std::size_t segment) const
+{
+    return record_.segments.size() >= parts ? segment % parts : row * parts / record_.size();
+}
+
+/* The robot stands where it was told to: nothing of the past is still on its way. */
+bool block_model::starts_at_rest(const record_segment &segment) const
+{
+    if (block_ != block::robot) {
+        return false;
+    }
+    const std::vector<double> &x = record_.command_position_m;
+    const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+    const double off_m = record_.robot_position_m[segment.begin] - x[segment.begin];
+    return std::abs(off_m) < 0.02 * (*largest - *least);
+}
+
 void block_model::divide(held_out_parts held_out, std::size_t length)
 {
     uses_.assign(record_.size(), row_use::none);
     const auto settle = static_cast<std::size_t>(settle_s / record_.period_s);
-    for (const record_segment &segment : record_.segments) {
+    for (std::size_t i = 0; i < record_.segments.size(); i++) {
+        const record_segment &segment = record_.segments[i];
         const bool starts_anew = block_ == block::manipulator;
-        const std::size_t skip = starts_anew ? 0 : std::min(settle, (segment.end - segment.begin) / 4);
+        const std::size_t skip =
+            starts_anew || starts_at_rest(segment) ? 0 : std::min(settle, (segment.end - segment.begin) / 4);
         for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
-            const bool is_held = is_held_out(n * parts / record_.size(), held_out);
+            const bool is_held = is_held_out(part_of(n, i), held_out);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;
         }
         for (std::size_t begin = segment.begin; starts_anew && begin < segment.end;) {

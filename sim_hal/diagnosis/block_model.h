@@ -58,6 +58,8 @@ class block_model
     void respond_to_force(const rig &rig, std::vector<double> &force_N) const;
 
   private:
+    std::size_t part_of(std::size_t row, std::size_t segment) const;
+    bool starts_at_rest(const record_segment &segment) const;
     void divide(held_out_parts held_out, std::size_t length);
     void replay_motion(const rig &rig);
     void remove_starts(const rig &rig, std::vector<double> &error) const;
