@@ -1,0 +1,249 @@
+"""`berth diagnose`: what it finds in logs of our own, in measured data, and what it refuses."""
+
+import gzip
+import json
+
+import numpy as np
+import pytest
+from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, data_folder
+
+# A drive whose mass and viscous friction are known (EMPS benchmark, Janot, Gautier & Brunot 2019).
+DRIVE = """
+name = "drive"
+[loop]
+rate_Hz = 1000
+[manipulator]
+mass_kg = 95.1089
+damping_N_s_per_m = 203.5034
+stiffness_N_per_m = 0.0
+[operator]
+interface = "force"
+[signals]
+command_position_m = "qm_m"
+operator_force_N = { column = "vir_V", scale = 35.15065 }
+"""
+
+# A hobby servo as the robot; its angle in half turns is displayed as metres.
+SERVO = """
+name = "servo"
+[loop]
+rate_Hz = 50
+[robot]
+dead_time_ms = 20.0
+[sensor]
+delay_ms = 20.0
+[signals]
+command_position_m = "command_halfturn"
+robot_position_m = "real_angle_halfturn"
+segment = "rollout"
+"""
+
+
+def diagnose(out, *arguments):
+    """The diagnosis in `out`; it must not fail."""
+    done = command("diagnose", *arguments, "--out", out)
+    assert done.returncode == EXIT_DONE, done.stderr.decode()
+    return json.loads((out / "diagnosis.json").read_text())
+
+
+def values(found):
+    """{effect: {parameter: value}} of the causes."""
+    return {cause["effect"]: {p["name"]: p["value"] for p in cause["parameters"]} for cause in found["causes"]}
+
+
+def measured(*names):
+    """Paths of measured data; says loudly if they are not there."""
+    folder = data_folder()
+    paths = [folder / name for name in names] if folder else []
+    if not paths or not all(path.exists() for path in paths):
+        pytest.skip(f"NOT TRIED ON MEASURED DATA: no {', '.join(names)} in $BERTH_DATA or ../shared/data")
+    return paths
+
+
+# --- logs of our own ----------------------------------------------------------------------------------------------
+RUN = ["--set", "run.duration_s=20", "--set", "profile.kind=multisine", "--set", "profile.amplitude_m=0.01", "--set",
+       "profile.frequency_end_Hz=4", "--set", "sensor.noise_N=0.2"]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A run of `ess` with some noise."""
+    folder = tmp_path_factory.mktemp("run")
+    assert command("run", "ess", *RUN, "--out", folder).returncode == EXIT_DONE
+    return folder / "ess.ulg"
+
+
+def test_of_the_rig_that_made_a_log_only_noise_is_left(log, tmp_path):
+    found = diagnose(tmp_path, log, "--rig", "ess")
+    assert found["verdict"] == "nothing_detectable" and found["causes"] == []
+    # The wire's step of 10 pm, rounded: 2.9 pm rms.
+    assert found["residual"]["command_position_m"]["fit"]["before"] == pytest.approx(1e-11 / np.sqrt(12), rel=0.05)
+    assert found["residual"]["robot_position_m"]["fit"]["before"] < 1e-14
+    assert found["residual"]["force_N"]["fit"]["before"] == pytest.approx(0.2, rel=0.05)
+
+
+@pytest.mark.parametrize("key, wrong, effect, name, right", [
+    ("robot.dead_time_ms", 14.0, "robot.dead_time", "dead_time_ms", 17.5),
+    ("sensor.bias_N", 1.5, "sensor.bias", "bias_N", 0.0),
+    ("object.mass_kg", 60.0, "object.parameters", "mass_kg", 100.0),
+])
+def test_a_rig_file_that_is_wrong_is_put_right(log, tmp_path, key, wrong, effect, name, right):
+    found = diagnose(tmp_path, log, "--rig", "ess", "--set", f"{key}={wrong}")
+    assert found["verdict"] == "named" and list(values(found)) == [effect]
+    assert values(found)[effect][name] == pytest.approx(right, rel=1e-3, abs=0.05)
+    extended = command("run", tmp_path / "extended.toml", "--no-log", "--json")
+    assert extended.returncode == EXIT_DONE, extended.stderr.decode()
+
+
+def test_a_software_mismatch_is_said(log, tmp_path):
+    """The firmware of the log had another mass: the command does not replay."""
+    found = diagnose(tmp_path, log, "--rig", "ess", "--set", "manipulator.mass_kg=201")
+    assert found["verdict"] == "software_mismatch" and found["block"] == "manipulator"
+
+
+# --- measured data ------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("tolerance", [None, 0.005])
+def test_friction_and_offset_of_a_real_drive(tmp_path, tolerance):
+    """Within 2 % of the published values, though the record knows no zero of either; then the asymmetry."""
+    train, pulses = measured("emps/train.csv.gz", "emps/test_pulses.csv.gz")
+    rig = tmp_path / "drive.toml"
+    text = DRIVE
+    for value in ("95.1089", "203.5034") if tolerance else ():
+        text = text.replace(value, f"{{ value = {value}, tolerance = {tolerance} }}")
+    rig.write_text(text)
+    found = diagnose(tmp_path, train, "--rig", rig, "--validate", pulses)
+    causes = values(found)
+    assert list(causes)[:2] == ["manipulator.coulomb_friction", "manipulator.gravity_offset"]
+    assert causes["manipulator.coulomb_friction"]["coulomb_friction_N"] == pytest.approx(20.3935, rel=0.02)
+    assert causes["manipulator.gravity_offset"]["gravity_offset_N"] == pytest.approx(-3.1648, rel=0.02)
+    assert list(causes)[2:] == ["manipulator.asymmetric_friction"]
+    assert all(cause["held_out_gain"]["ci95"][0] > 0.0 for cause in found["causes"])
+
+
+def test_speed_limit_of_a_real_servo(tmp_path):
+    """A servo that cannot follow: named, and flagged as not the whole of it."""
+    (record,) = measured("hobby_servo/paired_real_sim.csv.gz")
+    rig = tmp_path / "servo.toml"
+    rig.write_text(SERVO)
+    found = diagnose(tmp_path, record, "--rig", rig)
+    assert found["verdict"] == "partly_explained" and found["block"] == "robot"
+    assert list(values(found))[0] == "robot.velocity_limit"
+    assert 1.3 < values(found)["robot.velocity_limit"]["velocity_limit_m_per_s"] < 2.1
+    residual = found["residual"]["robot_position_m"]["held_out"]
+    assert residual["after"] < 0.35 * residual["before"]
+
+
+# --- what is refused ----------------------------------------------------------------------------------------------
+def motion(rows=4000):
+    """t_s, command and robot of a robot that does as it is told, with noise."""
+    t_s = 0.0025 * np.arange(rows)
+    command_m = 0.01 * np.sin(2 * np.pi * 0.7 * t_s) + 0.003 * np.sin(2 * np.pi * 2.3 * t_s + 1.0)
+    robot_m = np.interp(t_s - 0.0175, t_s, command_m) + 1e-6 * np.random.default_rng(1).standard_normal(rows)
+    return t_s, command_m, robot_m
+
+
+def write(path, header, *columns):
+    text = header + "\n" + "".join(",".join(repr(float(v)) for v in row) + "\n" for row in zip(*columns))
+    path.write_bytes(gzip.compress(text.encode()) if path.suffix == ".gz" else text.encode())
+    return path
+
+
+def refused(out, record, *contains, arguments=()):
+    done = command("diagnose", record, "--rig", "ess", "--out", out / "out", *arguments)
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and done.stdout == b"", message
+    assert message.startswith("berth: ") and message.count("\n") == 1 and "internal error" not in message, message
+    assert not (out / "out").exists()
+    for part in (record.name, *contains):
+        assert part in message, message
+
+
+HEADER = "t_s,command_position_m,robot_position_m"
+
+
+def test_good_motion_is_not_refused(tmp_path):
+    record = write(tmp_path / "good.csv.gz", HEADER, *motion())
+    assert diagnose(tmp_path / "out", record, "--rig", "ess")["verdict"] == "nothing_detectable"
+
+
+def test_not_a_number(tmp_path):
+    t_s, command_m, robot_m = motion()
+    robot_m[17] = np.nan
+    refused(tmp_path, write(tmp_path / "nan.csv", HEADER, t_s, command_m, robot_m), ":19:", "robot_position_m",
+            "finite")
+
+
+def test_missing_columns(tmp_path):
+    t_s, command_m, robot_m = motion()
+    refused(tmp_path, write(tmp_path / "no_time.csv", "s,command_position_m,robot_position_m", t_s, command_m, robot_m),
+            "t_s", "command_position_m, robot_position_m")
+    refused(tmp_path, write(tmp_path / "alone.csv", "t_s,robot_position_m", t_s, robot_m), "no block can be replayed")
+
+
+def test_another_unit(tmp_path):
+    t_s, command_m, robot_m = motion()
+    header = "t_s,command_position_mm,robot_position_m"
+    refused(tmp_path, write(tmp_path / "mm.csv", header, t_s, 1e3 * command_m, robot_m), "command_position_mm",
+            "another unit", "scale")
+
+
+def test_a_column_that_never_changes(tmp_path):
+    t_s, command_m, robot_m = motion()
+    refused(tmp_path, write(tmp_path / "constant.csv", HEADER, t_s, command_m, 0 * robot_m), "robot_position_m",
+            "every row")
+
+
+def test_three_samples(tmp_path):
+    refused(tmp_path, write(tmp_path / "three.csv", HEADER, *motion(3)), "3 rows")
+
+
+def test_time_that_runs_backwards(tmp_path):
+    t_s, command_m, robot_m = motion()
+    t_s[1000:] -= 1.0
+    refused(tmp_path, write(tmp_path / "back.csv", HEADER, t_s, command_m, robot_m), ":1002:", "time must increase")
+
+
+def test_another_rate(tmp_path):
+    t_s, command_m, robot_m = motion()
+    refused(tmp_path, write(tmp_path / "rate.csv", HEADER, 2 * t_s, command_m, robot_m), "loop.rate_Hz=200")
+
+
+@pytest.mark.parametrize("turn", [lambda x: x, lambda x: x[::-1], lambda x: -x])
+def test_a_second_half_that_is_the_first(tmp_path, turn):
+    t_s, command_m, robot_m = motion()
+    half = len(t_s) // 2
+    robot_m = np.concatenate((robot_m[:half], turn(robot_m[:half])))
+    refused(tmp_path, write(tmp_path / "copy.csv", HEADER, t_s, command_m, robot_m), "second half",
+            "independent evidence")
+
+
+def test_a_file_that_is_no_record(tmp_path):
+    (tmp_path / "empty.csv").write_bytes(b"")
+    refused(tmp_path, tmp_path / "empty.csv", "is empty")
+    (tmp_path / "short.csv").write_text("t_s,command_position_m,robot_position_m\n0,1\n")
+    refused(tmp_path, tmp_path / "short.csv", ":2:", "cells")
+    refused(tmp_path, tmp_path / "absent.csv", "cannot be read")
+
+
+def test_an_effect_that_there_is_not(tmp_path):
+    record = write(tmp_path / "good.csv", HEADER, *motion())
+    done = command("diagnose", record, "--rig", "ess", "--without", "robot.ghost", "--out", tmp_path / "out")
+    assert done.returncode == EXIT_INPUT and b"robot.ghost" in done.stderr
+
+
+def test_gaps_and_jitter_are_told_and_borne(tmp_path):
+    t_s, command_m, robot_m = motion()
+    kept = np.r_[0:1500, 1600:4000]
+    jittered_s = t_s + 1e-4 * np.random.default_rng(2).uniform(-1, 1, len(t_s))
+    record = write(tmp_path / "gaps.csv", HEADER, jittered_s[kept], command_m[kept], robot_m[kept])
+    found = diagnose(tmp_path / "out", record, "--rig", "ess")
+    assert found["verdict"] == "nothing_detectable"
+    assert any("1 gap" in note for note in found["notes"]) and any("jitter" in note for note in found["notes"])
+
+
+def test_the_library_is_listed():
+    done = command("effects", "--json")
+    listed = {effect["effect"]: effect for effect in json.loads(done.stdout)}
+    assert len(listed) == 40 and listed["robot.backlash"]["parameters"][0]["unit"] == "m"
+    assert all(effect["physics"] and effect["source"] for effect in listed.values())
+    assert (ROOT / "sim_hal" / "effects" / "robot_backlash.cpp").exists()
