@@ -162,6 +162,9 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 
 $(call object,$(TICK_PATH)): COMMON += -flto
 
+# A diagnosis replays a record some thousand times.
+$(call object,$(wildcard sim_hal/diagnosis/*.cpp)): COMMON += -O3
+
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
 $(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-range
 

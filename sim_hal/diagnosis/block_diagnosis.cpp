@@ -302,7 +302,7 @@ class block_search
         metric_ = metric_for(candidates.front().fitted.rig);
         for (std::size_t i = 0; i < candidates.size(); i++) {
             candidate &one = candidates[i];
-            if (i < 3 && !has_floor_ && !one.effect->is_rough) {
+            if (i < 3 && !one.effect->is_rough) {
                 one.fitted = fit(model_, metric_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
             } else {
                 one.fitted.cost = cost_of(model_, metric_, one.fitted.rig);

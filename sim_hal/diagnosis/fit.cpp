@@ -151,7 +151,7 @@ std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
 } // namespace
 
 fit_result fit(block_model &model, const noise_model &noise, const rig &start,
-               const std::vector<free_parameter> &parameters, int replays_max)
+               const std::vector<free_parameter> &parameters, int replays_max, double tolerance)
 {
     problem problem(model, noise, start, parameters);
     Eigen::VectorXd angles(problem.inputs());
@@ -163,7 +163,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
     result.parameters = parameters;
     if (!parameters.empty()) {
         Eigen::LevenbergMarquardt<berth::problem, double> optimiser(problem);
-        optimiser.parameters.ftol = 1e-5;
+        optimiser.parameters.ftol = tolerance;
         optimiser.parameters.xtol = 1e-6;
         optimiser.parameters.factor = 0.5;
         optimiser.minimizeInit(angles);
@@ -176,7 +176,8 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
     result.rig = problem.current();
     result.rows = static_cast<std::size_t>(static_cast<double>(problem.rows()) / noise.rows_per_fact);
     result.cost = cost_of(model, noise, result.rig);
-    if (!parameters.empty()) {
+    constexpr double final_tolerance = 1e-4; /* what is looser is only a first look */
+    if (!parameters.empty() && tolerance <= final_tolerance) {
         result.ci95 = intervals(problem, angles, parameters,
                                 result.cost / static_cast<double>(std::max<std::size_t>(1, result.rows)));
     }

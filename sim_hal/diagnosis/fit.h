@@ -26,9 +26,10 @@ struct fit_result {
     int replays = 0;
 };
 
-/* Levenberg-Marquardt (Eigen's port of MINPACK) from the values in `start`. */
+/* Levenberg-Marquardt (Eigen's port of MINPACK) from the values in `start`, until the cost falls by less than the
+ * share `tolerance`. */
 fit_result fit(block_model &model, const noise_model &noise, const rig &start,
-               const std::vector<free_parameter> &parameters, int replays_max);
+               const std::vector<free_parameter> &parameters, int replays_max, double tolerance = 1e-5);
 
 /* White error of a rig over the rows of the fit. */
 double cost_of(block_model &model, const noise_model &noise, const rig &rig, row_use use = row_use::fit);

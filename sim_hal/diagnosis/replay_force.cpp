@@ -230,14 +230,16 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
             double time_s = record.time_s[part.begin + n] - record.time_s.front();
             for (std::size_t step = 0; step < tick.count(); step++) {
                 if (step == tick.sample_after) {
-                    sampled[n] = now_N;
+                    sampled[n] = filters.empty() ? object.measured_N() : now_N;
                 }
                 object.advance(step, position_m[0], position_m[1], time_s);
                 time_s += tick.duration_s[step];
                 position_m++;
-                now_N = object.measured_N();
-                for (auto &filter : filters) {
-                    now_N = filter->advance(now_N, tick.duration_s[step]);
+                if (!filters.empty()) {
+                    now_N = object.measured_N();
+                    for (auto &filter : filters) {
+                        now_N = filter->advance(now_N, tick.duration_s[step]);
+                    }
                 }
             }
         }

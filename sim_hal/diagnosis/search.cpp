@@ -238,7 +238,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         candidate made;
         made.effect = start.effect;
         made.fitted = start.effect->is_rough ? fit_rough(model, noise, start, incumbent, options)
-                                             : fit(model, noise, start.rig, parameters, options.replays_max);
+                                             : fit(model, noise, start.rig, parameters, options.replays_max, 2e-3);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
         candidates.push_back(std::move(made));

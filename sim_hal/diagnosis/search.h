@@ -21,7 +21,7 @@ struct candidate {
 
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
-    int fits_max = 6;
+    int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
