@@ -37,7 +37,8 @@ enum random_stream_id : std::uint32_t {
     stream_sensor_bus,
     stream_sensor,
     stream_robot,
-    stream_profile
+    stream_profile,
+    stream_lateness
 };
 
 } // namespace berth
