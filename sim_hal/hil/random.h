@@ -38,7 +38,8 @@ enum random_stream_id : std::uint32_t {
     stream_sensor,
     stream_robot,
     stream_profile,
-    stream_lateness
+    stream_lateness,
+    stream_disturbance
 };
 
 } // namespace berth

@@ -1,0 +1,281 @@
+#include "lyapunov.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <memory>
+
+#include "../../firmware/inverse_filter.h"
+#include "../../firmware/manipulator.h"
+#include "../../hal/rig/rig_file.h"
+#include "dominant_root.h"
+#include "hardware_chain.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr std::int64_t ticks_least = 20000;
+constexpr std::int64_t ticks_most = 1280000;
+constexpr std::int64_t phase_cycles_least = 8;
+
+/* Transitions of the hardware by their duration: a few that come again and again, or all different. */
+class transition_cache
+{
+  public:
+    explicit transition_cache(const hardware_chain &chain)
+        : chain_(chain), kept_ns_(size, -1), kept_(new hardware_chain::transition[size])
+    {
+    }
+
+    const hardware_chain::transition &over(std::int64_t duration_ns)
+    {
+        const auto hash = static_cast<std::uint64_t>(duration_ns) * 0x9e3779b97f4a7c15u;
+        const std::size_t place = hash >> (64 - size_bits);
+        if (kept_ns_[place] != duration_ns) {
+            chain_.set_transition(kept_[place], static_cast<double>(duration_ns) * 1e-9);
+            kept_ns_[place] = duration_ns;
+        }
+        return kept_[place];
+    }
+
+  private:
+    static constexpr int size_bits = 12;
+    static constexpr std::size_t size = std::size_t{1} << size_bits;
+    const hardware_chain &chain_;
+    std::vector<std::int64_t> kept_ns_;
+    std::unique_ptr<hardware_chain::transition[]> kept_;
+};
+
+/* Values by their running number; old ones are forgotten. */
+class value_memory
+{
+  public:
+    explicit value_memory(std::int32_t size) : values_(static_cast<std::size_t>(size)), mask_(size - 1) {}
+    double &at(std::int32_t number) { return values_[static_cast<std::size_t>(number & mask_)]; }
+    void scale(double factor)
+    {
+        for (double &value : values_) {
+            value *= factor;
+        }
+    }
+
+  private:
+    std::vector<double> values_;
+    std::int32_t mask_;
+};
+
+/* The loop without noise, limits and the steps of frames, going along a timeline. */
+class linear_loop
+{
+  public:
+    linear_loop(const rig &rig, const loop_timeline &timeline)
+        : chain_(rig), cache_(chain_), firmware_(rig.firmware), setpoints_(timeline.memory),
+          samples_(timeline.memory), next_setpoint_(timeline.first_setpoint), next_sample_(timeline.first_sample)
+    {
+        manipulator_start(&manipulator_, &firmware_);
+        inverse_filter_start(&filter_, &firmware_);
+        manipulator_.position_m = 0.0;
+        manipulator_.velocity_m_per_s = 0.0;
+    }
+    linear_loop(const linear_loop &) = delete; /* parts of it point at others */
+    linear_loop &operator=(const linear_loop &) = delete;
+
+    void advance(const timeline_step &step)
+    {
+        switch (step.what) {
+        case timeline_step::kind::tick:
+            return tick(step);
+        case timeline_step::kind::sample:
+            samples_.at(next_sample_++) = chain_.equations().measured_force_N(state_, line_of(step));
+            return;
+        case timeline_step::kind::jump:
+            chain_.equations().apply_reference_jump(state_, setpoints_.at(step.to) - setpoints_.at(step.from));
+            return;
+        case timeline_step::kind::travel:
+            chain_.advance(state_, cache_.over(step.duration_ns), line_of(step));
+            return;
+        }
+    }
+
+    double position_m() const { return manipulator_.position_m; }
+    void push(double distance_m) { manipulator_.position_m += distance_m; }
+
+    /* It is linear: as much smaller or larger it goes the same way. */
+    void scale(double factor)
+    {
+        manipulator_.position_m *= factor;
+        manipulator_.velocity_m_per_s *= factor;
+        for (int i = 0; i < 2; i++) {
+            filter_.input_m[i] *= factor;
+            filter_.output_m[i] *= factor;
+        }
+        state_ *= factor;
+        setpoints_.scale(factor);
+        samples_.scale(factor);
+    }
+
+  private:
+    void tick(const timeline_step &step)
+    {
+        setpoints_.at(next_setpoint_++) = inverse_filter_step(&filter_, manipulator_.position_m);
+        const operator_command rest{};
+        manipulator_step(&manipulator_, &rest, samples_.at(step.from));
+    }
+    reference_line line_of(const timeline_step &step)
+    {
+        const double from_m = setpoints_.at(step.from);
+        const double way_m = setpoints_.at(step.to) - from_m;
+        return {from_m + way_m * step.share, way_m * step.share_per_s};
+    }
+
+    hardware_chain chain_;
+    transition_cache cache_;
+    app_config firmware_;
+    manipulator manipulator_;
+    inverse_filter filter_;
+    plant_state state_ = plant_state::Zero();
+    value_memory setpoints_;
+    value_memory samples_;
+    std::int32_t next_setpoint_;
+    std::int32_t next_sample_;
+};
+
+/* The largest eigenvalue that the loop would have if it did not change. */
+std::complex<double> steady_eigenvalue(const rig &rig)
+{
+    dominant_root_finder finder;
+    finder.spectral_radius(make_loop_equation(without_variation(rig)));
+    return finder.dominant_eigenvalue();
+}
+
+/* Height of an oscillation from two successive positions: a z^n seen from both sides, without the swing. Of the loop
+ * that does not change it is exactly |a| |z|^n. */
+class swing_height
+{
+  public:
+    explicit swing_height(std::complex<double> z) : magnitude_(std::abs(z)), cosine_(std::cos(std::arg(z)))
+    {
+        constexpr double least_sine2 = 1e-8; /* a mode that does not swing has no height but its position */
+        sine2_ = std::max(1.0 - cosine_ * cosine_, least_sine2);
+        cosine_ = 1.0 - cosine_ * cosine_ < least_sine2 ? 0.0 : cosine_;
+        sine2_ = cosine_ == 0.0 ? 1.0 : sine2_;
+    }
+    double squared(double position_m, double before_m) const
+    {
+        const double turned_m = before_m * magnitude_;
+        const double side_m = position_m - turned_m * cosine_;
+        return side_m * side_m / sine2_ + turned_m * turned_m;
+    }
+
+  private:
+    double magnitude_;
+    double cosine_;
+    double sine2_;
+};
+
+/* Logarithm of the disturbance's height at each tick. */
+std::vector<double> heights_along(const rig &rig, const loop_timeline &timeline)
+{
+    constexpr int shaken_ticks = 16; /* stirs fast modes, too */
+    constexpr double large2 = 1e200;
+    const swing_height height(steady_eigenvalue(rig));
+    linear_loop loop(rig, timeline);
+    random_stream random(0, stream_disturbance);
+    std::vector<double> logarithms;
+    logarithms.reserve(static_cast<std::size_t>(timeline.ticks));
+    double scaled_by = 0.0; /* logarithm */
+    double before_m = 0.0;
+    for (const timeline_step &step : timeline.steps) {
+        if (step.what == timeline_step::kind::tick) {
+            if (logarithms.size() < shaken_ticks) {
+                loop.push(random.uniform() - 0.3);
+            }
+            const double height2 = height.squared(loop.position_m(), before_m);
+            logarithms.push_back(0.5 * std::log(height2) + scaled_by);
+            before_m = loop.position_m();
+            if (height2 > large2 || height2 < 1.0 / large2) {
+                const double factor = 1.0 / std::sqrt(height2);
+                loop.scale(factor);
+                before_m *= factor;
+                scaled_by -= std::log(factor);
+            }
+        }
+        loop.advance(step);
+    }
+    return logarithms;
+}
+
+/* Rises from 0 and falls back to it with all its derivatives: an average under it forgets what swings and how the
+ * sequence begins and ends (Das, Sander, Saiki and Yorke 2017). */
+double bump(double share)
+{
+    return share <= 0.0 || share >= 1.0 ? 0.0 : std::exp(-0.25 / (share * (1.0 - share)));
+}
+
+/* Slope in 1/tick of `count` steps of the logarithms under the bump. */
+double slope_under_bump(const double *logarithms, std::size_t count)
+{
+    double weights = 0.0;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < count; i++) {
+        const double weight = bump((static_cast<double>(i) + 0.5) / static_cast<double>(count));
+        weights += weight;
+        sum += weight * (logarithms[i + 1] - logarithms[i]);
+    }
+    return sum / weights;
+}
+
+/* Slope in 1/tick after the first eighth, and half its 95 % interval from the scatter of the slopes of its parts. */
+lyapunov_exponent average_slope(const std::vector<double> &logarithms)
+{
+    constexpr std::size_t parts = 20;
+    constexpr double student95 = 2.093; /* of 19 degrees of freedom */
+    const std::size_t first = logarithms.size() / 8;
+    const std::size_t part = (logarithms.size() - 1 - first) / parts;
+    const double *const from = logarithms.data() + first;
+    const double mean = slope_under_bump(from, part * parts);
+    double scatter2 = 0.0;
+    for (std::size_t p = 0; p < parts; p++) {
+        const double difference = slope_under_bump(from + p * part, part) - mean;
+        scatter2 += difference * difference / (parts - 1);
+    }
+    return {mean, student95 * std::sqrt(scatter2 / parts), static_cast<std::int64_t>(logarithms.size())};
+}
+
+/* Ticks in which a free clock drifts through a period; 0 if it does not. */
+double ticks_of_a_phase_cycle(const rig &rig)
+{
+    return rig.robot.clock == robot_clock::free && rig.robot.clock_drift_ppm != 0.0
+               ? 1e6 / std::abs(rig.robot.clock_drift_ppm)
+               : 0.0;
+}
+
+} // namespace
+
+lyapunov_exponent exponent_along(const rig &rig, const loop_timeline &timeline)
+{
+    lyapunov_exponent found = average_slope(heights_along(rig, timeline));
+    found.growth_per_s /= config_period_s(&rig.firmware);
+    found.ci95_per_s /= config_period_s(&rig.firmware);
+    return found;
+}
+
+lyapunov_exponent exponent_of(const rig &rig, const wake_histogram &histogram, std::int64_t ticks)
+{
+    if (ticks > 0) {
+        return exponent_along(rig, make_timeline(rig, histogram, ticks));
+    }
+    const double drifting = static_cast<double>(phase_cycles_least) * ticks_of_a_phase_cycle(rig);
+    ticks = std::max(ticks_least, static_cast<std::int64_t>(std::min(drifting, static_cast<double>(ticks_most))));
+    for (;; ticks *= 2) {
+        const lyapunov_exponent found = exponent_along(rig, make_timeline(rig, histogram, ticks));
+        if (found.ci95_per_s <= std::max(0.01 * std::abs(found.growth_per_s), 1e-3) || 2 * ticks > ticks_most) {
+            return found;
+        }
+    }
+}
+
+} // namespace berth
