@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <memory>
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
 #include "../../hal/rig/rig_file.h"
 #include "dominant_root.h"
-#include "hardware_chain.h"
 
 namespace berth
 {
@@ -20,34 +18,6 @@ namespace
 constexpr std::int64_t ticks_least = 20000;
 constexpr std::int64_t ticks_most = 1280000;
 constexpr std::int64_t phase_cycles_least = 8;
-
-/* Transitions of the hardware by their duration: a few that come again and again, or all different. */
-class transition_cache
-{
-  public:
-    explicit transition_cache(const hardware_chain &chain)
-        : chain_(chain), kept_ns_(size, -1), kept_(new hardware_chain::transition[size])
-    {
-    }
-
-    const hardware_chain::transition &over(std::int64_t duration_ns)
-    {
-        const auto hash = static_cast<std::uint64_t>(duration_ns) * 0x9e3779b97f4a7c15u;
-        const std::size_t place = hash >> (64 - size_bits);
-        if (kept_ns_[place] != duration_ns) {
-            chain_.set_transition(kept_[place], static_cast<double>(duration_ns) * 1e-9);
-            kept_ns_[place] = duration_ns;
-        }
-        return kept_[place];
-    }
-
-  private:
-    static constexpr int size_bits = 12;
-    static constexpr std::size_t size = std::size_t{1} << size_bits;
-    const hardware_chain &chain_;
-    std::vector<std::int64_t> kept_ns_;
-    std::unique_ptr<hardware_chain::transition[]> kept_;
-};
 
 /* Values by their running number; old ones are forgotten. */
 class value_memory
@@ -71,10 +41,11 @@ class value_memory
 class linear_loop
 {
   public:
-    linear_loop(const rig &rig, const loop_timeline &timeline)
-        : chain_(rig), cache_(chain_), firmware_(rig.firmware), setpoints_(timeline.memory),
+    linear_loop(const rig &rig, const loop_timeline &timeline, transition_cache &cache)
+        : chain_(rig), cache_(cache), firmware_(rig.firmware), setpoints_(timeline.memory),
           samples_(timeline.memory), next_setpoint_(timeline.first_setpoint), next_sample_(timeline.first_sample)
     {
+        cache_.forget();
         manipulator_start(&manipulator_, &firmware_);
         inverse_filter_start(&filter_, &firmware_);
         manipulator_.position_m = 0.0;
@@ -95,7 +66,7 @@ class linear_loop
             chain_.equations().apply_reference_jump(state_, setpoints_.at(step.to) - setpoints_.at(step.from));
             return;
         case timeline_step::kind::travel:
-            chain_.advance(state_, cache_.over(step.duration_ns), line_of(step));
+            chain_.advance(state_, cache_.over(chain_, step.duration_ns), line_of(step));
             return;
         }
     }
@@ -132,7 +103,7 @@ class linear_loop
     }
 
     hardware_chain chain_;
-    transition_cache cache_;
+    transition_cache &cache_;
     app_config firmware_;
     manipulator manipulator_;
     inverse_filter filter_;
@@ -177,15 +148,15 @@ class swing_height
 };
 
 /* Logarithm of the disturbance's height at each tick. */
-std::vector<double> heights_along(const rig &rig, const loop_timeline &timeline)
+void find_heights(const rig &rig, const loop_timeline &timeline, transition_cache &cache,
+                  std::vector<double> &logarithms)
 {
     constexpr int shaken_ticks = 16; /* stirs fast modes, too */
     constexpr double large2 = 1e200;
     const swing_height height(steady_eigenvalue(rig));
-    linear_loop loop(rig, timeline);
+    linear_loop loop(rig, timeline, cache);
     random_stream random(0, stream_disturbance);
-    std::vector<double> logarithms;
-    logarithms.reserve(static_cast<std::size_t>(timeline.ticks));
+    logarithms.clear();
     double scaled_by = 0.0; /* logarithm */
     double before_m = 0.0;
     for (const timeline_step &step : timeline.steps) {
@@ -205,7 +176,6 @@ std::vector<double> heights_along(const rig &rig, const loop_timeline &timeline)
         }
         loop.advance(step);
     }
-    return logarithms;
 }
 
 /* Rises from 0 and falls back to it with all its derivatives: an average under it forgets what swings and how the
@@ -255,9 +225,17 @@ double ticks_of_a_phase_cycle(const rig &rig)
 
 } // namespace
 
-lyapunov_exponent exponent_along(const rig &rig, const loop_timeline &timeline)
+transition_cache::transition_cache() : kept_ns_(size), kept_(new hardware_chain::transition[size]) {}
+
+void transition_cache::forget()
 {
-    lyapunov_exponent found = average_slope(heights_along(rig, timeline));
+    std::fill(kept_ns_.begin(), kept_ns_.end(), -1);
+}
+
+lyapunov_exponent exponent_finder::along(const rig &rig, const loop_timeline &timeline)
+{
+    find_heights(rig, timeline, cache_, logarithms_);
+    lyapunov_exponent found = average_slope(logarithms_);
     found.growth_per_s /= config_period_s(&rig.firmware);
     found.ci95_per_s /= config_period_s(&rig.firmware);
     return found;
@@ -265,13 +243,14 @@ lyapunov_exponent exponent_along(const rig &rig, const loop_timeline &timeline)
 
 lyapunov_exponent exponent_of(const rig &rig, const wake_histogram &histogram, std::int64_t ticks)
 {
+    exponent_finder finder;
     if (ticks > 0) {
-        return exponent_along(rig, make_timeline(rig, histogram, ticks));
+        return finder.along(rig, make_timeline(rig, histogram, ticks));
     }
     const double drifting = static_cast<double>(phase_cycles_least) * ticks_of_a_phase_cycle(rig);
     ticks = std::max(ticks_least, static_cast<std::int64_t>(std::min(drifting, static_cast<double>(ticks_most))));
     for (;; ticks *= 2) {
-        const lyapunov_exponent found = exponent_along(rig, make_timeline(rig, histogram, ticks));
+        const lyapunov_exponent found = finder.along(rig, make_timeline(rig, histogram, ticks));
         if (found.ci95_per_s <= std::max(0.01 * std::abs(found.growth_per_s), 1e-3) || 2 * ticks > ticks_most) {
             return found;
         }
