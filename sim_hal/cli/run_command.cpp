@@ -108,6 +108,9 @@ rig rig_of(const run_arguments &arguments)
         overrides.push_back("profile.kind=file");
         overrides.push_back("profile.file=" + arguments.profile_file);
     }
+    if (!arguments.jitter_file.empty()) {
+        overrides.push_back("run.lateness_file=" + arguments.jitter_file);
+    }
     return load_rig(arguments.rig, overrides);
 }
 
