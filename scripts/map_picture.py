@@ -21,16 +21,17 @@ TITLES = {"omega_per_omega_M": "ω/ω_M of the coupled system without dead time"
 
 
 def load(csv):
-    """x, y, |z| and the wall as grids (rows of y), and what is told beside the file."""
+    """x, y, |z|, the wall and growth with jitter in 1/s (or None) as grids (rows of y), and what is told beside them."""
     told = json.loads(csv.with_suffix(".json").read_text())
     shape = told["axes"]["y"]["count"], told["axes"]["x"]["count"]
     columns = np.loadtxt(csv, delimiter=",", skiprows=1)
-    return [column.reshape(shape) for column in columns[:, [0, 1, 2, 4]].T] + [told]
+    x, y, radius, _, wall, *varying = [column.reshape(shape) for column in columns.T]
+    return x, y, radius, wall, varying[0] if varying else None, told
 
 
 def draw(csv, picture):
     """One picture of one map."""
-    x, y, radius, wall, told = load(csv)
+    x, y, radius, wall, varying, told = load(csv)
     if not np.isfinite(radius).any():
         sys.exit(f"{csv}: no point of this map has a value")
     figure, axes = plt.subplots(figsize=(8, 5.5), constrained_layout=True)
@@ -47,6 +48,11 @@ def draw(csv, picture):
     if np.nanmin(radius) < 1.0 < np.nanmax(radius):
         axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=2)
         handles.append(plt.Line2D([], [], color="black", linewidth=2, label="limit of stability, |z| = 1"))
+    if varying is not None and np.nanmin(varying) < 0.0 < np.nanmax(varying):
+        axes.contour(x, y, varying, levels=[0.0], colors="magenta", linewidths=1.5)
+        lost = 100 * told["varying"]["lost_share_of_stable"]
+        handles.append(plt.Line2D([], [], color="magenta", linewidth=1.5,
+                                  label=f"with jitter, drift or losses: {lost:.2g} % of the stable area lost"))
     if np.nanmin(wall) < np.nanmax(wall):
         frequency_Hz, level = (wall, 0.5)
         if told["vary"]:  # known between the points, too
