@@ -4,8 +4,6 @@
 #include <cmath>
 #include <complex>
 
-#include "../../firmware/inverse_filter.h"
-#include "../../firmware/manipulator.h"
 #include "../../hal/rig/rig_file.h"
 #include "dominant_root.h"
 
@@ -18,101 +16,6 @@ namespace
 constexpr std::int64_t ticks_least = 20000;
 constexpr std::int64_t ticks_most = 1280000;
 constexpr std::int64_t phase_cycles_least = 8;
-
-/* Values by their running number; old ones are forgotten. */
-class value_memory
-{
-  public:
-    explicit value_memory(std::int32_t size) : values_(static_cast<std::size_t>(size)), mask_(size - 1) {}
-    double &at(std::int32_t number) { return values_[static_cast<std::size_t>(number & mask_)]; }
-    void scale(double factor)
-    {
-        for (double &value : values_) {
-            value *= factor;
-        }
-    }
-
-  private:
-    std::vector<double> values_;
-    std::int32_t mask_;
-};
-
-/* The loop without noise, limits and the steps of frames, going along a timeline. */
-class linear_loop
-{
-  public:
-    linear_loop(const rig &rig, const loop_timeline &timeline, transition_cache &cache)
-        : chain_(rig), cache_(cache), firmware_(rig.firmware), setpoints_(timeline.memory),
-          samples_(timeline.memory), next_setpoint_(timeline.first_setpoint), next_sample_(timeline.first_sample)
-    {
-        cache_.forget();
-        manipulator_start(&manipulator_, &firmware_);
-        inverse_filter_start(&filter_, &firmware_);
-        manipulator_.position_m = 0.0;
-        manipulator_.velocity_m_per_s = 0.0;
-    }
-    linear_loop(const linear_loop &) = delete; /* parts of it point at others */
-    linear_loop &operator=(const linear_loop &) = delete;
-
-    void advance(const timeline_step &step)
-    {
-        switch (step.what) {
-        case timeline_step::kind::tick:
-            return tick(step);
-        case timeline_step::kind::sample:
-            samples_.at(next_sample_++) = chain_.equations().measured_force_N(state_, line_of(step));
-            return;
-        case timeline_step::kind::jump:
-            chain_.equations().apply_reference_jump(state_, setpoints_.at(step.to) - setpoints_.at(step.from));
-            return;
-        case timeline_step::kind::travel:
-            chain_.advance(state_, cache_.over(chain_, step.duration_ns), line_of(step));
-            return;
-        }
-    }
-
-    double position_m() const { return manipulator_.position_m; }
-    void push(double distance_m) { manipulator_.position_m += distance_m; }
-
-    /* It is linear: as much smaller or larger it goes the same way. */
-    void scale(double factor)
-    {
-        manipulator_.position_m *= factor;
-        manipulator_.velocity_m_per_s *= factor;
-        for (int i = 0; i < 2; i++) {
-            filter_.input_m[i] *= factor;
-            filter_.output_m[i] *= factor;
-        }
-        state_ *= factor;
-        setpoints_.scale(factor);
-        samples_.scale(factor);
-    }
-
-  private:
-    void tick(const timeline_step &step)
-    {
-        setpoints_.at(next_setpoint_++) = inverse_filter_step(&filter_, manipulator_.position_m);
-        const operator_command rest{};
-        manipulator_step(&manipulator_, &rest, samples_.at(step.from));
-    }
-    reference_line line_of(const timeline_step &step)
-    {
-        const double from_m = setpoints_.at(step.from);
-        const double way_m = setpoints_.at(step.to) - from_m;
-        return {from_m + way_m * step.share, way_m * step.share_per_s};
-    }
-
-    hardware_chain chain_;
-    transition_cache &cache_;
-    app_config firmware_;
-    manipulator manipulator_;
-    inverse_filter filter_;
-    plant_state state_ = plant_state::Zero();
-    value_memory setpoints_;
-    value_memory samples_;
-    std::int32_t next_setpoint_;
-    std::int32_t next_sample_;
-};
 
 /* The largest eigenvalue that the loop would have if it did not change. */
 std::complex<double> steady_eigenvalue(const rig &rig)
@@ -224,13 +127,6 @@ double ticks_of_a_phase_cycle(const rig &rig)
 }
 
 } // namespace
-
-transition_cache::transition_cache() : kept_ns_(size), kept_(new hardware_chain::transition[size]) {}
-
-void transition_cache::forget()
-{
-    std::fill(kept_ns_.begin(), kept_ns_.end(), -1);
-}
 
 lyapunov_exponent exponent_finder::along(const rig &rig, const loop_timeline &timeline)
 {

@@ -4,11 +4,9 @@
 #define SIM_HAL_STABILITY_LYAPUNOV_H
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
-#include "hardware_chain.h"
-#include "loop_timeline.h"
+#include "linear_loop.h"
 
 namespace berth
 {
@@ -17,32 +15,6 @@ struct lyapunov_exponent {
     double growth_per_s;
     double ci95_per_s; /* by what other seeds would give, from the scatter of parts of the sequence */
     std::int64_t ticks;
-};
-
-/* Transitions of the hardware by their duration: a few that come again and again, or all different. */
-class transition_cache
-{
-  public:
-    transition_cache();
-
-    /* Of the one chain that is asked for since the last forget(). */
-    const hardware_chain::transition &over(const hardware_chain &chain, std::int64_t duration_ns)
-    {
-        const auto hash = static_cast<std::uint64_t>(duration_ns) * 0x9e3779b97f4a7c15u;
-        const std::size_t place = hash >> (64 - size_bits);
-        if (kept_ns_[place] != duration_ns) {
-            chain.set_transition(kept_[place], static_cast<double>(duration_ns) * 1e-9);
-            kept_ns_[place] = duration_ns;
-        }
-        return kept_[place];
-    }
-    void forget();
-
-  private:
-    static constexpr int size_bits = 11;
-    static constexpr std::size_t size = std::size_t{1} << size_bits;
-    std::vector<std::int64_t> kept_ns_;
-    std::unique_ptr<hardware_chain::transition[]> kept_;
 };
 
 /* Finds exponents of many rigs along timelines without asking for memory again. */
