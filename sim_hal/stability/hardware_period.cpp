@@ -13,7 +13,7 @@ hardware_period::hardware_period(const rig &rig)
 {
     if (rig.robot.clock == robot_clock::free) {
         throw input_error("robot.clock: with a free clock the loop changes from period to period and has no "
-                          "eigenvalues; use \"locked\"");
+                          "eigenvalues; use \"locked\", or look at the growth that `berth eigen` tells");
     }
     const std::int64_t dead_time_ns = ns_from_ms(rig.robot.dead_time_ms);
     whole_dead_periods_ = static_cast<int>(dead_time_ns / period_ns_);
