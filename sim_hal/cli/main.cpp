@@ -43,7 +43,7 @@ void add_map_options(CLI::App &command, berth::map_arguments &arguments)
 {
     add_varying_options(command, arguments,
                         "length of the sequence that the growth with jitter, drift or losses is taken from; default "
-                        "8000");
+                        "8000, or 20 s");
     command.add_option(
         "--vary", arguments.vary,
         "elasticity or mass of the object: axes are frequency ratio and damping of the coupled system");

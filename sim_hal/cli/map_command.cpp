@@ -28,7 +28,10 @@ constexpr std::size_t row_bytes = 75; /* of a CSV line, about */
 
 /* Above this time, too, where each point is a sequence of ticks. */
 constexpr double long_map_s = 600.0;
+
+/* Of each point's sequence, if nobody says: enough ticks for the scatter, enough time for the modes to part. */
 constexpr std::int64_t default_ticks = 8000;
+constexpr std::int64_t default_duration_s = 20;
 
 /* A request, and what makes the loop change from tick to tick, if anything does. */
 struct map_job {
@@ -318,7 +321,10 @@ void print_for_a_person(const map_request &request, const summary &sums, const n
 
 map_job make_job(const map_arguments &arguments)
 {
-    map_job job{make_map_request(arguments), {}, {}, arguments.ticks > 0 ? arguments.ticks : default_ticks};
+    map_job job{make_map_request(arguments), {}, {}, arguments.ticks};
+    if (job.ticks == 0) {
+        job.ticks = std::max(default_ticks, default_duration_s * job.request.rig.firmware.loop.rate_Hz);
+    }
     if (is_time_varying(job.request.rig)) {
         job.varying = job.request;
         job.histogram = load_wake_histogram(job.request.rig);

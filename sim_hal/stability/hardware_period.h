@@ -50,15 +50,15 @@ class hardware_period
     reference_line line_at(const setpoint_window &setpoints, std::int64_t offset_ns, bool after_knot) const;
 
     hardware_chain chain_;
+    std::array<part, 3> parts_;
     std::int64_t period_ns_;
-    bool holds_;
-    int whole_dead_periods_;
-    int sample_age_ticks_;
     std::int64_t knot_ns_;   /* offset of the reference's knot in the period: what is left of T_R */
     std::int64_t sample_ns_; /* offset of the sample in the period */
-    bool samples_before_knot_;
-    std::array<part, 3> parts_;
+    int whole_dead_periods_;
+    int sample_age_ticks_;
     int part_count_ = 0;
+    bool holds_;
+    bool samples_before_knot_;
 };
 
 } // namespace berth

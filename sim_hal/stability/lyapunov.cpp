@@ -14,6 +14,7 @@ namespace
 {
 
 constexpr std::int64_t ticks_least = 20000;
+constexpr std::int64_t duration_least_s = 50;
 constexpr std::int64_t ticks_most = 1280000;
 constexpr std::int64_t phase_cycles_least = 8;
 
@@ -144,7 +145,8 @@ lyapunov_exponent exponent_of(const rig &rig, const wake_histogram &histogram, s
         return finder.along(rig, make_timeline(rig, histogram, ticks));
     }
     const double drifting = static_cast<double>(phase_cycles_least) * ticks_of_a_phase_cycle(rig);
-    ticks = std::max(ticks_least, static_cast<std::int64_t>(std::min(drifting, static_cast<double>(ticks_most))));
+    ticks = std::max({ticks_least, duration_least_s * rig.firmware.loop.rate_Hz,
+                      static_cast<std::int64_t>(std::min(drifting, static_cast<double>(ticks_most)))});
     for (;; ticks *= 2) {
         const lyapunov_exponent found = finder.along(rig, make_timeline(rig, histogram, ticks));
         if (found.ci95_per_s <= std::max(0.01 * std::abs(found.growth_per_s), 1e-3) || 2 * ticks > ticks_most) {
