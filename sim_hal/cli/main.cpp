@@ -36,7 +36,7 @@ void add_varying_options(CLI::App &command, berth::varying_arguments &arguments,
     add_rig_options(command, arguments);
     add_jitter_option(command, arguments.jitter_file);
     command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")->check(CLI::NonNegativeNumber);
-    command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 10000000));
+    command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
 }
 
 void add_map_options(CLI::App &command, berth::map_arguments &arguments)

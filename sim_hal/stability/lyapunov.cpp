@@ -15,7 +15,7 @@ namespace
 
 constexpr std::int64_t ticks_least = 20000;
 constexpr std::int64_t duration_least_s = 50;
-constexpr std::int64_t ticks_most = 1280000;
+constexpr std::int64_t ticks_most = 640000;
 constexpr std::int64_t phase_cycles_least = 8;
 
 /* The largest eigenvalue that the loop would have if it did not change. */
