@@ -50,9 +50,10 @@ def draw(csv, picture):
         handles.append(plt.Line2D([], [], color="black", linewidth=2, label="limit of stability, |z| = 1"))
     if varying is not None and np.nanmin(varying) < 0.0 < np.nanmax(varying):
         axes.contour(x, y, varying, levels=[0.0], colors="magenta", linewidths=1.5)
-        lost = 100 * told["varying"]["lost_share_of_stable"]
+        lost = 100 * told["varying"]["lost_share_of_stable_area"]
         handles.append(plt.Line2D([], [], color="magenta", linewidth=1.5,
-                                  label=f"with jitter, drift or losses: {lost:.2g} % of the stable area lost"))
+                                  label=f"with jitter, drift or losses: {abs(lost):.2g} % of the stable area "
+                                        + ("lost" if lost >= 0 else "gained")))
     if np.nanmin(wall) < np.nanmax(wall):
         frequency_Hz, level = (wall, 0.5)
         if told["vary"]:  # known between the points, too
