@@ -133,9 +133,21 @@ def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
         assert all(part in message for part in contains), message
 
 
-def test_a_free_clock_has_no_limits_but_a_growth():
-    done = command("limits", "ess", *settings({"robot.clock": "free"}))
-    message = done.stderr.decode()
-    assert done.returncode == EXIT_INPUT and done.stdout == b"" and message.count("\n") == 1
-    assert "robot.clock" in message and "berth eigen" in message
-    assert ask("eigen", "ess", {"robot.clock": "free"})["growth_per_s"] < 0.0
+@pytest.mark.parametrize("values, effect", [
+    ({"robot.clock": "free", "robot.clock_drift_ppm": 50}, "a clock of its own"),
+    ({"robot.jitter_ms": 0.5}, "up to 0.5 ms early or late"),
+    ({"sensor.loss_probability": 0.1}, "frames are lost"),
+    ({"run.lateness_file": "sim_hal/rigs/late-up-to-500us.json"}, "wakes late by 0 to 500 us"),
+], ids=["clock", "jitter", "losses", "late wake-ups"])
+def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, effect):
+    told, without = ask("limits", "ess", values), ask("limits", "ess")
+    assert len(told["left_out"]) == 1 and effect in told.pop("left_out")[0]
+    assert without.pop("left_out") == [] and told == without
+    text = command("limits", "ess", *settings(values)).stdout.decode()
+    assert text.splitlines()[1].startswith("  left out: ") and effect in text.splitlines()[1]
+    assert "left out" not in command("limits", "ess").stdout.decode()
+
+
+def test_lines_of_limits_end_where_their_words_end():
+    text = command("limits", "ess").stdout.decode()
+    assert not [line for line in text.splitlines() if line != line.rstrip()]
