@@ -249,7 +249,7 @@ def robot_preset(robot):
     remark = f"period {robot['period_ms']:g} ms, dead time {robot['dead_time_ms']:g} ms"
     if robot["dead_time_band_ms"]:
         remark += ", the upper end of the reported {:g} to {:g} ms".format(*robot["dead_time_band_ms"])
-    return [("robot preset", robot["preset"], f"{remark}; source: {robot['source']}")]
+    return [("robot preset", robot["preset"], remark)]
 
 
 def facts(log, summary):

@@ -87,12 +87,10 @@ std::string robot_as_text(const chosen_rig &chosen)
     return robot_as_json(chosen).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-nlohmann::json recorded_robot(const std::string &text, const std::string &path)
+void check_recorded_robot(const std::string &text, const std::string &path)
 {
     try {
-        nlohmann::json robot = nlohmann::json::parse(text);
-        (void)robot_sentence(robot); /* has all that it needs */
-        return robot;
+        (void)robot_sentence(nlohmann::json::parse(text)); /* has all that it needs */
     } catch (const nlohmann::json::exception &) {
         throw input_error(path + ": is damaged: what it records of the robot preset cannot be read");
     }

@@ -153,7 +153,7 @@ int run_command(const run_arguments &arguments)
         end_progress();
     }
     result.log = options.log_path;
-    result.robot = robot_as_json(chosen);
+    result.robot = robot_as_text(chosen);
     const bool is_logged = arguments.no_log || write_candumps(result);
     if (arguments.json) {
         print_json(as_json(result, rig));

@@ -178,8 +178,8 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
 void print_summary(const run_result &result, const rig &rig)
 {
     std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
-    if (!result.robot.is_null()) {
-        std::printf("  %-14s %s\n", "robot", robot_sentence(result.robot).c_str());
+    if (const nlohmann::json robot = nlohmann::json::parse(result.robot); !robot.is_null()) {
+        std::printf("  %-14s %s\n", "robot", robot_sentence(robot).c_str());
     }
     print_growth(result);
     print_prediction(result, rig);
@@ -215,7 +215,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     nlohmann::json json = {
         {"rig", rig.name},
-        {"robot", result.robot},
+        {"robot", nlohmann::json::parse(result.robot)},
         {"stable", nullptr},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},

@@ -42,8 +42,8 @@ struct run_result {
     uint32_t saturated_setpoints = 0;
     uint64_t dropped_records = 0;
     std::string log;
-    nlohmann::json robot; /* its preset, see robot_as_json(); null: none */
-    std::string version;  /* of the program that ran the loop */
+    std::string robot = "null"; /* its preset, see robot_as_text() */
+    std::string version;        /* of the program that ran the loop */
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
