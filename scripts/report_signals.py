@@ -242,13 +242,23 @@ def verdict(log, summary):
     return Verdict(word, sentence, colour, alarm(summary), notes)
 
 
+def robot_preset(robot):
+    """The robot preset as a fact; none for a rig's own robot."""
+    if robot is None:
+        return []
+    remark = f"period {robot['period_ms']:g} ms, dead time {robot['dead_time_ms']:g} ms"
+    if robot["dead_time_band_ms"]:
+        remark += ", the upper end of the reported {:g} to {:g} ms".format(*robot["dead_time_band_ms"])
+    return [("robot preset", robot["preset"], remark)]
+
+
 def facts(log, summary):
     """(name, value, remark): the run in numbers."""
     growth = summary["growth_per_s"]
     rate_Hz = log.config["loop"]["rate_Hz"]
     found = dead_time(log) if len(log.tick_s) else None
     cause = summary["stop_cause"]
-    return [
+    return robot_preset(summary["robot"]) + [
         ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),

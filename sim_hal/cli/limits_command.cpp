@@ -4,6 +4,7 @@
 
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
+#include "../stability/loop_timeline.h"
 #include "commands.h"
 #include "robot_choice.h"
 
@@ -165,7 +166,7 @@ void print_band(const std::optional<band_verdict> &verdict)
 
 void print_parameters(const std::vector<parameter_limits> &parameters)
 {
-    print_line("", "", "nearest limit", "", "first-order formula", "");
+    std::printf("  %-32s %12s %25s   %25s\n", "", "", "nearest limit", "first-order formula");
     print_line("parameter", "value", "below", "above", "below", "above");
     for (const parameter_limits &parameter : parameters) {
         print_line(std::string(parameter.key).c_str(), number(parameter.value), value_of(parameter.nearest_below()),
@@ -185,13 +186,13 @@ void print_rates(const std::vector<rate_verdict> &rates)
 {
     std::printf("rates in Hz, dead times as they are\n");
     const auto print_those = [&](const char *title, const auto &belongs) {
-        std::printf("  %-14s", title);
+        std::string those;
         for (const rate_verdict &rate : rates) {
             if (belongs(rate)) {
-                std::printf(" %g", rate.rate_Hz);
+                those += " " + number(rate.rate_Hz);
             }
         }
-        std::printf("\n");
+        std::printf("  %-14s%s\n", title, those.empty() ? " none" : those.c_str());
     };
     print_those("stable", [](const rate_verdict &r) { return r.is_stable; });
     print_those("UNSTABLE", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable; });
@@ -205,56 +206,86 @@ void print_rates(const std::vector<rate_verdict> &rates)
     }
 }
 
+/* What is told of the loop as a whole, beside its parameters. */
+struct loop_verdict {
+    spectrum loop;
+    std::optional<double> margin_ms;
+    double damping_ratio;
+    double first_order_damping_limit;
+    std::optional<band_verdict> band;
+    std::vector<std::string> left_out; /* what makes the loop change from tick to tick, in words */
+};
+
+nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
+{
+    return {{"rig", chosen.rig.name},
+            {"robot", robot_as_json(chosen)},
+            {"left_out", verdict.left_out},
+            {"dead_time_band", as_json(verdict.band)},
+            {"stable", verdict.loop.is_stable},
+            {"spectral_radius", verdict.loop.spectral_radius},
+            {"growth_per_s", verdict.loop.growth_per_s},
+            {"dead_time_margin_ms", or_null(verdict.margin_ms)},
+            {"loop_delay_ms", 1e3 * loop_delay_s(chosen.rig)},
+            {"damping_ratio", verdict.damping_ratio},
+            {"first_order_damping_limit", verdict.first_order_damping_limit}};
+}
+
+void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
+{
+    const spectrum &loop = verdict.loop;
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", chosen.rig.name.c_str(),
+                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
+    if (chosen.robot) {
+        std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
+    }
+    for (const std::string &effect : verdict.left_out) {
+        std::printf("  left out: %s\n", effect.c_str());
+    }
+    print_band(verdict.band);
+    if (loop.is_stable) {
+        std::printf("  dead-time margin: %s\n", verdict.margin_ms ? (number(*verdict.margin_ms) + " ms").c_str()
+                                                                  : "none up to ten times the robot's dead time");
+    }
+    std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
+                number(1e3 * loop_delay_s(chosen.rig)).c_str(), number(verdict.first_order_damping_limit).c_str(),
+                number(verdict.damping_ratio).c_str());
+}
+
 } // namespace
 
 int limits_command(const rig_arguments &arguments)
 {
-    const chosen_rig chosen = choose_rig(arguments);
+    chosen_rig chosen = choose_rig(arguments);
+    loop_verdict verdict{};
+    if (is_time_varying(chosen.rig)) {
+        verdict.left_out = what_varies(chosen.rig, load_wake_histogram(chosen.rig));
+        chosen.rig = without_variation(chosen.rig);
+    }
     const rig &rig = chosen.rig;
-    const spectrum loop = loop_spectrum(rig);
+    verdict.loop = loop_spectrum(rig);
     std::vector<parameter_limits> parameters;
-    std::optional<double> margin_ms;
     for (const std::string_view key : physical_parameters(rig)) {
         parameters.push_back(find_limits(rig, key));
         if (key == "robot.dead_time_ms") {
-            margin_ms = dead_time_margin_ms(rig, parameters.back());
+            verdict.margin_ms = dead_time_margin_ms(rig, parameters.back());
         }
     }
     const std::vector<rate_verdict> rates = judge_rates(rig);
-    const std::optional<band_verdict> band = judge_band(chosen);
-    const double damping = map_point_of(rig).damping_ratio;
-    const double damping_limit = first_order_damping_limit(rig);
+    verdict.band = judge_band(chosen);
+    verdict.damping_ratio = map_point_of(rig).damping_ratio;
+    verdict.first_order_damping_limit = first_order_damping_limit(rig);
 
     if (arguments.json) {
-        nlohmann::json json = {{"rig", rig.name},
-                               {"robot", robot_as_json(chosen)},
-                               {"dead_time_band", as_json(band)},
-                               {"stable", loop.is_stable},
-                               {"spectral_radius", loop.spectral_radius},
-                               {"growth_per_s", loop.growth_per_s},
-                               {"dead_time_margin_ms", or_null(margin_ms)},
-                               {"loop_delay_ms", 1e3 * loop_delay_s(rig)},
-                               {"damping_ratio", damping},
-                               {"first_order_damping_limit", damping_limit},
-                               {"rates", as_json(rates)}};
+        nlohmann::json json = as_json(chosen, verdict);
+        json["rates"] = as_json(rates);
         for (const parameter_limits &parameter : parameters) {
             json["parameters"][std::string(parameter.key)] = as_json(parameter);
         }
         print_json(json);
         return 0;
     }
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(),
-                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
-    if (chosen.robot) {
-        std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
-    }
-    print_band(band);
-    if (loop.is_stable) {
-        std::printf("  dead-time margin: %s\n",
-                    margin_ms ? (number(*margin_ms) + " ms").c_str() : "none up to ten times the robot's dead time");
-    }
-    std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
-                number(1e3 * loop_delay_s(rig)).c_str(), number(damping_limit).c_str(), number(damping).c_str());
+    print_loop(chosen, verdict);
     print_parameters(parameters);
     print_rates(rates);
     return 0;

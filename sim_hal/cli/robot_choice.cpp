@@ -45,6 +45,18 @@ chosen_rig choose_rig(const rig_arguments &arguments)
     return chosen;
 }
 
+chosen_rig choose_rig(const varying_arguments &arguments)
+{
+    rig_arguments with_jitter = arguments;
+    if (!arguments.jitter_file.empty()) {
+        with_jitter.overrides.push_back("run.lateness_file=" + arguments.jitter_file);
+    }
+    if (arguments.seed >= 0) {
+        with_jitter.overrides.push_back("run.seed=" + std::to_string(arguments.seed));
+    }
+    return choose_rig(with_jitter);
+}
+
 nlohmann::json robot_as_json(const chosen_rig &chosen)
 {
     if (!chosen.robot) {
@@ -75,12 +87,10 @@ std::string robot_as_text(const chosen_rig &chosen)
     return robot_as_json(chosen).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-nlohmann::json recorded_robot(const std::string &text, const std::string &path)
+void check_recorded_robot(const std::string &text, const std::string &path)
 {
     try {
-        nlohmann::json robot = nlohmann::json::parse(text);
-        (void)robot_sentence(robot); /* has all that it needs */
-        return robot;
+        (void)robot_sentence(nlohmann::json::parse(text)); /* has all that it needs */
     } catch (const nlohmann::json::exception &) {
         throw input_error(path + ": is damaged: what it records of the robot preset cannot be read");
     }

@@ -21,15 +21,18 @@ struct chosen_rig {
     berth::rig at_lower_end() const;
 };
 
-/* Rig file, then preset, then overrides. Throws input_error. */
+/* Rig file, then preset, then overrides, then jitter and seed. Throws input_error. */
 chosen_rig choose_rig(const rig_arguments &arguments);
+chosen_rig choose_rig(const varying_arguments &arguments);
 
 /* What commands tell of the preset; null without one. */
 nlohmann::json robot_as_json(const chosen_rig &chosen);
 
-/* The text of it in a log, and back; `path` is the log's. Throws input_error where it is damaged. */
+/* The same as text, as logs hold it. */
 std::string robot_as_text(const chosen_rig &chosen);
-nlohmann::json recorded_robot(const std::string &text, const std::string &path);
+
+/* Throws input_error where such a text, from the log at `path`, is damaged. */
+void check_recorded_robot(const std::string &text, const std::string &path);
 
 /* The same in a sentence, such as "abb-egm: period 4 ms, dead time 80 ms, the upper end of the reported 40 to 80
  * ms". */

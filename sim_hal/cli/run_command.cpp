@@ -109,6 +109,9 @@ chosen_rig rig_of(run_arguments arguments)
         overrides.push_back("profile.kind=file");
         overrides.push_back("profile.file=" + arguments.profile_file);
     }
+    if (!arguments.jitter_file.empty()) {
+        overrides.push_back("run.lateness_file=" + arguments.jitter_file);
+    }
     return choose_rig(arguments);
 }
 
@@ -150,7 +153,7 @@ int run_command(const run_arguments &arguments)
         end_progress();
     }
     result.log = options.log_path;
-    result.robot = robot_as_json(chosen);
+    result.robot = robot_as_text(chosen);
     const bool is_logged = arguments.no_log || write_candumps(result);
     if (arguments.json) {
         print_json(as_json(result, rig));

@@ -42,12 +42,12 @@ struct run_result {
     uint32_t saturated_setpoints = 0;
     uint64_t dropped_records = 0;
     std::string log;
-    nlohmann::json robot; /* its preset, see robot_as_json(); null: none */
-    std::string version;  /* of the program that ran the loop */
+    std::string robot = "null"; /* its preset, see robot_as_text() */
+    std::string version;        /* of the program that ran the loop */
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
-    std::optional<double> predicted_growth_per_s; /* of the loop without its disturbances */
+    std::optional<double> predicted_growth_per_s; /* of the loop without noise and limits */
     std::optional<bool> is_stable;                /* see judge() */
     std::string obstacles;                        /* what kept a loop that never ran from running */
 };

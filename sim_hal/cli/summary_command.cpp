@@ -44,7 +44,8 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     result.frames_accepted = frames_received - result.frames_rejected - result.error_frames;
     result.log = path;
     if (const auto robot = log.infos().find("berth_robot"); robot != log.infos().end()) {
-        result.robot = recorded_robot(robot->second, path);
+        check_recorded_robot(robot->second, path);
+        result.robot = robot->second;
     }
     const auto recorded_version = log.infos().find("ver_sw");
     result.version = recorded_version != log.infos().end() ? recorded_version->second : "unknown";

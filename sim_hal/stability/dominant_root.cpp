@@ -4,6 +4,7 @@
 #include <cmath>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <optional>
 
 #include "../solver/balance.h"
 #include "zero_count.h"
@@ -111,21 +112,25 @@ bool schur_cohn_outside(double *c, int degree)
     return n == 0 || std::abs(from[1]) < std::abs(from[0]);
 }
 
-/* No zero is smaller than this one, where F has the slope F'. */
-bool is_smallest(const loop_equation &equation, complex w, complex slope)
+/* A circle just inside a zero. */
+double radius_below(complex w)
 {
-    const double magnitude = std::sqrt(std::norm(w));
-    const double radius = magnitude * (1.0 - circle_margin);
-    if (equation.degree() <= schur_cohn_degree_max) {
-        coefficients c;
-        const double sum = expand(equation, radius, c.data());
-        /* Multiplying out must not have moved the zero by as much as the margin. */
-        const double shift = 1e-16 * sum / (std::sqrt(std::norm(slope)) * magnitude);
-        if (shift < 0.1 * circle_margin && schur_cohn_outside(c.data(), equation.degree())) {
-            return true;
-        }
+    return std::sqrt(std::norm(w)) * (1.0 - circle_margin);
+}
+
+/* Whether no zero is smaller than this one, where F has the slope F'; nothing where the recursion does not pay or is
+ * not exact enough. */
+std::optional<bool> is_smallest_by_recursion(const loop_equation &equation, complex w, complex slope)
+{
+    if (equation.degree() > schur_cohn_degree_max) {
+        return {};
     }
-    return has_no_zero_inside(equation, radius);
+    coefficients c;
+    const double sum = expand(equation, radius_below(w), c.data());
+    /* Multiplying out must not have moved the zero by as much as the margin. */
+    const double shift = 1e-16 * sum / std::sqrt(std::norm(slope) * std::norm(w));
+    return shift < 0.1 * circle_margin ? std::optional(schur_cohn_outside(c.data(), equation.degree()))
+                                       : std::nullopt;
 }
 
 /* 1/z of every eigenvalue of the companion matrix in the upper half plane. */
@@ -204,7 +209,7 @@ std::vector<complex> search_by_circles(const loop_equation &equation)
         }
         if (count > 0) {
             roots = std::move(found);
-            radius = std::abs(roots[0]) * (1.0 - circle_margin);
+            radius = radius_below(roots[0]);
         } else {
             radius *= wider;
         }
@@ -234,7 +239,11 @@ bool dominant_root_finder::follow(const loop_equation &equation)
         w = 2.0 * followed_[0] - before_[0];
     }
     const complex slope = newton(equation, w);
-    if (slope == 0.0 || !is_smallest(equation, w, slope)) {
+    if (slope == 0.0) {
+        return false;
+    }
+    const std::optional<bool> is_smallest = is_smallest_by_recursion(equation, w, slope);
+    if (is_smallest ? !*is_smallest : !has_no_zero_inside(equation, radius_below(w))) {
         return false;
     }
     before_ = {followed_[0], before_[0], before_[1]};
@@ -248,8 +257,13 @@ bool dominant_root_finder::follow_others(const loop_equation &equation)
 {
     std::vector<complex> roots = polished(equation, {followed_.begin(), followed_.begin() + followed_count_});
     for (int i = 0; i < followed_max && !roots.empty(); i++) {
+        const complex slope = evaluate(equation, roots[0]).slope;
+        if (is_smallest_by_recursion(equation, roots[0], slope).value_or(false)) {
+            keep(roots);
+            return true;
+        }
         int count = 0;
-        const std::vector<complex> found = roots_near(equation, std::abs(roots[0]) * (1.0 - circle_margin), &count);
+        const std::vector<complex> found = roots_near(equation, radius_below(roots[0]), &count);
         if (count == 0) {
             keep(roots);
             return true;

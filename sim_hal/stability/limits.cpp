@@ -73,12 +73,9 @@ std::optional<rig> with_value(const rig &original, const rig_key &key, double va
     return changed;
 }
 
-/* Zeros are counted just inside the unit circle: on the circle itself lie the poles of a manipulator without a
- * spring. */
 bool is_stable_loop(const rig &rig)
 {
-    constexpr double radius = 1.0 - 1e-10;
-    return has_no_zero_inside(make_loop_equation(rig), radius);
+    return has_no_zero_inside(make_loop_equation(rig), 1.0);
 }
 
 /* A size to search around where the rig's own value is 0. */

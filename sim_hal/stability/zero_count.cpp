@@ -20,6 +20,9 @@ constexpr double step_least = 1e-12;
 
 constexpr int first_steps = 48;
 
+/* A circle keeps this far from the zeros of A. */
+constexpr double circle_margin = 1e-10;
+
 /* One point of the upper half of the circle. */
 struct sample {
     double angle;
@@ -193,10 +196,28 @@ class walk
     std::vector<std::complex<double>> *starts_;
 };
 
+/* The next smaller circle that keeps off the zeros of A: on one of them, L has no phase. */
+double off_the_poles(const loop_equation &equation, double radius)
+{
+    for (bool moved = true; moved;) {
+        moved = false;
+        for (int i = 0; i < equation.a_factor_count; i++) {
+            for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
+                if (std::abs(std::abs(root) - radius) < 0.9 * circle_margin * radius) {
+                    radius = std::abs(root) * (1.0 - circle_margin);
+                    moved = true;
+                }
+            }
+        }
+    }
+    return radius;
+}
+
 } // namespace
 
 int count_zeros_inside(const loop_equation &equation, double radius, std::vector<std::complex<double>> *starts)
 {
+    radius = off_the_poles(equation, radius);
     const double turned = walk(equation, radius, starts).turn();
     int zeros_of_a = 0;
     for (int i = 0; i < equation.a_factor_count; i++) {

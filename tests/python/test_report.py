@@ -105,6 +105,18 @@ def test_report_tells_the_run(tmp_path, case):
     assert f"dead_time_ms {40.0 if case == 'ess-50hz' else 17.5} command to motion" in page.text
 
 
+def test_report_names_the_robot_preset(tmp_path):
+    log = tmp_path / "ess.ulg"
+    ran = [BERTH, "run", "ess", "--robot", "abb-egm", "--set", "run.duration_s=2", "--out", tmp_path]
+    subprocess.run(list(map(str, ran)), check=True, capture_output=True)
+    page, _ = made(log)
+    assert ("robot preset abb-egm period 4 ms, dead time 80 ms, the upper end of the reported 40 to 80 ms growth rate"
+            in page.text)
+
+    log, _ = run(tmp_path / "own", "ess", ["run.duration_s=2"])
+    assert "preset" not in made(log)[0].text
+
+
 def test_page_fetches_nothing(tmp_path):
     """No element and no style sheet names anything outside of the file; our own script asks for nothing."""
     log, _ = run(tmp_path, "ess", ["run.duration_s=2"])

@@ -108,7 +108,7 @@ def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
 
 
 @pytest.mark.parametrize("rig, values", [
-    ("concept-foam", {}), ("ess", {"robot.clock": "free"}), ("ess", {"robot.dead_time_ms": 5000}),
+    ("concept-foam", {}), ("ess", {"robot.dead_time_ms": 5000}),
 ])
 def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, tmp_path):
     assert run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))["predicted_growth_per_s"] is None
@@ -122,7 +122,6 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
     ("ess", {"object.stiffness_N_per_m": "nan"}, ["object.stiffness_N_per_m", "finite"]),
     ("ess", {"robot.dead_time_ms": "inf"}, ["robot.dead_time_ms", "finite"]),
     ("concept-foam", {}, ["object.kind", "contact"]),
-    ("ess", {"robot.clock": "free"}, ["robot.clock", "locked"]),
     ("nosuchrig", {}, ["nosuchrig", "no shipped rig"]),
 ])
 def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
@@ -132,3 +131,23 @@ def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
         assert done.returncode == EXIT_INPUT and done.stdout == b""
         assert message.startswith("berth: ") and message.count("\n") == 1 and "internal" not in message
         assert all(part in message for part in contains), message
+
+
+@pytest.mark.parametrize("values, effect", [
+    ({"robot.clock": "free", "robot.clock_drift_ppm": 50}, "a clock of its own"),
+    ({"robot.jitter_ms": 0.5}, "up to 0.5 ms early or late"),
+    ({"sensor.loss_probability": 0.1}, "frames are lost"),
+    ({"run.lateness_file": "sim_hal/rigs/late-up-to-500us.json"}, "wakes late by 0 to 500 us"),
+], ids=["clock", "jitter", "losses", "late wake-ups"])
+def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, effect):
+    told, without = ask("limits", "ess", values), ask("limits", "ess")
+    assert len(told["left_out"]) == 1 and effect in told.pop("left_out")[0]
+    assert without.pop("left_out") == [] and told == without
+    text = command("limits", "ess", *settings(values)).stdout.decode()
+    assert text.splitlines()[1].startswith("  left out: ") and effect in text.splitlines()[1]
+    assert "left out" not in command("limits", "ess").stdout.decode()
+
+
+def test_lines_of_limits_end_where_their_words_end():
+    text = command("limits", "ess").stdout.decode()
+    assert not [line for line in text.splitlines() if line != line.rstrip()]

@@ -95,6 +95,29 @@ TEST_CASE("the characteristic equation has the spectral radius of the one-period
     }
 }
 
+/* Without its spring, the manipulator has an open-loop pole at z = 1; without its damper, too, two. */
+TEST_CASE("zeros inside the unit circle are counted where an open-loop pole lies on it")
+{
+    REPRODUCIBLE();
+    random_rigs rigs(test_seed() + 9);
+    int unstable = 0;
+    for (int i = 0; i < 200; i++) {
+        rig rig = rigs.next(i % 5 == 0 ? 80.0 : 20.0);
+        rig.firmware.manipulator.stiffness_N_per_m = 0.0;
+        if (i % 2 == 0) {
+            rig.firmware.manipulator.damping_N_s_per_m = 0.0;
+        }
+        CAPTURE(i);
+        CAPTURE(print_rig(rig));
+        const spectrum all = loop_spectrum(rig);
+        CHECK(count_zeros_inside(make_loop_equation(rig), 1.0) == eigenvalues_beyond(all, 1.0));
+        CHECK(has_no_zero_inside(make_loop_equation(rig), 1.0) == all.is_stable);
+        unstable += !all.is_stable;
+    }
+    CHECK(unstable > 20);
+    CHECK(unstable < 180);
+}
+
 TEST_CASE("the characteristic equation multiplied out is that of its factors")
 {
     REPRODUCIBLE();
