@@ -17,6 +17,7 @@ class Map:
     radius: np.ndarray  # largest |z|
     is_below_wall: np.ndarray  # 1 or 0, nan where not possible
     lower: np.ndarray | None  # |z| at the lower end of a robot's dead time; None: it has no range
+    growth_varying_per_s: np.ndarray | None  # Lyapunov exponents with jitter, drift or losses; None: without
     told: dict  # the JSON file beside the CSV file
 
     def names(self):
@@ -49,5 +50,7 @@ def read_map(csv):
     shape = told["axes"]["y"]["count"], told["axes"]["x"]["count"]
     columns = np.genfromtxt(csv, delimiter=",", names=True, deletechars="")
     names = [*columns.dtype.names[:2], "spectral_radius", "wall"]
-    lower = columns["spectral_radius_low"].reshape(shape) if told["lower_end"] else None
-    return Map(*[columns[name].reshape(shape) for name in names], lower, told)
+    grids = [columns[name].reshape(shape) for name in names]
+    optional = [columns[name].reshape(shape) if name in columns.dtype.names else None
+                for name in ("spectral_radius_low", "lyapunov_per_s")]
+    return Map(*grids, *optional, told)

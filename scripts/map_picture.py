@@ -43,6 +43,17 @@ def draw_band(axes, found):
     return handles
 
 
+def draw_varying(axes, found):
+    """The limit of the loop that changes from tick to tick; legend handles."""
+    if not np.nanmin(found.growth_varying_per_s) < 0.0 < np.nanmax(found.growth_varying_per_s):
+        return []
+    axes.contour(found.x, found.y, found.growth_varying_per_s, levels=[0.0], colors="magenta", linewidths=1.5)
+    lost = 100 * found.told["varying"]["lost_share_of_stable_area"]
+    return [plt.Line2D([], [], color="magenta", linewidth=1.5,
+                       label=f"with jitter, drift or losses: {abs(lost):.2g} % of the stable area "
+                             + ("lost" if lost >= 0 else "gained"))]
+
+
 def draw_flat(axes, found):
     """The map as filled contours; returns what a colour bar needs."""
     x, y, told = found.x, found.y, found.told
@@ -60,6 +71,8 @@ def draw_flat(axes, found):
         handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability, |z| = 1{at}"))
     if found.lower is not None:
         handles += draw_band(axes, found)
+    if found.growth_varying_per_s is not None:
+        handles += draw_varying(axes, found)
     if np.nanmin(found.is_below_wall) < np.nanmax(found.is_below_wall):
         heights, level = found.is_below_wall, 0.5
         if told["vary"]:  # known between the points, too
@@ -87,7 +100,7 @@ def draw(found, picture):
     figure.colorbar(draw_flat(axes, found), ax=axes, label="largest |z| of the one-period map", format="%.5f")
     names = found.names()
     what = f"{told['vary']} of the object varied" if told["vary"] else f"{names[0]} and {names[1]} varied"
-    robot = f" on {told['robot']['preset']}" if told["robot"] else ""
+    robot = f" on {told['robot']['preset']}" if told.get("robot") else ""
     stable = f"{100 * told['stable_share']:.1f} %"
     if found.lower is not None:
         stable += f" to {100 * told['lower_end']['stable_share']:.1f} %"

@@ -65,6 +65,8 @@ static std::vector<rig_key> make_own_keys()
         KEY("run.duration_s", run.duration_s, r::positive, "length of the run"),
         KEY("run.release_s", run.release_s, r::not_negative, "the operator requests to run from here on"),
         KEY("run.seed", run.seed, r::not_negative, "of every random draw"),
+        KEY("run.lateness_file", run.lateness_file, r::any,
+            "how late the loop wakes: JSON of cyclictest with a histogram; empty: never"),
         KEY("run.emergency_stop_s", run.emergency_stop_s, r::not_negative_or_inf,
             "emergency stop is pressed; inf: never"),
         KEY("run.enable_off_s", run.enable_off_s, r::not_negative_or_inf, "enable is taken away; inf: never"),

@@ -30,6 +30,7 @@ struct run_rig {
     double duration_s = 60.0;
     double release_s = 0.1; /* the operator requests to run from here on; until then the robot is held */
     std::int64_t seed = 1;
+    std::string lateness_file; /* histogram of how late the loop wakes; empty: never */
     double emergency_stop_s = never;
     double enable_off_s = never;
 };

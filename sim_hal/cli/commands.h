@@ -19,14 +19,22 @@ struct rig_arguments {
     bool json = false;
 };
 
+/* Of loops that change from tick to tick. */
+struct varying_arguments : rig_arguments {
+    std::string jitter_file; /* for run.lateness_file */
+    std::int64_t seed = -1;  /* for run.seed; -1: that of the rig */
+    std::int64_t ticks = 0;  /* 0: as many as it takes */
+};
+
 struct run_arguments : rig_arguments {
+    std::string jitter_file;
     std::string profile_file;
     std::string out_folder = "build/runs";
     bool no_log = false;
     bool print_config = false;
 };
 
-struct map_arguments : rig_arguments {
+struct map_arguments : varying_arguments {
     std::string vary; /* elasticity, mass, or nothing with x and y */
     std::string x;    /* key=from:to:count */
     std::string y;
@@ -55,7 +63,7 @@ int replay_command(const std::string &log, bool json);
 int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
-int eigen_command(const rig_arguments &arguments);
+int eigen_command(const varying_arguments &arguments);
 int map_command(const map_arguments &arguments);
 int limits_command(const rig_arguments &arguments);
 int rigs_command(bool json);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
 #include "commands.h"
 #include "robot_choice.h"
@@ -37,19 +38,20 @@ void print_modes(const char *title, const spectrum &spectrum)
     }
 }
 
-nlohmann::json told_as_json(const chosen_rig &chosen, const spectrum &loop, const std::optional<spectrum> &lower_end)
+nlohmann::json spectra_json(const rig &steady)
 {
-    nlohmann::json json = as_json(loop);
-    json["rig"] = chosen.rig.name;
-    json["manipulator"] = as_json(manipulator_spectrum(chosen.rig));
-    json["coupled"] = as_json(coupled_spectrum(chosen.rig));
-    json["robot"] = robot_as_json(chosen);
-    json["lower_end"] = nullptr;
-    if (lower_end) {
-        json["lower_end"] = as_json(*lower_end);
-        json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
-    }
+    nlohmann::json json = as_json(loop_spectrum(steady));
+    json["rig"] = steady.name;
+    json["manipulator"] = as_json(manipulator_spectrum(steady));
+    json["coupled"] = as_json(coupled_spectrum(steady));
     return json;
+}
+
+void print_spectra(const rig &steady, const char *loop_title)
+{
+    print_modes(loop_title, loop_spectrum(steady));
+    print_modes("manipulator alone", manipulator_spectrum(steady));
+    print_modes("manipulator and object coupled, without dead time", coupled_spectrum(steady));
 }
 
 void print_verdict(const spectrum &loop)
@@ -58,35 +60,123 @@ void print_verdict(const spectrum &loop)
                 loop.spectral_radius, loop.growth_per_s);
 }
 
-} // namespace
-
-int eigen_command(const rig_arguments &arguments)
+/* Null where the interval of the exponent holds 0. */
+nlohmann::json stable_json(const lyapunov_exponent &exponent)
 {
-    const chosen_rig chosen = choose_rig(arguments);
+    if (std::abs(exponent.growth_per_s) < exponent.ci95_per_s) {
+        return nullptr;
+    }
+    return exponent.growth_per_s <= 0.0;
+}
+
+nlohmann::json as_json(const lyapunov_exponent &exponent)
+{
+    return {{"eigenvalues", nullptr},
+            {"spectral_radius", nullptr},
+            {"growth_per_s", exponent.growth_per_s},
+            {"growth_ci95_per_s", exponent.ci95_per_s},
+            {"stable", stable_json(exponent)},
+            {"ticks", exponent.ticks}};
+}
+
+void print_verdict(const lyapunov_exponent &exponent, std::int64_t seed)
+{
+    const nlohmann::json stable = stable_json(exponent);
+    std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld\n",
+                stable.is_null() ? "NOT DETERMINED"
+                : stable == true ? "stable"
+                                 : "UNSTABLE",
+                exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
+                static_cast<long long>(seed));
+}
+
+void print_robot(const chosen_rig &chosen)
+{
+    if (chosen.robot) {
+        std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
+    }
+}
+
+int steady_eigen(const chosen_rig &chosen, bool wants_json)
+{
     const rig &rig = chosen.rig;
-    const spectrum loop = loop_spectrum(rig);
     std::optional<spectrum> lower_end;
     if (chosen.dead_time_band) {
         lower_end = loop_spectrum(chosen.at_lower_end());
     }
-    const nlohmann::json json = told_as_json(chosen, loop, lower_end);
-    if (arguments.json) {
+    if (wants_json) {
+        nlohmann::json json = spectra_json(rig);
+        json["robot"] = robot_as_json(chosen);
+        json["lower_end"] = nullptr;
+        if (lower_end) {
+            json["lower_end"] = as_json(*lower_end);
+            json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
+        }
         print_json(json);
         return 0;
     }
+    const spectrum loop = loop_spectrum(rig);
     std::printf("%s: ", rig.name.c_str());
     print_verdict(loop);
-    if (chosen.robot) {
-        std::printf("  robot %s\n", robot_sentence(json["robot"]).c_str());
-    }
+    print_robot(chosen);
     if (lower_end) {
         std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
         print_verdict(*lower_end);
     }
-    print_modes("loop with dead time", loop);
-    print_modes("manipulator alone", manipulator_spectrum(rig));
-    print_modes("manipulator and object coupled, without dead time", coupled_spectrum(rig));
+    print_spectra(rig, "loop with dead time");
     return 0;
+}
+
+/* No eigenvalues, but an exponent; for comparison those of the loop without what makes it change. */
+int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
+{
+    const rig &rig = chosen.rig;
+    const wake_histogram histogram = load_wake_histogram(rig);
+    const struct rig steady = without_variation(rig);
+    const lyapunov_exponent exponent = exponent_of(rig, histogram, ticks);
+    std::optional<lyapunov_exponent> lower_end;
+    if (chosen.dead_time_band) {
+        lower_end = exponent_of(chosen.at_lower_end(), histogram, ticks);
+    }
+    const std::vector<std::string> effects = what_varies(rig, histogram);
+    if (wants_json) {
+        nlohmann::json json = as_json(exponent);
+        json.update({{"rig", rig.name},
+                     {"robot", robot_as_json(chosen)},
+                     {"lower_end", nullptr},
+                     {"seed", rig.run.seed},
+                     {"varies", effects},
+                     {"without", spectra_json(steady)}});
+        if (lower_end) {
+            json["lower_end"] = as_json(*lower_end);
+            json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
+        }
+        print_json(json);
+        return 0;
+    }
+    std::printf("%s: ", rig.name.c_str());
+    print_verdict(exponent, rig.run.seed);
+    print_robot(chosen);
+    if (lower_end) {
+        std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
+        print_verdict(*lower_end, rig.run.seed);
+    }
+    for (const std::string &effect : effects) {
+        std::printf("  %s\n", effect.c_str());
+    }
+    std::printf("  without: ");
+    print_verdict(loop_spectrum(steady));
+    print_spectra(steady, "loop with dead time, without that");
+    return 0;
+}
+
+} // namespace
+
+int eigen_command(const varying_arguments &arguments)
+{
+    const chosen_rig chosen = choose_rig(arguments);
+    return is_time_varying(chosen.rig) ? varying_eigen(chosen, arguments.ticks, arguments.json)
+                                       : steady_eigen(chosen, arguments.json);
 }
 
 } // namespace berth

@@ -28,9 +28,27 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
-void add_map_options(CLI::App &command, berth::map_arguments &arguments)
+void add_jitter_option(CLI::App &command, std::string &jitter_file)
+{
+    command
+        .add_option("--jitter", jitter_file,
+                    "how late the loop wakes: a histogram of cyclictest --json (run.lateness_file)")
+        ->type_name("FILE");
+}
+
+void add_varying_options(CLI::App &command, berth::varying_arguments &arguments, const char *ticks)
 {
     add_rig_options(command, arguments);
+    add_jitter_option(command, arguments.jitter_file);
+    command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")->check(CLI::NonNegativeNumber);
+    command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
+}
+
+void add_map_options(CLI::App &command, berth::map_arguments &arguments)
+{
+    add_varying_options(command, arguments,
+                        "length of the sequence that the growth with jitter, drift or losses is taken from; default "
+                        "8000, or 20 s");
     command.add_option(
         "--vary", arguments.vary,
         "elasticity or mass of the object: axes are frequency ratio and damping of the coupled system");
@@ -102,6 +120,7 @@ int run(int argc, char **argv)
     add_rig_options(*run_app, run);
     run_app->add_option("--profile", run.profile_file,
                         "operator follows this CSV file (column: --set profile.column=NAME)");
+    add_jitter_option(*run_app, run.jitter_file);
     run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
     run_app->add_flag("--no-log", run.no_log, "write no files");
     run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
@@ -131,9 +150,14 @@ int run(int argc, char **argv)
     add_rig_options(*deadtime_app, deadtime);
     deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
 
-    berth::rig_arguments eigen;
-    CLI::App *eigen_app = app.add_subcommand("eigen", "eigenvalues of the loop over one period, and what they mean");
-    add_rig_options(*eigen_app, eigen);
+    berth::varying_arguments eigen;
+    CLI::App *eigen_app = app.add_subcommand(
+        "eigen", "eigenvalues of the loop over one period, and what they mean; Lyapunov exponent of a loop that "
+                 "changes from tick to tick");
+    add_varying_options(
+        *eigen_app, eigen,
+        "length of the sequence that the Lyapunov exponent is taken from; default: until it is known "
+        "to 1 % or 0.001 /s");
     eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
 
     berth::map_arguments map;

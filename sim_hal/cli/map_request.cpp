@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../stability/loop_timeline.h"
+
 namespace berth
 {
 
@@ -176,7 +178,7 @@ map_request make_map_request(const map_arguments &arguments, rig base)
     if (arguments.vary.empty() == !has_keys) {
         throw input_error("map: give either --vary elasticity, --vary mass, or both --x and --y");
     }
-    loop_spectrum(base); /* refuses rigs without one */
+    loop_spectrum(without_variation(base)); /* refuses rigs without one */
     map_request request;
     if (!has_keys) {
         request = coupled_request(arguments, std::move(base));

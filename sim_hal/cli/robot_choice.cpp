@@ -45,6 +45,18 @@ chosen_rig choose_rig(const rig_arguments &arguments)
     return chosen;
 }
 
+chosen_rig choose_rig(const varying_arguments &arguments)
+{
+    rig_arguments with_jitter = arguments;
+    if (!arguments.jitter_file.empty()) {
+        with_jitter.overrides.push_back("run.lateness_file=" + arguments.jitter_file);
+    }
+    if (arguments.seed >= 0) {
+        with_jitter.overrides.push_back("run.seed=" + std::to_string(arguments.seed));
+    }
+    return choose_rig(with_jitter);
+}
+
 nlohmann::json robot_as_json(const chosen_rig &chosen)
 {
     if (!chosen.robot) {

@@ -21,8 +21,9 @@ struct chosen_rig {
     berth::rig at_lower_end() const;
 };
 
-/* Rig file, then preset, then overrides. Throws input_error. */
+/* Rig file, then preset, then overrides, then jitter and seed. Throws input_error. */
 chosen_rig choose_rig(const rig_arguments &arguments);
+chosen_rig choose_rig(const varying_arguments &arguments);
 
 /* What commands tell of the preset; null without one. */
 nlohmann::json robot_as_json(const chosen_rig &chosen);

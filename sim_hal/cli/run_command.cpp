@@ -109,6 +109,9 @@ chosen_rig rig_of(run_arguments arguments)
         overrides.push_back("profile.kind=file");
         overrides.push_back("profile.file=" + arguments.profile_file);
     }
+    if (!arguments.jitter_file.empty()) {
+        overrides.push_back("run.lateness_file=" + arguments.jitter_file);
+    }
     return choose_rig(arguments);
 }
 

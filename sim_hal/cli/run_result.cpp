@@ -7,6 +7,8 @@
 #include "../../hal/rig/rig_file.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
+#include "../stability/loop_timeline.h"
+#include "../stability/lyapunov.h"
 #include "robot_choice.h"
 #include "verdict.h"
 
@@ -22,12 +24,17 @@ constexpr double growth_floor_m = 1e-8;
 /* A longer dead time would make the prediction take more than a moment. */
 constexpr int predicted_degree_max = 200;
 
-/* From the eigenvalues; nothing where the loop has none. */
+constexpr std::int64_t predicted_ticks = 40000;
+
+/* From the eigenvalues, or the Lyapunov exponent; nothing where the loop has none. */
 std::optional<double> predict_growth_per_s(const rig &rig)
 try {
-    const loop_equation equation = make_loop_equation(rig);
+    const loop_equation equation = make_loop_equation(without_variation(rig));
     if (equation.degree() > predicted_degree_max) {
         return {};
+    }
+    if (is_time_varying(rig)) {
+        return exponent_of(rig, load_wake_histogram(rig), predicted_ticks).growth_per_s;
     }
     return std::log(dominant_root_finder().spectral_radius(equation)) / config_period_s(&rig.firmware);
 } catch (const input_error &) {
@@ -63,10 +70,12 @@ void print_growth(const run_result &result)
                 fit.frequency_Hz, fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
 }
 
-void print_prediction(const run_result &result)
+void print_prediction(const run_result &result, const rig &rig)
 {
     if (result.predicted_growth_per_s) {
-        std::printf("  %-14s the eigenvalues say %+.6f /s\n", "predicted", *result.predicted_growth_per_s);
+        std::printf("  %-14s the %s %+.6f /s\n", "predicted",
+                    is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
+                    *result.predicted_growth_per_s);
     }
 }
 
@@ -173,7 +182,7 @@ void print_summary(const run_result &result, const rig &rig)
         std::printf("  %-14s %s\n", "robot", robot_sentence(result.robot).c_str());
     }
     print_growth(result);
-    print_prediction(result);
+    print_prediction(result, rig);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
     std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));

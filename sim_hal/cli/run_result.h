@@ -47,7 +47,7 @@ struct run_result {
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
-    std::optional<double> predicted_growth_per_s; /* of the loop without its disturbances */
+    std::optional<double> predicted_growth_per_s; /* of the loop without noise and limits */
     std::optional<bool> is_stable;                /* see judge() */
     std::string obstacles;                        /* what kept a loop that never ran from running */
 };

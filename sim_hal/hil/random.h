@@ -37,7 +37,9 @@ enum random_stream_id : std::uint32_t {
     stream_sensor_bus,
     stream_sensor,
     stream_robot,
-    stream_profile
+    stream_profile,
+    stream_lateness,
+    stream_disturbance
 };
 
 } // namespace berth

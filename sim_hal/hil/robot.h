@@ -48,6 +48,21 @@ class robot
                 line_.velocity_m_per_s};
     }
 
+    /* The line that the reference is on or, where it rests, the place. */
+    struct course {
+        std::int64_t from_ns;
+        std::int64_t to_ns; /* from_ns where it rests */
+        double from_m;
+        double to_m;
+    };
+    course course_now() const
+    {
+        if (!is_moving_) {
+            return {start_ns_, start_ns_, line_.position_m, line_.position_m};
+        }
+        return {start_ns_, knots_[first_].end_ns, line_.position_m, knots_[first_].position_m};
+    }
+
     std::uint8_t setpoint_counter() const { return setpoint_counter_; } /* of the newest setpoint taken */
 
   private:

@@ -7,11 +7,13 @@
 #include "../../hal/rig/rig_file.h"
 #include "../version.h"
 #include "rig_record.h"
+#include "wake_histogram.h"
 
 struct hal {
     hal(const berth::rig &rig, berth::sim_options given);
 
     berth::virtual_rig rig;
+    berth::wake_lateness lateness;
     berth::log_file log;
     berth::sim_options options;
     std::int64_t period_ns;
@@ -98,7 +100,8 @@ void sim_set_input(struct hal *hal, hal_line line, uint8_t level)
 } // namespace berth
 
 hal::hal(const berth::rig &wanted, berth::sim_options given)
-    : rig(wanted), log(given.log_path, berth::header_of(wanted, given)), options(std::move(given)),
+    : rig(wanted), lateness(berth::load_wake_histogram(wanted), wanted.run.seed),
+      log(given.log_path, berth::header_of(wanted, given)), options(std::move(given)),
       period_ns(config_period_ns(&wanted.firmware)), tick_count(berth::ns_of(wanted.run.duration_s) / period_ns),
       emergency_stop_ns(berth::ns_of(wanted.run.emergency_stop_s)),
       enable_off_ns(berth::ns_of(wanted.run.enable_off_s))
@@ -143,9 +146,10 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
     if (hal->next_tick >= hal->tick_count) {
         return HAL_END;
     }
-    const std::int64_t now_ns = hal->next_tick * hal->period_ns;
-    hal->rig.advance_to(now_ns);
-    *tick = {hal->next_tick, now_ns, now_ns, 0, 0};
+    const std::int64_t scheduled_ns = hal->next_tick * hal->period_ns;
+    const std::int64_t woke_ns = scheduled_ns + hal->lateness.next_ns();
+    hal->rig.advance_to(woke_ns);
+    *tick = {hal->next_tick, scheduled_ns, woke_ns, 0, 0};
     if (hal->options.stop != nullptr && hal->options.stop->load(std::memory_order_relaxed)) {
         tick->stop = 1;
     }
@@ -153,7 +157,7 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
         hal->options.progress(static_cast<double>(hal->next_tick) / static_cast<double>(hal->tick_count));
     }
     hal->next_tick++;
-    berth::record_truth(*hal, now_ns);
+    berth::record_truth(*hal, woke_ns);
     hal->log.drain_if_due();
     return HAL_OK;
 }
@@ -165,7 +169,9 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
 
 enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
 {
-    hal->rig.receive_from_loop(*frame);
+    hal_frame sent = *frame;
+    sent.time_ns = hal->rig.now_ns(); /* a late tick sends late */
+    hal->rig.receive_from_loop(sent);
     return HAL_OK;
 }
 

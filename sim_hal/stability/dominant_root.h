@@ -18,6 +18,9 @@ class dominant_root_finder
     /* Largest |z| of the loop. Neighbouring rigs in succession, in equal steps, are fast. */
     double spectral_radius(const loop_equation &equation);
 
+    /* The eigenvalue that spectral_radius() found; of a pair, the one with positive imaginary part. */
+    std::complex<double> dominant_eigenvalue() const { return std::conj(1.0 / followed_[0]); }
+
     /* The next rig is not in the row: what is known of the modes stays, but not where they go. */
     void restart() { before_count_ = 0; }
 

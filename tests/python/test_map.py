@@ -148,7 +148,6 @@ BAD = {
     "negative damping": (["--vary", "mass", "--y-range", "-1:1"], "0 or more"),
     "no threads": (["--vary", "mass", "--threads", "0"], "1"),
     "no manipulator stiffness": (["--vary", "mass", "--set", "manipulator.stiffness_N_per_m=0"], "frequency ratio"),
-    "free clock": (["--vary", "mass", "--set", "robot.clock=free"], "robot.clock"),
     "no mass": (["--vary", "mass", "--set", "object.mass_kg=0"], "object.mass_kg"),
 }
 

@@ -108,7 +108,7 @@ def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
 
 
 @pytest.mark.parametrize("rig, values", [
-    ("concept-foam", {}), ("ess", {"robot.clock": "free"}), ("ess", {"robot.dead_time_ms": 5000}),
+    ("concept-foam", {}), ("ess", {"robot.dead_time_ms": 5000}),
 ])
 def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, tmp_path):
     assert run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))["predicted_growth_per_s"] is None
@@ -122,7 +122,6 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
     ("ess", {"object.stiffness_N_per_m": "nan"}, ["object.stiffness_N_per_m", "finite"]),
     ("ess", {"robot.dead_time_ms": "inf"}, ["robot.dead_time_ms", "finite"]),
     ("concept-foam", {}, ["object.kind", "contact"]),
-    ("ess", {"robot.clock": "free"}, ["robot.clock", "locked"]),
     ("nosuchrig", {}, ["nosuchrig", "no shipped rig"]),
 ])
 def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
@@ -132,3 +131,11 @@ def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
         assert done.returncode == EXIT_INPUT and done.stdout == b""
         assert message.startswith("berth: ") and message.count("\n") == 1 and "internal" not in message
         assert all(part in message for part in contains), message
+
+
+def test_a_free_clock_has_no_limits_but_a_growth():
+    done = command("limits", "ess", *settings({"robot.clock": "free"}))
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and done.stdout == b"" and message.count("\n") == 1
+    assert "robot.clock" in message and "berth eigen" in message
+    assert ask("eigen", "ess", {"robot.clock": "free"})["growth_per_s"] < 0.0

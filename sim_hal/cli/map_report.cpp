@@ -1,0 +1,245 @@
+#include "map_report.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "../stability/lyapunov.h"
+
+namespace berth
+{
+
+namespace
+{
+
+void append(std::string &line, double value, char end)
+{
+    char digits[32];
+    const char *const last = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    if (std::isnan(value)) { /* without a sign, which would be chance */
+        line += "nan";
+    } else {
+        line.append(digits, static_cast<std::size_t>(last - digits));
+    }
+    line += end;
+}
+
+/* Share of the way between two neighbours on which the growth is negative, as far as a straight line tells. */
+double stable_share(double growth_per_s, double next_per_s)
+{
+    const double low = std::min(growth_per_s, next_per_s);
+    const double high = std::max(growth_per_s, next_per_s);
+    return !(low < 0.0) ? 0.0 : high < 0.0 ? 1.0 : high >= 0.0 ? low / (low - high) : 0.0;
+}
+
+/* Negative: gained. */
+double lost_share(const map_summary &sums)
+{
+    return sums.stable_intervals > 0.0 ? 1.0 - sums.stable_intervals_varying / sums.stable_intervals : 0.0;
+}
+
+nlohmann::json axis_json(const map_axis &axis)
+{
+    return {{"name", axis.name}, {"from", axis.from}, {"to", axis.to}, {"count", axis.count}};
+}
+
+double value_of(const rig &rig, const std::string &name)
+{
+    if (const rig_key *const key = find_key(name)) {
+        void *const member = key->member(const_cast<berth::rig &>(rig));
+        return key->type == key_type::integer ? static_cast<double>(*static_cast<std::int64_t *>(member))
+                                              : *static_cast<double *>(member);
+    }
+    const map_point point = map_point_of(rig);
+    return name == frequency_ratio_axis ? point.frequency_ratio : point.damping_ratio;
+}
+
+nlohmann::json share(std::size_t part, std::size_t of)
+{
+    return of > 0 ? nlohmann::json(static_cast<double>(part) / static_cast<double>(of)) : nlohmann::json();
+}
+
+/* Shares and extremes, and the rig itself. */
+nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
+{
+    const spectrum own = loop_spectrum(request.rig);
+    const bool has_points = sums.possible > 0;
+    return {{"stable_share", share(sums.stable, sums.possible)},
+            {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
+            {"spectral_radius_min", has_points ? nlohmann::json(sums.least) : nlohmann::json()},
+            {"spectral_radius_max", has_points ? nlohmann::json(sums.largest) : nlohmann::json()},
+            {"own",
+             {{"x", value_of(request.rig, request.x.name)},
+              {"y", value_of(request.rig, request.y.name)},
+              {"spectral_radius", own.spectral_radius},
+              {"growth_per_s", own.growth_per_s},
+              {"stable", own.is_stable}}}};
+}
+
+nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)
+{
+    const rig &rig = job.varying->rig;
+    const lyapunov_exponent own = exponent_of(rig, job.histogram);
+    return {{"varies", what_varies(rig, job.histogram)},
+            {"ticks", job.ticks},
+            {"seed", rig.run.seed},
+            {"stable_share", share(sums.varying.stable, sums.varying.possible)},
+            {"stable_share_below_wall", share(sums.varying.stable_below_wall, sums.varying.below_wall)},
+            {"lost_share_of_stable_area", lost_share(sums)},
+            {"own_growth_per_s", own.growth_per_s},
+            {"own_growth_ci95_per_s", own.ci95_per_s}};
+}
+
+double percent(std::size_t part, std::size_t of)
+{
+    return of > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(of) : 0.0;
+}
+
+/* With what makes the loop change from tick to tick. */
+void print_varying(const map_summary &sums, const nlohmann::json &varying)
+{
+    for (const nlohmann::json &effect : varying["varies"]) {
+        std::printf("  %s:\n", effect.get<std::string>().c_str());
+    }
+    const double lost = 100.0 * lost_share(sums);
+    std::printf("    %.1f %% stable, %.1f %% of those below the wall; %.2f %% of the stable area %s\n",
+                percent(sums.varying.stable, sums.varying.possible),
+                percent(sums.varying.stable_below_wall, sums.varying.below_wall), std::abs(lost),
+                lost >= 0.0 ? "lost" : "gained");
+}
+
+/* With a range of dead times: from its upper to its lower end. */
+void print_robot(const map_sums &lower_end, const nlohmann::json &json)
+{
+    if (!json["robot"].is_null()) {
+        std::printf("  robot %s\n", robot_sentence(json["robot"]).c_str());
+    }
+    const nlohmann::json &lower = json["lower_end"];
+    if (lower_end.possible > 0) {
+        std::printf("  at the lower end, %g ms, %.1f %% of the possible stable", lower["dead_time_ms"].get<double>(),
+                    percent(lower_end.stable, lower_end.possible));
+        if (lower_end.below_wall > 0) {
+            std::printf(", %.1f %% of those below the wall",
+                        percent(lower_end.stable_below_wall, lower_end.below_wall));
+        }
+        std::printf("; the rig itself: |z| %.9f\n", lower["own"]["spectral_radius"].get<double>());
+    }
+}
+
+} // namespace
+
+map_summary write_csv(const map_request &request, const map_values &map,
+                      const std::function<void(std::string_view)> &write)
+{
+    map_summary sums;
+    const bool varies = !map.exponents.empty();
+    write(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall" +
+          (map.lower_end ? ",spectral_radius_low" : "") + (varies ? ",lyapunov_per_s" : "") + "\n");
+    std::string lines;
+    map_point_setter setter(request);
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    std::size_t point = 0;
+    for (int row = 0; row < request.y.count; row++) {
+        const double y = request.y.value(row);
+        double growth_before_per_s = nan;
+        lines.clear();
+        for (int i = 0; i < request.x.count; i++, point++) {
+            const double x = request.x.value(i);
+            const double radius = map.steady.spectral_radius[point];
+            const point_state state = setter.set(x, y);
+            const bool is_possible = state == point_state::possible;
+            const bool is_below = is_possible && coupled_damped_frequency_Hz(setter.rig()) < wall_Hz;
+            const double growth_per_s =
+                is_possible ? std::log(radius) / config_period_s(&setter.rig().firmware) : nan;
+            if (is_possible) {
+                sums.steady.add(radius, radius < 1.0, is_below);
+            } else {
+                (state == point_state::invalid ? sums.invalid : sums.not_passive)++;
+            }
+            append(lines, x, ',');
+            append(lines, y, ',');
+            append(lines, radius, ',');
+            append(lines, growth_per_s, ',');
+            append(lines, !is_possible ? nan : is_below ? 1.0 : 0.0, ',');
+            if (map.lower_end) {
+                const double lower = map.lower_end->spectral_radius[point];
+                append(lines, lower, ',');
+                if (!std::isnan(lower)) {
+                    sums.lower_end.add(lower, lower < 1.0, is_below);
+                }
+            }
+            if (varies) {
+                const double exponent_per_s = map.exponents[point];
+                append(lines, exponent_per_s, ',');
+                if (is_possible) {
+                    sums.varying.add(exponent_per_s, exponent_per_s < 0.0, is_below);
+                }
+                if (is_possible && i > 0) {
+                    sums.stable_intervals += stable_share(growth_before_per_s, growth_per_s);
+                    sums.stable_intervals_varying += stable_share(map.exponents[point - 1], exponent_per_s);
+                }
+            }
+            lines.back() = '\n';
+            growth_before_per_s = growth_per_s;
+        }
+        write(lines);
+    }
+    return sums;
+}
+
+nlohmann::json as_json(const map_job &job, const map_summary &sums)
+{
+    const map_request &request = job.request;
+    const manipulator_config &arm = request.rig.firmware.manipulator;
+    const double arm_Hz = std::sqrt(arm.stiffness_N_per_m / arm.mass_kg) / 6.28318530717958647692;
+    nlohmann::json json = sums_as_json(request, sums.steady);
+    json.update({{"rig", request.rig.name},
+                 {"robot", robot_as_json(job.chosen)},
+                 {"lower_end", nullptr},
+                 {"varying", job.varying ? varying_as_json(job, sums) : nlohmann::json()},
+                 {"vary", request.kind == map_kind::mass         ? nlohmann::json("mass")
+                          : request.kind == map_kind::elasticity ? nlohmann::json("elasticity")
+                                                                 : nlohmann::json()},
+                 {"axes", {{"x", axis_json(request.x)}, {"y", axis_json(request.y)}}},
+                 {"points", request.points()},
+                 {"points_possible", sums.steady.possible},
+                 {"points_not_passive", sums.not_passive},
+                 {"points_invalid", sums.invalid},
+                 {"wall_Hz", wall_Hz},
+                 {"manipulator_Hz", arm_Hz}});
+    if (job.lower_end) {
+        json["lower_end"] = sums_as_json(*job.lower_end, sums.lower_end);
+        json["lower_end"]["dead_time_ms"] = job.lower_end->rig.robot.dead_time_ms;
+    }
+    return json;
+}
+
+void print_map_summary(const map_request &request, const map_summary &sums, const nlohmann::json &json)
+{
+    std::printf("%s: %s from %g to %g, %s from %g to %g\n", request.rig.name.c_str(), axis_title(request.x).c_str(),
+                request.x.from, request.x.to, axis_title(request.y).c_str(), request.y.from, request.y.to);
+    std::printf("  %zu points, %.1f %% of the possible stable, %.1f %% of those below the %g Hz wall\n",
+                request.points(), percent(sums.steady.stable, sums.steady.possible),
+                percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
+    if (!json["varying"].is_null()) {
+        print_varying(sums, json["varying"]);
+    }
+    if (sums.not_passive > 0) {
+        std::printf("  %zu points left out (nan): they need a negative stiffness, damping or mass of the object\n",
+                    sums.not_passive);
+    }
+    if (sums.invalid > 0) {
+        std::printf("  %zu points left out (nan): there the rig is not valid\n", sums.invalid);
+    }
+    if (sums.steady.possible > 0) {
+        std::printf("  largest |z| from %.9f to %.9f\n", sums.steady.least, sums.steady.largest);
+    }
+    std::printf("  the rig itself: %s = %g, %s = %g, largest |z| %.9f\n", axis_title(request.x).c_str(),
+                json["own"]["x"].get<double>(), axis_title(request.y).c_str(), json["own"]["y"].get<double>(),
+                json["own"]["spectral_radius"].get<double>());
+    print_robot(sums.lower_end, json);
+    std::printf("  %.3f s for the map\n", json["compute_s"].get<double>());
+}
+
+} // namespace berth

@@ -1,0 +1,74 @@
+/* The hardware between events as a chain of links of up to two states, low-pass first, each driven by those after
+ * it: the plant's equations, solved exactly for one straight line of the reference. */
+#ifndef SIM_HAL_STABILITY_HARDWARE_CHAIN_H
+#define SIM_HAL_STABILITY_HARDWARE_CHAIN_H
+
+#include <array>
+
+#include "../plant/plant.h"
+#include "../solver/block_triangular.h"
+
+namespace berth
+{
+
+class hardware_chain
+{
+  public:
+    static constexpr int links_max = 3;
+
+    /* Change of the links over a duration, driven by each other and by (u, u') behind the last link. */
+    using transition = block_triangular<links_max + 1>;
+
+    /* Throws input_error for rigs that are not linear: contact. */
+    explicit hardware_chain(const rig &rig);
+
+    const plant &equations() const { return plant_; }
+
+    /* States that are in use, as plant_index; the others stay 0. Pairs that belong together are neighbours. */
+    int state_count() const { return state_count_; }
+    int state(int i) const { return states_[static_cast<std::size_t>(i)]; }
+
+    int link_count() const { return link_count_; }
+    bool link_has_two_states(int link) const { return link_pair(link) != filter_pair || plant_.filter_order == 2; }
+
+    void set_transition(transition &made, double duration_s) const;
+
+    void advance(plant_state &state, const transition &change, const reference_line &line) const
+    {
+        const pair_vector inputs{line.position_m, line.velocity_m_per_s};
+        for (int row = 0; row < link_count_; row++) { /* those behind it have not moved yet */
+            pair_vector sum = change.at(row, link_count_) * inputs;
+            for (int column = row; column < link_count_; column++) {
+                sum += change.at(row, column) * pair_of(state, link_pair(column));
+            }
+            state(first_state(link_pair(row))) += sum[0];
+            state(first_state(link_pair(row)) + 1) += sum[1];
+        }
+    }
+
+  private:
+    /* Neighbouring states, by the place of the first of them in plant_index. */
+    static constexpr int object_pair = object_position / 2;
+    static constexpr int filter_pair = filter_output / 2;
+    static constexpr int robot_pair = robot_position / 2;
+
+    int link_pair(int link) const { return pairs_[static_cast<std::size_t>(link)]; }
+    static Eigen::Index first_state(int pair) { return 2 * static_cast<Eigen::Index>(pair); }
+    static pair_vector pair_of(const plant_state &state, int pair)
+    {
+        return pair_vector{state(first_state(pair)), state(first_state(pair) + 1)};
+    }
+
+    template <int count>
+    void set_blocks(transition &made, double duration_s) const;
+
+    plant plant_;
+    std::array<int, plant_state_count> states_{};
+    int state_count_ = 0;
+    std::array<int, links_max> pairs_{};
+    int link_count_ = 0;
+};
+
+} // namespace berth
+
+#endif

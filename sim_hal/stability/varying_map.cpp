@@ -1,0 +1,74 @@
+#include "varying_map.h"
+
+#include <atomic>
+#include <limits>
+#include <string_view>
+#include <thread>
+
+#include "lyapunov.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Whether the values along an axis leave the timing of the loop alone. */
+bool keeps_timing(const map_axis &axis)
+{
+    constexpr std::string_view without_time[] = {
+        frequency_ratio_axis, damping_ratio_axis, "manipulator.",    "object.",        "sensor.stiffness_",
+        "sensor.damping_",    "sensor.low_pass_", "robot.transfer_", "inverse_filter."};
+    for (const std::string_view start : without_time) {
+        if (std::string_view(axis.name).substr(0, start.size()) == start) {
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+std::vector<double> compute_varying_map(const map_request &request, const wake_histogram &histogram,
+                                        std::int64_t ticks, int threads, const std::function<void(int)> &rows_done)
+{
+    std::vector<double> exponents(request.points(), std::numeric_limits<double>::quiet_NaN());
+    const bool has_one_timeline = keeps_timing(request.x) && keeps_timing(request.y);
+    const loop_timeline common = has_one_timeline ? make_timeline(request.rig, histogram, ticks) : loop_timeline{};
+    std::atomic<int> next_row{0};
+    std::atomic<int> done{0};
+    const auto work = [&](bool reports) {
+        map_point_setter setter(request);
+        exponent_finder finder;
+        for (int row = next_row++; row < request.y.count; row = next_row++) {
+            double *const values =
+                &exponents[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];
+            for (int i = 0; i < request.x.count; i++) {
+                const bool is_possible =
+                    setter.set(request.x.value(i), request.y.value(row)) == point_state::possible &&
+                    fits_period(histogram, setter.rig());
+                if (is_possible) {
+                    values[i] =
+                        has_one_timeline
+                            ? finder.along(setter.rig(), common).growth_per_s
+                            : finder.along(setter.rig(), make_timeline(setter.rig(), histogram, ticks)).growth_per_s;
+                }
+            }
+            done++;
+            if (reports && rows_done) {
+                rows_done(done);
+            }
+        }
+    };
+    std::vector<std::thread> others;
+    for (int i = 1; i < threads; i++) {
+        others.emplace_back(work, false);
+    }
+    work(true);
+    for (std::thread &other : others) {
+        other.join();
+    }
+    return exponents;
+}
+
+} // namespace berth
