@@ -183,6 +183,7 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     if (!made.operator_position_m.empty() && made.operator_velocity_m_per_s.empty()) {
         made.notes.push_back("operator_velocity_m_per_s is missing and counts as 0");
     }
+    made.time_origin_s = made.time_s.empty() ? 0.0 : made.time_s.front();
     const table_column *const labels = table.find(source_of(rig, "segment").column);
     finish(made, labels == nullptr ? std::vector<double>{} : labels->values, rig, may_be_still);
     return made;

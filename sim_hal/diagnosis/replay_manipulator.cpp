@@ -75,7 +75,7 @@ void replay_manipulator(const rig &rig, const record &record, const std::vector<
                 for (auto &force : forces) {
                     const double middle_m = 0.5 * (state(0) + next(0));
                     sum_N += force->force_N({middle_m, middle_m - goal_m, next(1) - map(1, 4) * sum_N,
-                                             record.time_s[n] - record.time_s.front(), map(1, 4)},
+                                             record.time_s[n] - record.time_origin_s, map(1, 4)},
                                             step_s);
                 }
                 state = next - map.col(4) * sum_N;

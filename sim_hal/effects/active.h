@@ -2,6 +2,8 @@
 #ifndef SIM_HAL_EFFECTS_ACTIVE_H
 #define SIM_HAL_EFFECTS_ACTIVE_H
 
+#include <string>
+
 #include "effect.h"
 
 namespace berth
@@ -23,6 +25,14 @@ std::vector<std::unique_ptr<stage>> active_stages(const rig &rig,
     }
     return stages;
 }
+
+/* The rig has an effect between the robot's reference and the force that the sensor samples: what the base plant does
+ * not do. */
+bool has_hardware_effects(const rig &rig);
+bool is_hardware_effect(const effect &effect);
+
+/* Names of the effects that the rig has, of those that are asked for; with commas between. */
+std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &));
 
 /* Value of a key that an effect brings along. */
 double value_of_effect(const rig &rig, std::string_view key);

@@ -103,6 +103,11 @@ const std::vector<own_key> &own_keys()
     return found;
 }
 
+bool has_any_value(const rig &rig)
+{
+    return std::any_of(rig.effect_values.begin(), rig.effect_values.end(), [](double value) { return value != 0.0; });
+}
+
 } // namespace
 
 bool is_active(const effect &effect, const rig &rig)
@@ -117,11 +122,35 @@ double value_of(const rig &rig, std::string_view key)
     return *static_cast<double *>(find_key(key)->member(const_cast<berth::rig &>(rig)));
 }
 
+bool is_hardware_effect(const effect &effect)
+{
+    return effect.on_motion != nullptr || effect.on_force != nullptr ||
+           (effect.on_body != nullptr && effect.block() == "object") || effect.name == "object.loss_of_contact" ||
+           effect.name == "object.impact_damping";
+}
+
+bool has_hardware_effects(const rig &rig)
+{
+    const auto &library = effect_library();
+    return has_any_value(rig) && std::any_of(library.begin(), library.end(), [&](const effect &known) {
+               return is_hardware_effect(known) && is_active(known, rig);
+           });
+}
+
+std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &))
+{
+    std::string names;
+    for (const effect &known : effect_library()) {
+        if (is_asked_for(known) && is_active(known, rig)) {
+            names += (names.empty() ? "" : ", ") + std::string(known.name);
+        }
+    }
+    return names;
+}
+
 double value_of_effect(const rig &rig, std::string_view key)
 {
-    static const bool is_any = !effect_keys().empty();
-    const auto none = [](double value) { return value == 0.0; };
-    if (!is_any || std::all_of(rig.effect_values.begin(), rig.effect_values.end(), none)) {
+    if (!has_any_value(rig)) {
         return 0.0; /* the usual case, without a search for the key */
     }
     return value_of(rig, key);
