@@ -26,7 +26,7 @@ class sensor
     std::int64_t next_arrival_ns() const { return next_sample_ns_ + delay_ns_; }
 
     /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later; or loses it. */
-    void sample(double force_N, can_bus &bus, bool is_lost);
+    void sample(double force_N, can_bus &bus, bool is_lost = false);
 
     /* Sends nothing while silent, as with its plug pulled. */
     void set_silent(bool silent) { is_silent_ = silent; }
