@@ -211,6 +211,7 @@ int limits_command(const rig_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
     const rig &rig = chosen.rig;
+    tell_left_out(rig);
     const spectrum loop = loop_spectrum(rig);
     std::vector<parameter_limits> parameters;
     std::optional<double> margin_ms;

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "../../hal/rig/rig_file.h"
 #include "active.h"
 #include "effects.h"
 
@@ -105,7 +106,8 @@ const std::vector<own_key> &own_keys()
 
 bool has_any_value(const rig &rig)
 {
-    return std::any_of(rig.effect_values.begin(), rig.effect_values.end(), [](double value) { return value != 0.0; });
+    return std::any_of(rig.effect_values.begin(), rig.effect_values.end(),
+                       [](double value) { return value != 0.0; });
 }
 
 } // namespace
@@ -146,6 +148,49 @@ std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &))
         }
     }
     return names;
+}
+
+double gain_when_small(const rig &rig)
+{
+    if (!has_any_value(rig)) {
+        return 1.0;
+    }
+    const std::string missing =
+        effect_names(rig, [](const effect &effect) { return effect.when_small == small_motion::not_supported; });
+    if (!missing.empty()) {
+        throw input_error(missing +
+                          ": linear, but not in the loop's equation, so that there are no eigenvalues; look "
+                          "at the growth that `berth run` measures");
+    }
+    return (1.0 + value_of(rig, "robot.gain_error")) * (1.0 + value_of(rig, "sensor.gain_error"));
+}
+
+std::vector<std::string> left_out_when_small(const rig &rig)
+{
+    std::vector<std::string> lines;
+    for (const effect &known : effect_library()) {
+        if (!is_active(known, rig)) {
+            continue;
+        }
+        if (known.when_small == small_motion::depends_on_size) {
+            lines.push_back(std::string(known.name) +
+                            " has no linearisation: growth depends on the amplitude; left out here, run it");
+        } else if (known.when_small == small_motion::drifts) {
+            lines.push_back(std::string(known.name) +
+                            " changes the loop for as long as it runs: taken as it is at the start; run it");
+        }
+    }
+    return lines;
+}
+
+rig without_effects_on_signals(const rig &original)
+{
+    rig made = original;
+    made.effect_values.fill(0.0);
+    for (const std::string_view key : {"robot.lost_command_probability", "loop.lost_sample_probability"}) {
+        set_number(made, key, value_of(original, key));
+    }
+    return made;
 }
 
 double value_of_effect(const rig &rig, std::string_view key)

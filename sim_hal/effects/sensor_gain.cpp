@@ -31,6 +31,7 @@ effect sensor_gain()
         return std::make_unique<gain>(1.0 + value_of(rig, "sensor.gain_error"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

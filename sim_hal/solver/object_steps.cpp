@@ -116,9 +116,9 @@ void object_steps::add_forces(const step_map &map, body_state &next, bool is_cro
         sum_N += std::max(0.0, plant_.stiffness_N_per_m * depth * (1.0 + impact_damping_s_per_m_ * rate));
     }
     for (auto &force : forces_) {
-        sum_N += force->force_N(
-            {middle_m, middle_m, next[object_velocity] + push[object_velocity] * sum_N, time_s, -push[object_velocity]},
-            step_s);
+        sum_N += force->force_N({middle_m, middle_m, next[object_velocity] + push[object_velocity] * sum_N, time_s,
+                                 -push[object_velocity]},
+                                step_s);
     }
     for (std::size_t row = 0; row < rows; row++) {
         next[row] += push[row] * sum_N;

@@ -80,7 +80,8 @@ class object_steps
     double spring_N() const { return grip_ == grip::is_lost ? 0.0 : plant_.spring_force_N(full_state(), line_); }
     double measured_N() const
     {
-        return grip_ == grip::is_lost && plant_.filter_order == 0 ? 0.0 : plant_.measured_force_N(full_state(), line_);
+        return grip_ == grip::is_lost && plant_.filter_order == 0 ? 0.0
+                                                                  : plant_.measured_force_N(full_state(), line_);
     }
 
     const body_state &state() const { return state_; }
