@@ -6,6 +6,7 @@
 
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 #include "../log/ulog_reader.h"
 #include "record_table.h"
 
@@ -197,7 +198,7 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
     record made;
     made.path = path;
     made.hash = text_hash(read_file(path));
-    made.is_from_this_firmware = true;
+    made.is_from_this_firmware = !has_body_effects(recorded, "manipulator"); /* else a stand-in moved it */
     std::vector<double> labels;
     double label = 0.0;
     bool was_running = false;

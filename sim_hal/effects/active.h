@@ -34,6 +34,12 @@ bool is_hardware_effect(const effect &effect);
 /* Names of the effects that the rig has, of those that are asked for; with commas between. */
 std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &));
 
+/* The rig has a further force on its "object" or "manipulator". */
+inline bool has_body_effects(const rig &rig, std::string_view block)
+{
+    return !active_stages(rig, &effect::on_body, block).empty();
+}
+
 /* Gain of the loop by the effects that are one; 1 without. Throws input_error for rigs with an effect that is linear
  * but not in the loop's equation. */
 double gain_when_small(const rig &rig);
