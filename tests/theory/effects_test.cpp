@@ -17,6 +17,12 @@ namespace
 constexpr double two_pi = 6.28318530717958647692;
 constexpr std::int64_t ms = 1000000;
 
+/* doctest's own Approx takes 1 for a small number. */
+double share_off(double value, double expected)
+{
+    return std::abs(value / expected - 1.0);
+}
+
 rig ess(std::vector<std::string> overrides)
 {
     overrides.insert(overrides.end(), {"manipulator.initial_position_m=0", "bus.ideal=true",
@@ -114,14 +120,14 @@ std::size_t count_repeats(const std::vector<double> &values)
 
 } // namespace
 
-TEST_CASE("effects: backlash is the play operator, loop area 2 b (2 A - b)")
+TEST_CASE("effects: backlash is the play operator, loop area b (2 A - b)")
 {
     const double amplitude_m = 0.01;
     for (const double backlash_m : {1e-4, 2e-3, 8e-3}) {
         const rig rig = ess({"robot.backlash_m=" + std::to_string(backlash_m)});
         const double area = loop_area(drive(rig, amplitude_m, 0.5, 6.0), 0.5);
         /* A parallelogram: the output moves by 2 A - b, either way b apart. */
-        CHECK(area == doctest::Approx(backlash_m * (2.0 * amplitude_m - backlash_m)).epsilon(2e-3));
+        CHECK(share_off(area, backlash_m * (2.0 * amplitude_m - backlash_m)) < 2e-3);
     }
 }
 
@@ -131,7 +137,7 @@ TEST_CASE("effects: gain and deadband of the robot")
     const driven_motion stepped = drive(ess({"robot.deadband_m=1e-3"}), 0.01, 1.0, 2.0);
     double farthest_m = 0.0;
     for (std::size_t i = 0; i < scaled.time_s.size(); i++) {
-        CHECK(scaled.robot_m[i] == doctest::Approx(1.05 * scaled.command_m[i]).epsilon(1e-9));
+        CHECK(std::abs(scaled.robot_m[i] - 1.05 * scaled.command_m[i]) < 1e-10);
         farthest_m = std::max(farthest_m, std::abs(stepped.robot_m[i] - stepped.command_m[i]));
     }
     CHECK(farthest_m <= 1e-3);
@@ -173,7 +179,7 @@ TEST_CASE("effects: the periodic error of the robot repeats with its pitch")
                                        0.01, 1.0, 2.0);
     for (std::size_t i = 0; i < motion.time_s.size(); i++) {
         const double u = motion.command_m[i];
-        CHECK(motion.robot_m[i] == doctest::Approx(u + 1e-4 * std::sin(two_pi * u / 0.004 + 0.5)).epsilon(1e-9));
+        CHECK(std::abs(motion.robot_m[i] - (u + 1e-4 * std::sin(two_pi * u / 0.004 + 0.5))) < 1e-10);
     }
 }
 
@@ -183,7 +189,7 @@ TEST_CASE("effects: dry friction takes 4 Fc / k from the amplitude in each cycle
     const std::vector<double> motion = free_object({"object.coulomb_friction_N=10"}, 5.0, 1.0);
     for (std::size_t cycle = 1; cycle < motion.size(); cycle++) {
         const double expected_m = 0.1 - static_cast<double>(cycle) * 4.0 * 10.0 / stiffness;
-        CHECK(motion[cycle] == doctest::Approx(expected_m).epsilon(2e-3));
+        CHECK(share_off(motion[cycle], expected_m) < 2e-3);
     }
 }
 
@@ -203,7 +209,7 @@ TEST_CASE("effects: a cubic spring swings with Duffing's frequency")
     const double e = 0.4;
     const double period_s =
         4.0 * std::comp_ellint_1(std::sqrt(e / (2.0 * (1.0 + e)))) / (two_pi * std::sqrt(1.0 + e));
-    CHECK(frequency_Hz == doctest::Approx(1.0 / period_s).epsilon(2e-4));
+    CHECK(share_off(frequency_Hz, 1.0 / period_s) < 2e-4);
 }
 
 TEST_CASE("effects: a gap in the object's spring lengthens the period by the time of free flight")
@@ -219,7 +225,7 @@ TEST_CASE("effects: a gap in the object's spring lengthens the period by the tim
     }
     const double period_s = (crossings_s.back() - crossings_s.front()) / static_cast<double>(crossings_s.size() - 1);
     const double expected_s = 1.0 + 4.0 * half_m / (two_pi * (0.1 - half_m));
-    CHECK(period_s == doctest::Approx(expected_s).epsilon(1e-3));
+    CHECK(share_off(period_s, expected_s) < 1e-3);
 }
 
 TEST_CASE("effects: a second mass swings with the two frequencies of the coupled bodies")
@@ -252,7 +258,7 @@ TEST_CASE("effects: hysteresis loses 4 Fh A a cycle where the way is long")
         free_object({"object.hysteresis_force_N=10", "object.hysteresis_length_m=1e-4"}, 3.0, 1.0);
     for (std::size_t cycle = 1; cycle < motion.size(); cycle++) {
         const double coulomb_m = 0.1 - static_cast<double>(cycle) * 4.0 * 10.0 / stiffness;
-        CHECK(motion[cycle] == doctest::Approx(coulomb_m).epsilon(5e-3));
+        CHECK(share_off(motion[cycle], coulomb_m) < 5e-3);
     }
 }
 
@@ -305,7 +311,7 @@ TEST_CASE("effects: electronics of the sensor")
     REQUIRE(still.size() > 20);
     for (std::size_t n = 0; n < still.size(); n++) {
         const double t = 2.5e-3 * static_cast<double>(n);
-        CHECK(still[n] == doctest::Approx(3.0 + 2.0 * t + std::sin(two_pi * 5.0 * t)).epsilon(1e-6));
+        CHECK(std::abs(still[n] - (3.0 + 2.0 * t + std::sin(two_pi * 5.0 * t))) < 1e-6);
     }
 }
 
@@ -339,7 +345,7 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
         sum_N += size_N;
     }
     CHECK(std::abs(spikes - p * ticks) < four_sigma);
-    CHECK(sum_N / spikes == doctest::Approx(10.0).epsilon(0.02));
+    CHECK(share_off(sum_N / spikes, 10.0) < 0.02);
 }
 
 TEST_CASE("effects: noise of the robot's report has the size it is given, and moves nothing")
@@ -354,7 +360,7 @@ TEST_CASE("effects: noise of the robot's report has the size it is given, and mo
         square += off_m * off_m;
         count += 1.0;
     }
-    CHECK(std::sqrt(square / count) == doctest::Approx(1e-6).epsilon(0.04));
+    CHECK(share_off(std::sqrt(square / count), 1e-6) < 0.04);
 }
 
 TEST_CASE("effects: the loop's growth with a gain in it is that of its eigenvalues")
@@ -366,8 +372,8 @@ TEST_CASE("effects: the loop's growth with a gain in it is that of its eigenvalu
         const auto fit = fit_growth(motion, config_period_s(&rig.firmware), 1e-8);
         REQUIRE(fit);
         const double expected_per_s = loop_spectrum(rig).growth_per_s;
-        CHECK(expected_per_s != doctest::Approx(loop_spectrum(load_rig("ess", {})).growth_per_s).epsilon(1e-3));
-        CHECK(fit->growth_per_s == doctest::Approx(expected_per_s).epsilon(1e-4));
+        CHECK(share_off(expected_per_s, loop_spectrum(load_rig("ess", {})).growth_per_s) > 5e-3);
+        CHECK(share_off(fit->growth_per_s, expected_per_s) < 1e-4);
     }
 }
 
