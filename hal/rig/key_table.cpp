@@ -143,6 +143,8 @@ static std::vector<rig_key> make_own_keys()
         KEY("robot.clock_phase_ms", robot.clock_phase_ms, r::not_negative, "of a free clock"),
         KEY("robot.clock_drift_ppm", robot.clock_drift_ppm, r::any, "of a free clock; positive: slow"),
         KEY("robot.jitter_ms", robot.jitter_ms, r::not_negative, "largest shift of a setpoint's instant"),
+        KEY("robot.feedback_noise_m", robot.feedback_noise_m, r::not_negative,
+            "standard deviation of the position that it reports"),
 
         KEY("sensor.stiffness_N_per_m", sensor.stiffness_N_per_m, r::positive, "k_S"),
         KEY("sensor.damping_ratio", sensor.damping_ratio, r::not_negative, "zeta_S; d_S = 2 zeta_S sqrt(k_S m)"),

@@ -58,6 +58,9 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
+/* Says on stderr which effects of the rig are not in its eigenvalues, exponents and maps, and why. */
+void tell_left_out(const rig &rig);
+
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
 int summary_command(const std::string &log, bool json);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../effects/active.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
 #include "commands.h"
@@ -42,6 +43,7 @@ nlohmann::json spectra_json(const rig &steady)
 {
     nlohmann::json json = as_json(loop_spectrum(steady));
     json["rig"] = steady.name;
+    json["left_out"] = left_out_when_small(steady);
     json["manipulator"] = as_json(manipulator_spectrum(steady));
     json["coupled"] = as_json(coupled_spectrum(steady));
     return json;
@@ -142,6 +144,7 @@ int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
     if (wants_json) {
         nlohmann::json json = as_json(exponent);
         json.update({{"rig", rig.name},
+                     {"left_out", left_out_when_small(rig)},
                      {"robot", robot_as_json(chosen)},
                      {"lower_end", nullptr},
                      {"seed", rig.run.seed},
@@ -175,6 +178,7 @@ int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
 int eigen_command(const varying_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
+    tell_left_out(chosen.rig);
     return is_time_varying(chosen.rig) ? varying_eigen(chosen, arguments.ticks, arguments.json)
                                        : steady_eigen(chosen, arguments.json);
 }

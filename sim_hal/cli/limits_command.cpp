@@ -263,6 +263,7 @@ int limits_command(const rig_arguments &arguments)
         chosen.rig = without_variation(chosen.rig);
     }
     const rig &rig = chosen.rig;
+    tell_left_out(rig);
     verdict.loop = loop_spectrum(rig);
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(rig)) {

@@ -3,8 +3,18 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "../effects/active.h"
+#include "commands.h"
+
 namespace berth
 {
+
+void tell_left_out(const rig &rig)
+{
+    for (const std::string &line : left_out_when_small(rig)) {
+        std::fprintf(stderr, "berth: %s\n", line.c_str());
+    }
+}
 
 namespace
 {

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "../../firmware/loop.h"
+#include "../hil/manipulator_stand_in.h"
 #include "../hil/profile.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
@@ -69,10 +70,12 @@ run_result run_loop(const rig &rig, const sim_options &options)
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);
     struct hal *hal = open_hal.get();
     app_start(app.get(), &rig.firmware);
+    manipulator_stand_in manipulator(rig);
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
         note_tick(result, app->record);
+        manipulator.replace(*app);
     }
     sim_log(hal).drain();
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

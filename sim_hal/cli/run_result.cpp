@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
 #include "../stability/loop_timeline.h"
@@ -29,6 +30,9 @@ constexpr std::int64_t predicted_ticks = 40000;
 /* From the eigenvalues, or the Lyapunov exponent; nothing where the loop has none. */
 std::optional<double> predict_growth_per_s(const rig &rig)
 try {
+    if (!left_out_when_small(rig).empty()) {
+        return {};
+    }
     const loop_equation equation = make_loop_equation(without_variation(rig));
     if (equation.degree() > predicted_degree_max) {
         return {};

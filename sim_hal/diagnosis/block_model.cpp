@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 
 #include "../effects/active.h"
+#include "../solver/object_steps.h"
 
 namespace berth
 {

@@ -6,6 +6,7 @@
 
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 #include "../log/ulog_reader.h"
 #include "record_table.h"
 
@@ -183,6 +184,7 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     if (!made.operator_position_m.empty() && made.operator_velocity_m_per_s.empty()) {
         made.notes.push_back("operator_velocity_m_per_s is missing and counts as 0");
     }
+    made.time_origin_s = made.time_s.empty() ? 0.0 : made.time_s.front();
     const table_column *const labels = table.find(source_of(rig, "segment").column);
     finish(made, labels == nullptr ? std::vector<double>{} : labels->values, rig, may_be_still);
     return made;
@@ -196,7 +198,7 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
     record made;
     made.path = path;
     made.hash = text_hash(read_file(path));
-    made.is_from_this_firmware = true;
+    made.is_from_this_firmware = !has_body_effects(recorded, "manipulator"); /* else a stand-in moved it */
     std::vector<double> labels;
     double label = 0.0;
     bool was_running = false;

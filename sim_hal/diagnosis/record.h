@@ -22,6 +22,7 @@ struct record {
     std::string path;
     std::string hash; /* of the file's bytes */
     double period_s = 0.0;
+    double time_origin_s = 0.0; /* from here on counts what drifts: start of the run, or of the file */
     std::vector<double> time_s;
     std::vector<double> operator_force_N;
     std::vector<double> operator_position_m;

@@ -55,9 +55,6 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
 void replay_manipulator(const rig &rig, const record &record, const std::vector<record_segment> &windows,
                         std::vector<double> &position_m);
 
-/* A body effect or a lost grip in the object: the motion has to be fine. */
-bool object_is_nonlinear(const rig &rig);
-
 } // namespace berth
 
 #endif

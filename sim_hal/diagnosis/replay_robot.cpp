@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../firmware/limits.h"
-#include "../effects/active.h"
+#include "../effects/robot_drive.h"
+#include "../effects/setpoint_path.h"
+#include "../solver/object_steps.h"
 #include "replay.h"
 
 namespace berth
@@ -11,67 +12,24 @@ namespace berth
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
-
-/* Of a nonlinear block: an error of 1e-4 of a 10 Hz motion at 400 Hz. Corners that an effect makes in the motion lie
- * between the steps and hit the sensor's stiff spring: twice as many. */
-constexpr int fine_steps_a_tick = 4;
-constexpr int cornered_steps_a_tick = 8;
-
-/* The limits of the robot, as those of the firmware: what is let through of a setpoint. */
-class limiter
-{
-  public:
-    explicit limiter(const rig &rig)
-        : is_active_(rig.robot.velocity_limit_m_per_s != unlimited ||
-                     rig.robot.acceleration_limit_m_per_s2 != unlimited)
-    {
-        constexpr double huge = 1e9; /* a limit that is not there, and whose square is still finite */
-        config_ = rig.firmware;
-        config_.limits = {-huge, huge, std::min(huge, rig.robot.velocity_limit_m_per_s),
-                          std::min(huge, rig.robot.acceleration_limit_m_per_s2)};
-    }
-    limiter(const limiter &) = delete;
-    limiter &operator=(const limiter &) = delete;
-
-    void start(double position_m)
-    {
-        config_.manipulator.initial_position_m = position_m;
-        limits_start(&limits_, &config_);
-    }
-    double take(double setpoint_m) { return is_active_ ? limits_step(&limits_, setpoint_m) : setpoint_m; }
-
-  private:
-    bool is_active_;
-    app_config config_;
-    limits limits_{};
-};
-
 /* The reference passes position_m at time_s, counted from the start of the segment; straight lines between. */
 struct knot {
     double time_s;
     double position_m;
 };
 
-/* Setpoints of one segment as the robot takes them. */
-std::vector<double> taken_setpoints(const rig &rig, const record &record, const record_segment &part)
+/* Setpoints of one segment as the robot takes them; of a lost one the place before it. */
+std::vector<double> taken_setpoints(const rig &rig, const record &record, const record_segment &part,
+                                    const sample_events &events)
 {
-    auto stages = active_stages(rig, &effect::on_setpoints);
-    limiter limits(rig);
+    setpoint_path path(rig);
     std::vector<double> taken(part.end - part.begin);
-    const double first_m = record.command_position_m[part.begin];
-    double start_m = first_m;
-    for (auto &stage : stages) {
-        stage->start(start_m);
-        start_m = stage->take(start_m);
-    }
-    limits.start(start_m);
+    double newest_m = path.start(record.command_position_m[part.begin]);
     for (std::size_t n = 0; n < taken.size(); n++) {
-        double setpoint_m = record.command_position_m[part.begin + n];
-        for (auto &stage : stages) {
-            setpoint_m = stage->take(setpoint_m);
+        if (events.lost_command.empty() || events.lost_command[part.begin + n] == 0) {
+            newest_m = path.take(record.command_position_m[part.begin + n]);
         }
-        taken[n] = limits.take(setpoint_m);
+        taken[n] = newest_m;
     }
     return taken;
 }
@@ -89,7 +47,7 @@ void add_knot(std::vector<knot> &knots, double time_s, double position_m, double
 std::vector<knot> reference_knots(const rig &rig, const record &record, const record_segment &part,
                                   const sample_events &events)
 {
-    const std::vector<double> taken = taken_setpoints(rig, record, part);
+    const std::vector<double> taken = taken_setpoints(rig, record, part, events);
     const double period_s = record.period_s;
     const double dead_time_s = 1e-3 * rig.robot.dead_time_ms;
     const double drift = 1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s");
@@ -103,7 +61,7 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
         for (std::size_t n = 0; n < taken.size(); n++) {
             const double sent_s = period_s * static_cast<double>(n);
             if (!is_lost(n)) {
-                const double since_start_s = record.time_s[part.begin + n] - record.time_s.front();
+                const double since_start_s = record.time_s[part.begin + n] - record.time_origin_s;
                 add_knot(knots, sent_s + dead_time_s + drift * since_start_s, taken[n], period_s, holds);
             }
         }
@@ -154,66 +112,6 @@ class reference
     const std::vector<knot> &knots_;
     bool holds_;
     std::size_t next_ = 0;
-};
-
-/* r'' = w^2 (u - r) - 2 z w r', exact where u is straight within a step: r follows the line u - 2 z u'/w, and what
- * is left of the start dies away as a damped oscillation. */
-class transfer_behaviour
-{
-  public:
-    explicit transfer_behaviour(const rig &rig)
-        : w_(two_pi * rig.robot.transfer_frequency_Hz), z_(rig.robot.transfer_damping_ratio)
-    {
-    }
-    void start(double position_m)
-    {
-        before_m_ = position_m_ = position_m;
-        velocity_m_per_s_ = 0.0;
-    }
-    double advance(double goal_m, double step_s)
-    {
-        if (step_s != steps_[0].step_s) {
-            if (step_s != steps_[1].step_s) {
-                steps_[1] = transition_over(step_s);
-            }
-            std::swap(steps_[0], steps_[1]);
-        }
-        const transition &t = steps_[0];
-        const double rise = (goal_m - before_m_) / step_s;
-        const double behind_m = 2.0 * z_ * rise / w_;
-        const double offset_m = position_m_ - (before_m_ - behind_m);
-        const double rate = velocity_m_per_s_ - rise;
-        position_m_ = goal_m - behind_m + t.a[0] * offset_m + t.a[1] * rate;
-        velocity_m_per_s_ = rise + t.a[2] * offset_m + t.a[3] * rate;
-        before_m_ = goal_m;
-        return position_m_;
-    }
-
-  private:
-    struct transition {
-        double step_s = -1.0;
-        double a[4] = {};
-    };
-    transition transition_over(double step_s) const
-    {
-        const double under = 1.0 - z_ * z_;
-        const double wd = w_ * std::sqrt(std::max(1e-9, std::abs(under)));
-        /* exp(-z w h) cosh(wd h) overflows in its parts where the damping is large. */
-        const double grow = under > 0.0 ? 0.0 : wd * step_s;
-        const double decay = std::exp(-z_ * w_ * step_s + grow);
-        const double c = under > 0.0 ? std::cos(wd * step_s) : 0.5 * (1.0 + std::exp(-2.0 * grow));
-        const double s = under > 0.0 ? std::sin(wd * step_s) : 0.5 * (1.0 - std::exp(-2.0 * grow));
-        return {step_s,
-                {decay * (c + z_ * w_ * s / wd), decay * s / wd, -decay * w_ * w_ * s / wd,
-                 decay * (c - z_ * w_ * s / wd)}};
-    }
-
-    double w_;
-    double z_;
-    transition steps_[2];
-    double before_m_ = 0.0;
-    double position_m_ = 0.0;
-    double velocity_m_per_s_ = 0.0;
 };
 
 } // namespace
@@ -282,27 +180,15 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
             continue;
         }
         reference line(knots, holds);
-        auto stages = active_stages(rig, &effect::on_motion);
-        transfer_behaviour transfer(rig);
-        double position_m = knots.front().position_m;
-        transfer.start(position_m);
-        for (auto &stage : stages) {
-            stage->start(position_m);
-            position_m = stage->advance(position_m, motion.tick.duration_s[0]);
-        }
+        robot_drive drive(rig);
+        double position_m = drive.start(knots.front().position_m);
         *out++ = position_m;
         for (std::size_t n = part.begin; n < part.end; n++) {
             motion.at_tick_m[n] = position_m;
             double time_s = period_s * static_cast<double>(n - part.begin);
             for (const double step_s : motion.tick.duration_s) {
                 time_s += step_s;
-                position_m = line.at(time_s);
-                if (rig.has_transfer_behaviour()) {
-                    position_m = transfer.advance(position_m, step_s);
-                }
-                for (auto &stage : stages) {
-                    position_m = stage->advance(position_m, step_s);
-                }
+                position_m = drive.advance(line.at(time_s), step_s);
                 *out++ = position_m;
             }
         }

@@ -2,6 +2,8 @@
 #ifndef SIM_HAL_EFFECTS_ACTIVE_H
 #define SIM_HAL_EFFECTS_ACTIVE_H
 
+#include <string>
+
 #include "effect.h"
 
 namespace berth
@@ -23,6 +25,30 @@ std::vector<std::unique_ptr<stage>> active_stages(const rig &rig,
     }
     return stages;
 }
+
+/* The rig has an effect between the robot's reference and the force that the sensor samples: what the base plant
+ * does not do. */
+bool has_hardware_effects(const rig &rig);
+bool is_hardware_effect(const effect &effect);
+
+/* Names of the effects that the rig has, of those that are asked for; with commas between. */
+std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &));
+
+/* The rig has a further force on its "object" or "manipulator". */
+inline bool has_body_effects(const rig &rig, std::string_view block)
+{
+    return !active_stages(rig, &effect::on_body, block).empty();
+}
+
+/* Gain of the loop by the effects that are one; 1 without. Throws input_error for rigs with an effect that is linear
+ * but not in the loop's equation. */
+double gain_when_small(const rig &rig);
+
+/* A line for each effect of the rig that eigenvalues, exponents and maps leave out, and why. */
+std::vector<std::string> left_out_when_small(const rig &rig);
+
+/* The same rig without the effects but those that decide what is lost, and when. */
+rig without_effects_on_signals(const rig &original);
 
 /* Value of a key that an effect brings along. */
 double value_of_effect(const rig &rig, std::string_view key);

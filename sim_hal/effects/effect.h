@@ -37,6 +37,15 @@ struct effect_parameter {
     std::string_view meaning; /* only for keys that the effect brings along; else empty: a key that every rig has */
 };
 
+/* What is left of an effect for the stability of small motions about rest. */
+enum class small_motion {
+    depends_on_size,  /* no linearisation: growth depends on the amplitude */
+    drifts,           /* none: it changes the loop for as long as it runs */
+    no_influence,     /* nothing: an input from outside, or of higher order */
+    in_the_equations, /* exactly what it is, eigenvalues or exponents have it */
+    not_supported     /* linear, but not in the loop's equation */
+};
+
 struct effect {
     std::string_view name;    /* block.what */
     std::string_view physics; /* one sentence with the equation */
@@ -72,6 +81,9 @@ struct effect {
 
     /* What else must be so for the keys to count. */
     void (*switch_on)(rig &) = nullptr;
+
+    /* For rigs that have one of its own keys. */
+    small_motion when_small = small_motion::depends_on_size;
 
     /* What it does, where its keys are not those of the base model. At most one of them is not nullptr. */
     std::unique_ptr<setpoint_stage> (*on_setpoints)(const rig &) = nullptr;

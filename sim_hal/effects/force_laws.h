@@ -118,6 +118,11 @@ class first_order_lag final : public motion_stage
         before_ = value;
         return output_;
     }
+    double jump(double value) override
+    {
+        before_ = value;
+        return lag_s_ > 0.0 ? output_ : value;
+    }
 
   private:
     double lag_s_;

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "../../hal/rig/rig_file.h"
 #include "active.h"
 #include "effects.h"
 
@@ -103,6 +104,12 @@ const std::vector<own_key> &own_keys()
     return found;
 }
 
+bool has_any_value(const rig &rig)
+{
+    return std::any_of(rig.effect_values.begin(), rig.effect_values.end(),
+                       [](double value) { return value != 0.0; });
+}
+
 } // namespace
 
 bool is_active(const effect &effect, const rig &rig)
@@ -117,11 +124,78 @@ double value_of(const rig &rig, std::string_view key)
     return *static_cast<double *>(find_key(key)->member(const_cast<berth::rig &>(rig)));
 }
 
+bool is_hardware_effect(const effect &effect)
+{
+    return effect.on_motion != nullptr || effect.on_force != nullptr ||
+           (effect.on_body != nullptr && effect.block() == "object") || effect.name == "object.loss_of_contact" ||
+           effect.name == "object.impact_damping";
+}
+
+bool has_hardware_effects(const rig &rig)
+{
+    const auto &library = effect_library();
+    return has_any_value(rig) && std::any_of(library.begin(), library.end(), [&](const effect &known) {
+               return is_hardware_effect(known) && is_active(known, rig);
+           });
+}
+
+std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &))
+{
+    std::string names;
+    for (const effect &known : effect_library()) {
+        if (is_asked_for(known) && is_active(known, rig)) {
+            names += (names.empty() ? "" : ", ") + std::string(known.name);
+        }
+    }
+    return names;
+}
+
+double gain_when_small(const rig &rig)
+{
+    if (!has_any_value(rig)) {
+        return 1.0;
+    }
+    const std::string missing =
+        effect_names(rig, [](const effect &effect) { return effect.when_small == small_motion::not_supported; });
+    if (!missing.empty()) {
+        throw input_error(missing +
+                          ": linear, but not in the loop's equation, so that there are no eigenvalues; look "
+                          "at the growth that `berth run` measures");
+    }
+    return (1.0 + value_of(rig, "robot.gain_error")) * (1.0 + value_of(rig, "sensor.gain_error"));
+}
+
+std::vector<std::string> left_out_when_small(const rig &rig)
+{
+    std::vector<std::string> lines;
+    for (const effect &known : effect_library()) {
+        if (!is_active(known, rig)) {
+            continue;
+        }
+        if (known.when_small == small_motion::depends_on_size) {
+            lines.push_back(std::string(known.name) +
+                            " has no linearisation: growth depends on the amplitude; left out here, run it");
+        } else if (known.when_small == small_motion::drifts) {
+            lines.push_back(std::string(known.name) +
+                            " changes the loop for as long as it runs: taken as it is at the start; run it");
+        }
+    }
+    return lines;
+}
+
+rig without_effects_on_signals(const rig &original)
+{
+    rig made = original;
+    made.effect_values.fill(0.0);
+    for (const std::string_view key : {"robot.lost_command_probability", "loop.lost_sample_probability"}) {
+        set_number(made, key, value_of(original, key));
+    }
+    return made;
+}
+
 double value_of_effect(const rig &rig, std::string_view key)
 {
-    static const bool is_any = !effect_keys().empty();
-    const auto none = [](double value) { return value == 0.0; };
-    if (!is_any || std::all_of(rig.effect_values.begin(), rig.effect_values.end(), none)) {
+    if (!has_any_value(rig)) {
         return 0.0; /* the usual case, without a search for the key */
     }
     return value_of(rig, key);

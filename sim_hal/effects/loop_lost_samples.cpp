@@ -12,6 +12,7 @@ effect loop_lost_samples()
     made.parameters = {
         {"loop.lost_sample_probability", 0.0, 1.0, "a tick's robot position and force stay the previous ones"}};
     made.is_of_single_samples = true;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

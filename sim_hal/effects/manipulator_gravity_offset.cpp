@@ -17,6 +17,7 @@ effect manipulator_gravity_offset()
         return std::make_unique<constant_force>(value_of(rig, "manipulator.gravity_offset_N"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::no_influence;
     return made;
 }
 

@@ -37,6 +37,7 @@ effect object_stiffness_drift()
                                                  value_of(rig, "object.stiffness_drift_per_s"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::drifts;
     return made;
 }
 

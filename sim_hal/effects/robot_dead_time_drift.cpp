@@ -15,6 +15,7 @@ effect robot_dead_time_drift()
         return both_signs({1e3 * scales.period_s / scales.duration_s, 8e3 * scales.period_s / scales.duration_s});
     };
     made.is_proportional = true;
+    made.when_small = small_motion::drifts;
     return made;
 }
 

@@ -32,6 +32,7 @@ effect robot_gain()
         return std::make_unique<gain>(1.0 + value_of(rig, "robot.gain_error"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

@@ -11,6 +11,7 @@ effect robot_lost_commands()
     made.source = "bus load, connectors";
     made.parameters = {{"robot.lost_command_probability", 0.0, 1.0, "a setpoint never reaches the robot"}};
     made.is_of_single_samples = true;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

@@ -33,6 +33,7 @@ effect sensor_drift()
         return std::make_unique<drift>(value_of(rig, "sensor.drift_N_per_s"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::no_influence;
     return made;
 }
 

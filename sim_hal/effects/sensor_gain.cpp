@@ -32,6 +32,7 @@ effect sensor_gain()
     };
     made.is_proportional = true;
     made.look_alike = "object.parameters";
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

@@ -52,6 +52,7 @@ effect sensor_periodic_disturbance()
                                      value_of(rig, "sensor.periodic_phase_rad"));
     };
     made.is_proportional = true;
+    made.when_small = small_motion::no_influence;
     return made;
 }
 

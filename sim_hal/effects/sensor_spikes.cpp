@@ -12,6 +12,7 @@ effect sensor_spikes()
     made.parameters = {{"sensor.spike_probability", 0.0, 1.0, "a single sample is off"},
                        {"sensor.spike_N", 0.0, 1e7, "by about this much, either way"}};
     made.is_of_single_samples = true;
+    made.when_small = small_motion::no_influence;
     return made;
 }
 

@@ -23,6 +23,9 @@ class motion_stage
     virtual ~motion_stage() = default;
     virtual void start(double value) = 0;
     virtual double advance(double value, double step_s) = 0;
+
+    /* The signal jumps to `value`. */
+    virtual double jump(double value) { return advance(value, 0.0); }
 };
 
 /* A body, at the end of a sub-step as it would be without this force. */

@@ -39,7 +39,11 @@ enum random_stream_id : std::uint32_t {
     stream_robot,
     stream_profile,
     stream_lateness,
-    stream_disturbance
+    stream_disturbance,
+    stream_feedback,
+    stream_lost_commands,
+    stream_spikes,
+    stream_lost_samples
 };
 
 } // namespace berth

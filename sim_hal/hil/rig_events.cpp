@@ -1,19 +1,56 @@
 #include "rig_events.h"
 
 #include "../../firmware/can/codec.h"
+#include "../effects/active.h"
 
 namespace berth
 {
 
+
 rig_events::rig_events(const rig &rig)
     : buses_{can_bus(rig.bus, HAL_BUS_ROBOT, rig.run.seed), can_bus(rig.bus, HAL_BUS_SENSOR, rig.run.seed)},
-      robot_(rig), sensor_(rig), operator_station_(rig), period_ns_(config_period_ns(&rig.firmware))
+      robot_(rig), sensor_(rig), operator_station_(rig), period_ns_(config_period_ns(&rig.firmware)),
+      feedback_(rig.run.seed, stream_feedback), feedback_noise_m_(rig.robot.feedback_noise_m),
+      lost_(rig.run.seed, stream_lost_samples),
+      ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
+      lost_probability_(value_of_effect(rig, "loop.lost_sample_probability"))
 {
+}
+
+/* Whether what arrives for this tick is lost as a whole. Reports and samples ask for different ticks at a time, so
+ * what has been drawn is kept for a while. */
+bool rig_events::is_tick_lost(std::int64_t tick)
+{
+    if (lost_probability_ == 0.0) {
+        return false;
+    }
+    const auto kept = static_cast<std::int64_t>(tick_is_lost_.size());
+    if (kept > 4 * ticks_kept_) {
+        tick_is_lost_.erase(tick_is_lost_.begin(), tick_is_lost_.end() - ticks_kept_);
+        first_known_tick_ += kept - ticks_kept_;
+    }
+    while (first_known_tick_ + static_cast<std::int64_t>(tick_is_lost_.size()) <= tick) {
+        tick_is_lost_.push_back(lost_.happens(lost_probability_));
+    }
+    return tick >= first_known_tick_ && tick_is_lost_[static_cast<std::size_t>(tick - first_known_tick_)] != 0;
+}
+
+void rig_events::sample_force(double force_N)
+{
+    const std::int64_t tick = (sensor_.next_arrival_ns() + period_ns_ - 1) / period_ns_;
+    sensor_.sample(force_N, buses_[HAL_BUS_SENSOR], is_tick_lost(tick));
 }
 
 void rig_events::report_robot_position(double position_m)
 {
+    if (feedback_noise_m_ > 0.0) {
+        position_m += feedback_noise_m_ * feedback_.normal();
+    }
     if (robot_is_silent_) {
+        return;
+    }
+    if (is_tick_lost(now_ns_ / period_ns_)) {
+        report_counter_++;
         return;
     }
     bool saturated = false;

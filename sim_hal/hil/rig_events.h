@@ -40,7 +40,7 @@ class rig_events
             if (robot_.next_event_ns() == next_ns && !robot_.stops_next()) {
                 move_reference(hardware);
             } else if (sensor_.next_sample_ns() == next_ns) {
-                sensor_.sample(hardware.measured_force_N(robot_, now_ns_), buses_[HAL_BUS_SENSOR]);
+                sample_force(hardware.measured_force_N(robot_, now_ns_));
             } else if (next_report_ns_ == next_ns) {
                 next_report_ns_ += period_ns_;
                 report_robot_position(hardware.robot_position_m(robot_, now_ns_));
@@ -95,7 +95,9 @@ class rig_events
         }
     }
 
+    void sample_force(double force_N);
     void report_robot_position(double position_m);
+    bool is_tick_lost(std::int64_t tick);
 
     can_bus buses_[HAL_BUS_COUNT];
     berth::robot robot_;
@@ -105,6 +107,13 @@ class rig_events
     std::int64_t now_ns_ = 0;
     std::int64_t next_report_ns_ = 0;
     std::uint8_t report_counter_ = 0;
+    random_stream feedback_;
+    double feedback_noise_m_;
+    random_stream lost_;
+    std::int64_t ticks_kept_; /* more than a sample takes to arrive */
+    double lost_probability_;
+    std::vector<std::uint8_t> tick_is_lost_; /* from first_known_tick_ on */
+    std::int64_t first_known_tick_ = 0;
     bool robot_is_silent_ = false;
     bool robot_has_fault_ = false;
 };

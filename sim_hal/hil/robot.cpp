@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../../firmware/can/berth_can.h"
+#include "../effects/active.h"
 
 namespace berth
 {
@@ -19,19 +20,16 @@ robot::robot(const rig &rig)
       clock_period_ns_(static_cast<double>(config_period_ns(&rig.firmware)) *
                        (1.0 + 1e-6 * rig.robot.clock_drift_ppm)),
       clock_phase_ns_(1e6 * rig.robot.clock_phase_ms), jitter_ns_(1e6 * rig.robot.jitter_ms),
-      random_(rig.run.seed, stream_robot), is_limited_(rig.robot.velocity_limit_m_per_s != unlimited ||
-                                                       rig.robot.acceleration_limit_m_per_s2 != unlimited),
-      limiter_config_(rig.firmware)
+      dead_time_drift_(1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s")),
+      lost_probability_(value_of_effect(rig, "robot.lost_command_probability")),
+      random_(rig.run.seed, stream_robot), lost_(rig.run.seed, stream_lost_commands), path_(rig)
 {
     period_ns_ = clock_is_free_ ? std::llround(clock_period_ns_) : config_period_ns(&rig.firmware);
     next_latch_ns_ = clock_is_free_ ? std::llround(clock_phase_ns_) : no_event;
-    knots_.resize(static_cast<std::size_t>(dead_time_ns_ / period_ns_) + 8);
-    line_.position_m = rig.firmware.manipulator.initial_position_m;
-
-    constexpr double huge = 1e9; /* a limit that is not there, and whose square is still finite */
-    limiter_config_.limits = {-huge, huge, std::min(huge, rig.robot.velocity_limit_m_per_s),
-                              std::min(huge, rig.robot.acceleration_limit_m_per_s2)};
-    limits_start(&limiter_, &limiter_config_);
+    const std::int64_t longest_ns =
+        std::max(dead_time_ns_, dead_time_ns(static_cast<std::int64_t>(1e9 * std::min(1e9, rig.run.duration_s))));
+    knots_.resize(static_cast<std::size_t>(longest_ns / period_ns_) + 8);
+    line_.position_m = path_.start(rig.firmware.manipulator.initial_position_m);
     find_next_event();
 }
 
@@ -41,15 +39,31 @@ void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
     if (frame.id != BERTH_CAN_SETPOINT_FRAME_ID || berth_can_setpoint_unpack(&raw, frame.data, frame.length) < 0) {
         return;
     }
+    if (lost_.happens(lost_probability_)) {
+        return;
+    }
     const setpoint received{arrival_ns, berth_can_setpoint_position_m_decode(raw.position_m), raw.counter};
     if (clock_is_free_) {
         waiting_.push_back(received);
         return;
     }
-    if (arrival_ns <= frame.time_ns + dead_time_ns_) {
+    if (arrival_ns <= frame.time_ns + dead_time_ns(frame.time_ns)) {
         take(received, frame.time_ns);
         find_next_event();
     }
+}
+
+/* Of a setpoint that is sent at `now_ns`. However it drifts, it stays what the robot needs to know where to go, and
+ * what its queue has room for. */
+std::int64_t robot::dead_time_ns(std::int64_t now_ns) const
+{
+    if (dead_time_drift_ == 0.0) {
+        return dead_time_ns_;
+    }
+    constexpr double longest_ns = 1e11;
+    const double drifted_ns = static_cast<double>(dead_time_ns_) + dead_time_drift_ * static_cast<double>(now_ns);
+    const auto shortest_ns = static_cast<double>(std::min(dead_time_ns_, period_ns_));
+    return std::llround(std::min(std::max(drifted_ns, shortest_ns), longest_ns));
 }
 
 /* The robot's own clock ticks: it takes the newest setpoint that is there, if there is a new one. */
@@ -71,11 +85,11 @@ void robot::take(const setpoint &next, std::int64_t now_ns)
         return; /* more setpoints than the dead time has room for: the robot's buffer is full */
     }
     setpoint_counter_ = next.counter;
-    std::int64_t end_ns = now_ns + dead_time_ns_;
+    std::int64_t end_ns = now_ns + dead_time_ns(now_ns);
     if (jitter_ns_ > 0.0) {
         end_ns += std::llround(jitter_ns_ * (2.0 * random_.uniform() - 1.0));
     }
-    const double position_m = is_limited_ ? limits_step(&limiter_, next.position_m) : next.position_m;
+    const double position_m = path_.take(next.position_m);
     const std::int64_t begin_ns = holds_ ? end_ns : end_ns - period_ns_;
     knots_[(first_ + count_) % knots_.size()] = {std::max(begin_ns, now_ns), end_ns, position_m};
     count_++;

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "../../firmware/limits.h"
 #include "../../hal/hal.h"
 #include "../../hal/rig/rig.h"
+#include "../effects/setpoint_path.h"
 #include "../plant/plant.h"
 #include "random.h"
 
@@ -19,9 +19,6 @@ class robot
 {
   public:
     explicit robot(const rig &rig);
-
-    robot(const robot &) = delete; /* limiter_ points into it */
-    robot &operator=(const robot &) = delete;
 
     /* Takes a setpoint frame that was sent at `frame.time_ns` and arrives at `arrival_ns`. */
     void receive(const hal_frame &frame, std::int64_t arrival_ns);
@@ -78,6 +75,7 @@ class robot
         std::uint8_t counter;
     };
 
+    std::int64_t dead_time_ns(std::int64_t now_ns) const;
     void latch();
     void take(const setpoint &next, std::int64_t now_ns);
     void set_out();
@@ -91,10 +89,11 @@ class robot
     double clock_period_ns_;
     double clock_phase_ns_;
     double jitter_ns_;
+    double dead_time_drift_; /* ns of dead time a ns of time */
+    double lost_probability_;
     random_stream random_;
-    bool is_limited_;
-    app_config limiter_config_;
-    limits limiter_{};
+    random_stream lost_;
+    setpoint_path path_;
 
     std::vector<knot> knots_; /* ring, in order of time */
     std::size_t first_ = 0;

@@ -3,8 +3,12 @@
 #ifndef SIM_HAL_HIL_SENSOR_H
 #define SIM_HAL_HIL_SENSOR_H
 
+#include <memory>
+#include <vector>
+
 #include "../../hal/hal.h"
 #include "../../hal/rig/rig.h"
+#include "../effects/stages.h"
 #include "can_bus.h"
 #include "random.h"
 
@@ -18,17 +22,24 @@ class sensor
 
     std::int64_t next_sample_ns() const { return next_sample_ns_; }
 
-    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later. */
-    void sample(double force_N, can_bus &bus);
+    /* When the sample that is due arrives at the loop. */
+    std::int64_t next_arrival_ns() const { return next_sample_ns_ + delay_ns_; }
+
+    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later; or loses it. */
+    void sample(double force_N, can_bus &bus, bool is_lost = false);
 
     /* Sends nothing while silent, as with its plug pulled. */
     void set_silent(bool silent) { is_silent_ = silent; }
 
   private:
-    double disturbed(double force_N);
+    double disturbed(double force_N, double time_s);
 
     sensor_rig rig_;
     random_stream random_;
+    random_stream spikes_;
+    double spike_probability_;
+    double spike_N_;
+    std::vector<std::unique_ptr<sample_stage>> stages_;
     std::int64_t period_ns_;
     std::int64_t delay_ns_;
     std::int64_t next_sample_ns_;

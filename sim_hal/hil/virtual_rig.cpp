@@ -4,13 +4,31 @@ namespace berth
 {
 
 virtual_rig::virtual_rig(const rig &rig)
-    : hardware_{plant(rig), make_solver(rig), plant(rig).at_rest(rig.firmware.manipulator.initial_position_m)},
-      events_(rig)
+    : events_(rig), hardware_{plant(rig), make_solver(rig), {}, {}}
 {
+    const double reference_m = events_.robot().line(0).position_m;
+    hardware_.state = hardware_.equations.at_rest(reference_m);
+    if (has_hardware_effects(rig)) {
+        hardware_.effects = std::make_unique<effect_solver>(rig, reference_m);
+    }
+}
+
+void virtual_rig::set_state(const plant_state &state)
+{
+    hardware_.state = state;
+    if (hardware_.effects) {
+        hardware_.effects->set_state(state);
+    }
 }
 
 rig_truth virtual_rig::truth() const
 {
+    if (hardware_.effects) {
+        const effect_solver &effects = *hardware_.effects;
+        const plant_state state = effects.state();
+        return {state(robot_position),  state(robot_velocity),    state(object_position),
+                state(object_velocity), effects.spring_force_N(), effects.measured_force_N()};
+    }
     const plant &equations = hardware_.equations;
     const plant_state &state = hardware_.state;
     const reference_line line = events_.robot().line(now_ns());

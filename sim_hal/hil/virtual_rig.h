@@ -4,6 +4,7 @@
 #define SIM_HAL_HIL_VIRTUAL_RIG_H
 
 #include "../plant/plant.h"
+#include "../solver/effect_solver.h"
 #include "../solver/solver.h"
 #include "rig_events.h"
 
@@ -36,14 +37,14 @@ class virtual_rig
     void receive_from_loop(const hal_frame &frame) { events_.receive_from_loop(frame); }
 
     rig_truth truth() const;
-    const plant_state &state() const { return hardware_.state; }
+    plant_state state() const { return hardware_.effects ? hardware_.effects->state() : hardware_.state; }
     const plant &equations() const { return hardware_.equations; }
 
     /* For tests: as advance_to(), but what happens at `now_ns` itself is still to come. */
     void approach(std::int64_t now_ns) { events_.approach(now_ns, hardware_); }
 
     /* For tests: puts the plant into another state, here and now. */
-    void set_state(const plant_state &state) { hardware_.state = state; }
+    void set_state(const plant_state &state);
 
     /* For tests and demonstrations: pull a plug, push a button. */
     void set_robot_silent(bool silent) { events_.set_robot_silent(silent); }
@@ -52,29 +53,39 @@ class virtual_rig
     operator_station &operators() { return events_.operators(); }
 
   private:
-    /* The plant, integrated between the events. */
+    /* The plant, integrated between the events: the base model by its own solver, or with effects in it. */
     struct hardware {
         plant equations;
         std::unique_ptr<berth::solver> solver;
         plant_state state;
+        std::unique_ptr<effect_solver> effects; /* nullptr: none between reference and sample */
 
         void travel(const robot &robot, std::int64_t now_ns, std::int64_t duration_ns)
         {
+            if (effects) {
+                return effects->advance(robot.line(now_ns), duration_ns);
+            }
             solver->advance(state, robot.line(now_ns), duration_ns);
         }
-        void jump(const robot &, double jump_m) { equations.apply_reference_jump(state, jump_m); }
+        void jump(const robot &robot, double jump_m)
+        {
+            if (effects) {
+                return effects->jump(robot.course_now().from_m);
+            }
+            equations.apply_reference_jump(state, jump_m);
+        }
         double measured_force_N(const robot &robot, std::int64_t now_ns) const
         {
-            return equations.measured_force_N(state, robot.line(now_ns));
+            return effects ? effects->measured_force_N() : equations.measured_force_N(state, robot.line(now_ns));
         }
         double robot_position_m(const robot &robot, std::int64_t now_ns) const
         {
-            return equations.robot_position_m(state, robot.line(now_ns));
+            return effects ? effects->robot_position_m() : equations.robot_position_m(state, robot.line(now_ns));
         }
     };
 
-    hardware hardware_;
     rig_events events_;
+    hardware hardware_;
 };
 
 } // namespace berth

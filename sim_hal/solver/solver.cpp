@@ -1,13 +1,21 @@
 #include "solver.h"
 
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 
 namespace berth
 {
 
 std::unique_ptr<solver> make_solver(const rig &rig)
 {
-    return rig.solver.kind == solver_kind::cvode ? make_cvode_solver(rig) : make_fast_solver(rig);
+    if (rig.solver.kind != solver_kind::cvode) {
+        return make_fast_solver(rig);
+    }
+    if (has_hardware_effects(rig)) {
+        throw input_error("solver.kind: CVODE integrates the base model only, and the rig has " +
+                          effect_names(rig, is_hardware_effect) + "; use solver.kind = \"fast\"");
+    }
+    return make_cvode_solver(rig);
 }
 
 #ifndef BERTH_WITH_SUNDIALS

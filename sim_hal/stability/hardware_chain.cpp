@@ -1,11 +1,12 @@
 #include "hardware_chain.h"
 
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 
 namespace berth
 {
 
-hardware_chain::hardware_chain(const rig &rig) : plant_(rig)
+hardware_chain::hardware_chain(const rig &rig) : plant_(rig), gain_(gain_when_small(rig))
 {
     if (rig.object.kind == object_kind::contact) {
         throw input_error("object.kind: one-sided contact has no eigenvalues; look at a gripped object of the same "

@@ -24,6 +24,9 @@ class hardware_chain
 
     const plant &equations() const { return plant_; }
 
+    /* What the loop gets of the force that the sensor measures, for a setpoint as it is sent. */
+    double sampled_N(double measured_N) const { return gain_ * measured_N; }
+
     /* States that are in use, as plant_index; the others stay 0. Pairs that belong together are neighbours. */
     int state_count() const { return state_count_; }
     int state(int i) const { return states_[static_cast<std::size_t>(i)]; }
@@ -63,6 +66,7 @@ class hardware_chain
     void set_blocks(transition &made, double duration_s) const;
 
     plant plant_;
+    double gain_; /* of setpoints and samples together */
     std::array<int, plant_state_count> states_{};
     int state_count_ = 0;
     std::array<int, links_max> pairs_{};

@@ -67,7 +67,7 @@ double hardware_period::advance(plant_state &state, const setpoint_window &setpo
         }
         chain_.advance(state, piece.change, line);
     }
-    return sample_N;
+    return chain_.sampled_N(sample_N);
 }
 
 block hardware_period::link_change(int link) const

@@ -72,7 +72,8 @@ class linear_loop
         case timeline_step::kind::tick:
             return tick(step);
         case timeline_step::kind::sample:
-            samples_.at(next_sample_++) = chain_.equations().measured_force_N(state_, line_of(step));
+            samples_.at(next_sample_++) =
+                chain_.sampled_N(chain_.equations().measured_force_N(state_, line_of(step)));
             return;
         case timeline_step::kind::jump:
             chain_.equations().apply_reference_jump(state_, setpoints_.at(step.to) - setpoints_.at(step.from));

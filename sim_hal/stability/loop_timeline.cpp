@@ -6,6 +6,7 @@
 #include "../../firmware/app.h"
 #include "../../firmware/can/codec.h"
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 #include "../hil/rig_events.h"
 
 namespace berth
@@ -90,7 +91,7 @@ struct timeline_writer {
 rig timing_of(const rig &original)
 {
     constexpr double never_ms = 1e12;
-    rig timing = original;
+    rig timing = without_effects_on_signals(original);
     timing.run.release_s = 0.0;
     timing.profile = {};
     timing.firmware.manipulator = config_default().manipulator;
@@ -196,7 +197,9 @@ std::int32_t memory_of(const loop_timeline &timeline)
 bool loses_frames(const rig &rig)
 {
     return rig.sensor.loss_probability > 0.0 || rig.sensor.stale_probability > 0.0 ||
-           rig.bus.loss_probability > 0.0 || rig.bus.burst_probability > 0.0 || rig.bus.error_probability > 0.0;
+           value_of_effect(rig, "robot.lost_command_probability") > 0.0 ||
+           value_of_effect(rig, "loop.lost_sample_probability") > 0.0 || rig.bus.loss_probability > 0.0 ||
+           rig.bus.burst_probability > 0.0 || rig.bus.error_probability > 0.0;
 }
 
 template <typename... values>
@@ -280,6 +283,8 @@ rig without_variation(const rig &original)
     steady.bus.loss_probability = 0.0;
     steady.bus.burst_probability = 0.0;
     steady.bus.error_probability = 0.0;
+    set_number(steady, "robot.lost_command_probability", 0.0);
+    set_number(steady, "loop.lost_sample_probability", 0.0);
     return steady;
 }
 

@@ -19,7 +19,7 @@ constexpr double mass_kg = 100.0;
 constexpr double w0 = 2.0 * M_PI * 3.0; /* rad/s */
 constexpr double stiffness_N_per_m = mass_kg * w0 * w0;
 constexpr double speed_m_per_s = 0.1;
-constexpr double tolerance = 0.002;
+constexpr double allowance = 0.002;
 
 double damping_N_s_per_m(double damping_ratio)
 {
@@ -157,7 +157,7 @@ TEST_CASE("restitution of a free mass against a one-sided elastic wall, table at
             CAPTURE(r.delay_ms);
             CAPTURE(solver);
             const double restitution = approach_and_rebound(r.damping_ratio, r.delay_ms, solver);
-            CHECK(std::abs(restitution - r.restitution) < tolerance);
+            CHECK(std::abs(restitution - r.restitution) < allowance);
         }
     }
 }
@@ -173,7 +173,7 @@ TEST_CASE("restitution of a half cycle on a spring and damper, the whole table")
             CAPTURE(r.delay_ms);
             CAPTURE(solver);
             const double restitution = half_cycle_on_gripped_object(r.damping_ratio, r.delay_ms, solver);
-            CHECK(std::abs(restitution - r.restitution) < tolerance);
+            CHECK(std::abs(restitution - r.restitution) < allowance);
         }
     }
 }

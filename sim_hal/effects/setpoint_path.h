@@ -1,0 +1,38 @@
+/* What the robot makes of the setpoints that reach it: effects on setpoints, then its own limits. */
+#ifndef SIM_HAL_EFFECTS_SETPOINT_PATH_H
+#define SIM_HAL_EFFECTS_SETPOINT_PATH_H
+
+#include <memory>
+#include <vector>
+
+#include "../../firmware/limits.h"
+#include "stages.h"
+
+namespace berth
+{
+
+struct rig;
+
+class setpoint_path
+{
+  public:
+    explicit setpoint_path(const rig &rig);
+    setpoint_path(const setpoint_path &) = delete; /* limits_ points into it */
+    setpoint_path &operator=(const setpoint_path &) = delete;
+
+    /* At rest on a setpoint: returns where the robot stands. */
+    double start(double setpoint_m);
+
+    /* Returns where the robot goes. */
+    double take(double setpoint_m);
+
+  private:
+    std::vector<std::unique_ptr<setpoint_stage>> stages_;
+    bool is_limited_;
+    app_config config_;
+    limits limits_{};
+};
+
+} // namespace berth
+
+#endif

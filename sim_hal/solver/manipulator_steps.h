@@ -1,0 +1,44 @@
+/* The manipulator in steps, with effects on it: exact where it is linear, with operator and force held; further
+ * forces act as they are in the middle of a step. */
+#ifndef SIM_HAL_SOLVER_MANIPULATOR_STEPS_H
+#define SIM_HAL_SOLVER_MANIPULATOR_STEPS_H
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "../../hal/rig/rig.h"
+#include "../effects/stages.h"
+
+namespace berth
+{
+
+class manipulator_steps
+{
+  public:
+    /* What acts on it over one tick. */
+    struct input {
+        double operator_position_m;
+        double operator_velocity_m_per_s;
+        double push_N; /* operator less measured force */
+        double time_s;
+    };
+
+    manipulator_steps(const rig &rig, double period_s);
+
+    bool has_effects() const { return !forces_.empty(); }
+    void start(const Eigen::Vector2d &state); /* position in m, velocity in m/s */
+    const Eigen::Vector2d &state() const { return state_; }
+    void advance(const input &in);
+
+  private:
+    std::vector<std::unique_ptr<force_stage>> forces_;
+    int steps_;
+    double step_s_;
+    Eigen::Matrix<double, 2, 5> map_; /* of (x, v, x_op, v_op, push) */
+    Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+};
+
+} // namespace berth
+
+#endif

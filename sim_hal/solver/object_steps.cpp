@@ -1,0 +1,128 @@
+#include "object_steps.h"
+
+#include "../effects/active.h"
+#include "exponential.h"
+#include "generator.h"
+
+namespace berth
+{
+
+namespace
+{
+
+rig without_transfer(const rig &original)
+{
+    rig made = original; /* the motion is that of the robot already */
+    made.robot.transfer_frequency_Hz = unlimited;
+    return made;
+}
+
+object_steps::step_map make_map(const plant &original, object_steps::grip grip, double step_s)
+{
+    constexpr auto rows = static_cast<Eigen::Index>(object_steps::rows);
+    constexpr auto columns = static_cast<Eigen::Index>(object_steps::columns);
+    plant plant = original;
+    if (grip == object_steps::grip::is_lost) {
+        plant.sensor_stiffness_N_per_m = 0.0;
+        plant.sensor_damping_N_s_per_m = 0.0;
+    }
+    const bool is_free = grip == object_steps::grip::free_of_material;
+    const plant_generator full = make_generator(plant, is_free ? contact_mode::free : contact_mode::attached);
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(columns, columns);
+    a.topLeftCorner<rows, rows>() = full.topLeftCorner<rows, rows>();
+    a.block<rows, 3>(0, rows) = full.block<rows, 3>(0, plant_state_count);
+    a(rows, rows + 1) = 1.0;
+    a(object_velocity, columns - 1) = -1.0 / plant.mass_kg;
+    const Eigen::MatrixXd e = balanced_exponential(a * step_s);
+    object_steps::step_map map;
+    for (Eigen::Index column = 0; column < columns; column++) {
+        for (Eigen::Index row = 0; row < rows; row++) {
+            map.column[static_cast<std::size_t>(column)][static_cast<std::size_t>(row)] = e(row, column);
+        }
+    }
+    return map;
+}
+
+} // namespace
+
+bool object_is_nonlinear(const rig &rig)
+{
+    return rig.object.kind == object_kind::contact || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
+           !active_stages(rig, &effect::on_body, "object").empty();
+}
+
+object_steps::object_steps(const rig &rig)
+    : plant_(without_transfer(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
+      impact_damping_s_per_m_(value_of_effect(rig, "object.impact_damping_s_per_m"))
+{
+}
+
+object_steps::step_maps object_steps::make_maps(double step_s) const
+{
+    step_maps made;
+    const auto make = [&](grip of) { made[static_cast<std::size_t>(of)] = make_map(plant_, of, step_s); };
+    make(grip::holds);
+    if (plant_.one_sided) {
+        make(grip::free_of_material);
+    }
+    if (grip_force_N_ > 0.0) {
+        make(grip::is_lost);
+    }
+    return made;
+}
+
+void object_steps::start(const rig &rig, double position_m, double time_s)
+{
+    const plant_state rest = plant_.at_rest(position_m);
+    std::copy(rest.data(), rest.data() + rows, state_.begin());
+    line_ = {position_m, 0.0};
+    forces_ = active_stages(rig, &effect::on_body, "object");
+    grip_ = grip::holds;
+    for (auto &force : forces_) {
+        force->start({state_[object_position], state_[object_position], 0.0, time_s, 0.0});
+    }
+}
+
+void object_steps::jump(double to_m)
+{
+    if (grip_ != grip::is_lost) {
+        plant_state full = full_state();
+        plant_.apply_reference_jump(full, to_m - line_.position_m);
+        std::copy(full.data(), full.data() + rows, state_.begin());
+    }
+    line_ = {to_m, 0.0};
+}
+
+void object_steps::watch_grip(const reference_line &line)
+{
+    const double gap_m = line.position_m - state_[object_position];
+    const double spring_N = plant_.sensor_stiffness_N_per_m * gap_m +
+                            plant_.sensor_damping_N_s_per_m * (line.velocity_m_per_s - state_[object_velocity]);
+    if (grip_ == grip::holds && spring_N < -grip_force_N_) {
+        grip_ = grip::is_lost;
+    } else if (grip_ == grip::is_lost && gap_m >= 0.0) {
+        grip_ = grip::holds;
+    }
+}
+
+void object_steps::add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s)
+{
+    const auto &push = map.column[columns - 1];
+    const double middle_m = 0.5 * (state_[object_position] + next[object_position]);
+    double sum_N = 0.0;
+    if (is_crossley) {
+        const double depth = middle_m - plant_.surface_m;
+        const double rate = 0.5 * (state_[object_velocity] + next[object_velocity]);
+        sum_N += std::max(0.0, plant_.stiffness_N_per_m * depth * (1.0 + impact_damping_s_per_m_ * rate));
+    }
+    for (auto &force : forces_) {
+        sum_N += force->force_N({middle_m, middle_m, next[object_velocity] + push[object_velocity] * sum_N, time_s,
+                                 -push[object_velocity]},
+                                step_s);
+    }
+    for (std::size_t row = 0; row < rows; row++) {
+        next[row] += push[row] * sum_N;
+    }
+}
+
+} // namespace berth

@@ -1,0 +1,121 @@
+/* Sensor spring, object and force low-pass in steps, with effects on the object: exact where it is linear, with the
+ * robot going straight within a step; further forces act as they are in the middle of one. */
+#ifndef SIM_HAL_SOLVER_OBJECT_STEPS_H
+#define SIM_HAL_SOLVER_OBJECT_STEPS_H
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "../effects/stages.h"
+#include "../plant/plant.h"
+
+namespace berth
+{
+
+/* An effect on the object, or contact: steps have to be short. */
+bool object_is_nonlinear(const rig &rig);
+
+/* Steps a tick that keep a 10 Hz motion at 400 Hz to an error of 1e-4. Corners that an effect makes in the robot's
+ * motion lie between the steps and hit the sensor's stiff spring: twice as many. */
+constexpr int fine_steps_a_tick = 4;
+constexpr int cornered_steps_a_tick = 8;
+
+class object_steps
+{
+  public:
+    static constexpr std::size_t rows = 4;           /* object and low-pass, as the first four of plant_index */
+    static constexpr std::size_t columns = rows + 4; /* and u, u', 1, a further force on the object */
+
+    enum class grip : std::size_t { free_of_material, holds, is_lost, count };
+
+    /* (state, u, u', 1, n) over one step; by columns. */
+    struct step_map {
+        std::array<std::array<double, rows>, columns> column{};
+    };
+    using step_maps = std::array<step_map, static_cast<std::size_t>(grip::count)>; /* one for each grip */
+    using body_state = std::array<double, rows>;
+
+    explicit object_steps(const rig &rig);
+
+    step_maps make_maps(double step_s) const;
+
+    /* At rest with the robot at `position_m`. */
+    void start(const rig &rig, double position_m, double time_s);
+
+    /* One step with the robot going straight from `from_m` to `to_m`. */
+    void advance(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
+    {
+        const double velocity_m_per_s = (to_m - from_m) / step_s;
+        if (plant_.one_sided) {
+            grip_ = object_force_N() > 0.0 ? grip::holds : grip::free_of_material;
+        } else if (grip_force_N_ > 0.0) {
+            watch_grip({from_m, velocity_m_per_s});
+        }
+        const bool is_crossley = impact_damping_s_per_m_ > 0.0 && grip_ == grip::holds;
+        const step_map &map = maps[static_cast<std::size_t>(is_crossley ? grip::free_of_material : grip_)];
+        body_state next{};
+        for (std::size_t column = 0; column < rows; column++) {
+            for (std::size_t row = 0; row < rows; row++) {
+                next[row] += map.column[column][row] * state_[column];
+            }
+        }
+        const double inputs[3] = {from_m, velocity_m_per_s, 1.0};
+        for (std::size_t column = 0; column < 3; column++) {
+            for (std::size_t row = 0; row < rows; row++) {
+                next[row] += map.column[rows + column][row] * inputs[column];
+            }
+        }
+        if (!forces_.empty() || is_crossley) {
+            add_forces(map, next, is_crossley, time_s, step_s);
+        }
+        state_ = next;
+        line_ = {to_m, velocity_m_per_s};
+    }
+
+    /* The robot jumps to `to_m`. */
+    void jump(double to_m);
+
+    double spring_N() const { return grip_ == grip::is_lost ? 0.0 : plant_.spring_force_N(full_state(), line_); }
+    double measured_N() const
+    {
+        return grip_ == grip::is_lost && plant_.filter_order == 0 ? 0.0
+                                                                  : plant_.measured_force_N(full_state(), line_);
+    }
+
+    const body_state &state() const { return state_; }
+    void set_state(const body_state &state) { state_ = state; }
+    const reference_line &robot_line() const { return line_; } /* where the robot is, and how fast it came there */
+
+  private:
+    plant_state full_state() const
+    {
+        plant_state full = plant_state::Zero();
+        std::copy(state_.begin(), state_.end(), full.data());
+        return full;
+    }
+    double depth_m() const { return state_[object_position] - plant_.surface_m; }
+    double object_force_N() const
+    {
+        const double depth = depth_m();
+        const double k = plant_.stiffness_N_per_m;
+        return impact_damping_s_per_m_ > 0.0 ? k * depth * (1.0 + impact_damping_s_per_m_ * state_[object_velocity])
+               : depth > 0.0                 ? k * depth + plant_.damping_N_s_per_m * state_[object_velocity]
+                                             : -1.0;
+    }
+    void watch_grip(const reference_line &line);
+    void add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s);
+
+    plant plant_; /* its robot is where it is told to be */
+    double grip_force_N_;
+    double impact_damping_s_per_m_;
+    std::vector<std::unique_ptr<force_stage>> forces_;
+    body_state state_{};
+    grip grip_ = grip::holds;
+    reference_line line_{};
+};
+
+} // namespace berth
+
+#endif

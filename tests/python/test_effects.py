@@ -1,0 +1,116 @@
+"""Round trips: the simulated rig runs an effect, the diagnosis of its log names it; and the rig that made a log
+replays it but for the noise."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import command, settings
+
+NOISE_N = 0.05
+NOISE_m = 2e-6
+EXCITED = {
+    "run.duration_s": 20.1,
+    "profile.kind": "multisine",
+    "profile.duration_s": 20,
+    "profile.amplitude_N": 200,
+    "operator.interface": "force",
+    "sensor.noise_N": NOISE_N,
+    "robot.feedback_noise_m": NOISE_m,
+}
+
+EFFECTS = {
+    "robot.backlash": {"robot.backlash_m": 1e-4},
+    "robot.gain": {"robot.gain_error": 0.02},
+    "robot.lag": {"robot.lag_ms": 6},
+    "robot.dead_time_drift": {"robot.dead_time_drift_ms_per_s": 0.5},
+    "robot.lost_commands": {"robot.lost_command_probability": 0.02},
+    "robot.periodic_error": {"robot.periodic_error_m": 1e-4, "robot.periodic_error_pitch_m": 4e-3},
+    "sensor.lag": {"sensor.lag_ms": 5},
+    "sensor.drift": {"sensor.drift_N_per_s": 0.5},
+    "sensor.periodic_disturbance": {"sensor.periodic_N": 1, "sensor.periodic_frequency_Hz": 50},
+    "sensor.spikes": {"sensor.spike_probability": 0.01, "sensor.spike_N": 20},
+    "object.coulomb_friction": {"object.coulomb_friction_N": 2},
+    "object.cubic_stiffness": {"object.cubic_stiffness_N_per_m3": 2e6},
+    "object.quadratic_stiffness": {"object.quadratic_stiffness_N_per_m2": 5e4},
+    "object.stiffness_drift": {"object.stiffness_drift_per_s": 0.01},
+    "object.second_mode": {"object.second_mass_kg": 5, "object.second_frequency_Hz": 5,
+                           "object.second_damping_ratio": 0.02},
+    "object.hysteresis": {"object.hysteresis_force_N": 5, "object.hysteresis_length_m": 2e-3},
+    "loop.lost_samples": {"loop.lost_sample_probability": 0.02},
+    "manipulator.gravity_offset": {"manipulator.gravity_offset_N": 5},
+    "manipulator.cubic_stiffness": {"manipulator.cubic_stiffness_N_per_m3": 2e6},
+}
+
+# Which setpoints were lost no rig file tells; the manipulator is the firmware's own.
+NOT_REPLAYED = ("robot.lost_commands", "manipulator.gravity_offset", "manipulator.cubic_stiffness")
+
+
+@pytest.fixture(scope="module")
+def excited(tmp_path_factory):
+    """Log of `ess` with an effect under an excitation that shows it."""
+    made = {}
+
+    def make(effect, overrides=None):
+        case = (effect, str(overrides))
+        if case not in made:
+            folder = tmp_path_factory.mktemp("effects")
+            given = EXCITED | EFFECTS[effect] | (overrides or {})
+            done = command("run", "ess", *settings(given), "--out", folder)
+            assert done.returncode == 0, done.stderr
+            made[case] = folder / "ess.ulg"
+        return made[case]
+
+    return make
+
+
+def diagnose(log, folder, overrides):
+    done = command("diagnose", log, "--rig", "ess", *settings(overrides), "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "diagnosis.json").read_text())
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_the_diagnosis_names_what_the_rig_ran_with(effect, excited, tmp_path):
+    diagnosis = diagnose(excited(effect), tmp_path, {})
+    assert diagnosis["verdict"] == "named"
+    assert [cause["effect"] for cause in diagnosis["causes"]] == [effect]
+    for parameter in diagnosis["causes"][0]["parameters"]:
+        truth = next((value for key, value in EFFECTS[effect].items() if key.endswith(parameter["name"])), None)
+        if truth is not None and "probability" not in parameter["name"]:
+            assert parameter["value"] == pytest.approx(truth, rel=0.15), parameter
+
+
+@pytest.mark.parametrize("effect", [name for name in EFFECTS if name not in NOT_REPLAYED])
+def test_the_rig_that_made_a_log_replays_it_but_for_the_noise(effect, excited, tmp_path):
+    """Without noise in the robot's reports, so that its dead time, told anew from them, is exact."""
+    diagnose(excited(effect, {"robot.feedback_noise_m": 0}), tmp_path, EFFECTS[effect])
+    series = np.genfromtxt(tmp_path / "series.csv", delimiter=",", names=True)[400:]
+    robot_m = series["robot_error_before_m"]
+    force_N = series["force_error_before_N"]
+    used_N = force_N[force_N != 0]  # what was lost or thrown off counts as 0
+    assert len(used_N) > 0.9 * len(force_N)
+    assert np.sqrt(np.mean(used_N ** 2)) == pytest.approx(NOISE_N, rel=0.05)
+    assert np.sqrt(np.mean(robot_m ** 2)) < 1e-10
+
+
+@pytest.mark.parametrize("effect", ["robot.gain", "robot.backlash", "object.cubic_stiffness", "robot.dead_time_drift"])
+def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tmp_path):
+    diagnose(excited(effect), tmp_path, {})
+    extended = str(tmp_path / "extended.toml")
+    run = command("run", extended, "--json", "--no-log")
+    assert run.returncode == 0, run.stderr
+    eigen = command("eigen", extended, "--json", text=True)
+    assert eigen.returncode == 0, eigen.stderr
+    is_left_out = effect in ("robot.backlash", "robot.dead_time_drift")
+    assert (effect in eigen.stderr) == is_left_out
+    assert len(json.loads(eigen.stdout)["left_out"]) == is_left_out
+    assert command("map", extended, "--vary", "mass", "--grid", "4x4", "--out", tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize("keys", [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]])
+def test_what_the_equations_lack_is_refused_by_name(keys):
+    for what in ("eigen", "limits"):
+        refused = command(what, "ess", *settings(keys), text=True)
+        assert refused.returncode != 0
+        assert "berth run" in refused.stderr and next(iter(keys)).split(".")[0] in refused.stderr
