@@ -12,6 +12,11 @@ from dataclasses import asdict, dataclass, field
 
 GAIN_LIMIT = 1.1
 
+# Effects that a diagnosis tells as several: dry friction that differs between the directions is, while the body moves,
+# dry friction and a constant force.
+PARTS = {"manipulator.asymmetric_friction": {"manipulator.coulomb_friction", "manipulator.gravity_offset"}}
+SAME_PARAMETER = {"friction_asymmetry_N": "gravity_offset_N"}
+
 
 @dataclass
 class Judgement:
@@ -40,10 +45,13 @@ def intervals(truth, diagnosis):
     """[(effect.parameter, inside)] of the causes that are right; a parameter that is not reported is outside."""
     found = []
     for entry in truth["effects"]:
-        reported = diagnosis.parameters.get(entry["effect"])
-        if reported is None:
+        if entry["effect"] not in diagnosis.parameters:
             continue
+        reported = {}
+        for effect in (entry["effect"], *PARTS.get(entry["effect"], ())):
+            reported |= diagnosis.parameters.get(effect, {})
         for name, true in entry["parameters"].items():
+            name = name if name in reported else SAME_PARAMETER.get(name, name)
             ok = name in reported and inside(name, true, *reported[name])
             found.append((f"{entry['effect']}.{name}", ok))
     return found
@@ -68,6 +76,7 @@ def is_confident(diagnosis):
 def judge(truth, diagnosis, inseparable=()):
     """The judgement of a record; `inseparable`: names that this record cannot tell from the truth."""
     true = {entry["effect"] for entry in truth["effects"]} | set(inseparable)
+    true |= {part for name in true for part in PARTS.get(name, ())}
     visible = set(detectable(truth))
     wrong = [name for name in diagnosis.causes if name not in true]
     named = set(diagnosis.causes) | ({entry["effect"] for entry in truth["effects"]}
