@@ -125,30 +125,40 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     return json;
 }
 
+void print_cause(const cause &known)
+{
+    std::printf("  cause          %s\n", std::string(known.effect->name).c_str());
+    for (const parameter_estimate &parameter : known.parameters) {
+        std::printf("                 %s = %.5g +- %.2g\n",
+                    parameter.key.substr(parameter.key.find('.') + 1).c_str(), parameter.value, parameter.ci95);
+    }
+    if (known.effect->is_of_single_samples) {
+        std::printf("                 seen in single samples\n");
+        return;
+    }
+    std::printf("                 explains %.1f %% of the explainable error, BIC better by %.0f\n",
+                100.0 * known.share_explained, known.delta_bic);
+    std::printf("                 gain on unseen data %.1f %% (%.1f to %.1f)\n", 100.0 * known.held_out_gain,
+                100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high);
+}
+
 void print_block(const block_diagnosis &block)
 {
     const char *const unit = block_units[static_cast<int>(block.block)].data();
-    std::printf(
-        "%-12s %-18s error %.3g %s rms as given, %.3g re-tuned, %.3g extended; held out %.3g -> %.3g; floor %.3g\n",
-        name_of(block.block).data(), name_of(block.verdict).data(), block.fit_rms.before, unit,
-        block.fit_rms.retuned, block.fit_rms.after, block.held_out_rms.retuned, block.held_out_rms.after,
-        block.fit_rms.floor);
+    std::printf("%s: %s\n", name_of(block.block).data(), name_of(block.verdict).data());
+    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is %.3g\n",
+                block.fit_rms.before, unit, block.fit_rms.retuned, block.fit_rms.after, block.fit_rms.floor);
+    std::printf("  on unseen data %.3g %s re-tuned, %.3g extended\n", block.held_out_rms.retuned, unit,
+                block.held_out_rms.after);
     for (const cause &known : block.causes) {
-        std::printf("  %s", std::string(known.effect->name).c_str());
-        for (const parameter_estimate &parameter : known.parameters) {
-            std::printf("  %s = %.5g +- %.2g", parameter.key.substr(parameter.key.find('.') + 1).c_str(),
-                        parameter.value, parameter.ci95);
-        }
-        std::printf("\n    explains %.1f %% of the explainable error, BIC better by %.0f, held-out gain %.1f %% "
-                    "(%.1f to %.1f)\n",
-                    100.0 * known.share_explained, known.delta_bic, 100.0 * known.held_out_gain,
-                    100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high);
+        print_cause(known);
     }
     for (const alternative &other : block.alternatives) {
-        std::printf("  or %s (BIC worse by %.1f)\n", std::string(other.effect->name).c_str(), other.delta_bic);
+        std::printf("  or             %s, BIC %.1f %s\n", std::string(other.effect->name).c_str(),
+                    std::abs(other.delta_bic), other.delta_bic < 0.0 ? "better, but not on unseen data" : "worse");
     }
     if (block.verdict == verdict::unknown || block.verdict == verdict::partly_explained) {
-        std::printf("  %.0f %% of the explainable error is left: %s\n", 100.0 * block.left,
+        std::printf("  left           %.0f %% of the explainable error: %s\n", 100.0 * block.left,
                     error_class_names[static_cast<int>(block.left_class)].data());
     }
 }
