@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "floor.h"
+#include "gain.h"
+#include "single_samples.h"
 
 namespace berth
 {
@@ -28,78 +31,6 @@ constexpr double share_of_all =
     0.02; /* of the whole explainable error: less may be the first effect's own finer ways */
 constexpr double share_of_all_refining = 0.003;
 
-struct gain {
-    double value;
-    double low;
-    double high;
-};
-
-/* White sums of squares of two rigs over blocks of half a second, which keep what hangs together together. */
-struct paired_sums {
-    std::vector<double> before;
-    std::vector<double> after;
-};
-
-void add_sums(paired_sums &sums, block_model &model, const noise_model &noise, const rig &before, const rig &after,
-              row_use use)
-{
-    std::vector<double> error;
-    std::vector<double> white_before;
-    std::vector<double> white_after;
-    model.error(before, error);
-    whiten(noise, error, model.uses(), use, white_before);
-    model.error(after, error);
-    whiten(noise, error, model.uses(), use, white_after);
-    const std::size_t rows = white_before.size();
-    const auto half_second = static_cast<std::size_t>(0.5 / model.data().period_s);
-    const auto length = std::max<std::size_t>(5, std::min(rows / 10, half_second));
-    for (std::size_t begin = 0; begin + length <= rows; begin += length) {
-        double before_sum = 0.0;
-        double after_sum = 0.0;
-        for (std::size_t n = begin; n < begin + length; n++) {
-            before_sum += white_before[n] * white_before[n];
-            after_sum += white_after[n] * white_after[n];
-        }
-        sums.before.push_back(before_sum);
-        sums.after.push_back(after_sum);
-    }
-}
-
-/* How much the white sum of squares falls; interval by resampling the blocks. */
-gain gain_from(const paired_sums &sums)
-{
-    if (sums.before.size() < 4) {
-        return {0.0, -1.0, 1.0};
-    }
-    const auto gain_of = [&](const std::vector<std::size_t> &blocks) {
-        double b = 0.0;
-        double a = 0.0;
-        for (const std::size_t i : blocks) {
-            b += sums.before[i];
-            a += sums.after[i];
-        }
-        return b > 0.0 ? 1.0 - a / b : 0.0;
-    };
-    std::vector<std::size_t> blocks(sums.before.size());
-    for (std::size_t i = 0; i < blocks.size(); i++) {
-        blocks[i] = i;
-    }
-    gain result{gain_of(blocks), 0.0, 0.0};
-    std::mt19937 engine(1); /* the same record gives the same verdict */
-    std::uniform_int_distribution<std::size_t> any(0, blocks.size() - 1);
-    std::vector<double> gains;
-    for (int trial = 0; trial < 400; trial++) {
-        for (std::size_t &i : blocks) {
-            i = any(engine);
-        }
-        gains.push_back(gain_of(blocks));
-    }
-    std::sort(gains.begin(), gains.end());
-    result.low = gains[10];
-    result.high = gains[389];
-    return result;
-}
-
 std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect &effect)
 {
     std::vector<parameter_estimate> all;
@@ -113,52 +44,6 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
         all.push_back({std::string(parameter.key), value_of(fitted.rig, parameter.key), ci95});
     }
     return all;
-}
-
-/* What is left, as noise. An error whose rows follow from the rows before almost without news is no noise but motion
- * that is not explained yet: weighed as such it would count for nothing. Then all rows weigh alike, and as many of
- * them as hang together say one thing. */
-noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
-{
-    constexpr double news_min = 0.2; /* innovation over rms; sensors have more */
-    noise_model noise = is_white || model.rows_per_fact() > 1.0 ? estimate_noise(error, model.uses(), 0)
-                                                                : estimate_noise_robustly(error, model.uses());
-    double rows_per_fact = model.rows_per_fact();
-    if (noise.sigma < news_min * noise.rms) {
-        constexpr double rows_max = 30.0;
-        rows_per_fact = std::min(rows_max, noise.rms / noise.sigma);
-        noise.ar.clear();
-        noise.sigma = noise.rms;
-    }
-    noise.rows_per_fact = rows_per_fact;
-    noise.sigma *= std::sqrt(rows_per_fact);
-    return noise;
-}
-
-/* Steps of the wire, and how exact the replay is itself: where an effect bends the motion within a step, the stiff
- * sensor shows it. */
-double precision_of(const block_model &model)
-{
-    const double share = model.which() == block::force ? 2e-5 : 0.0;
-    double square = 0.0;
-    for (const double value : model.measured()) {
-        square += value * value;
-    }
-    return resolution_rms(model.which()) +
-           share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
-}
-
-/* Refits, first with all errors alike, then weighted by the noise that is left when what depends on the state is
- * taken out. */
-noise_model floor_under(block_model &model, const rig &rig)
-{
-    std::vector<double> error;
-    model.error(rig, error);
-    noise_model noise = noise_of(model, error, true);
-    for (int pass = 0; pass < 2; pass++) {
-        noise = noise_of(model, find_leftover(model, noise, rig, error).unexplained, false);
-    }
-    return at_least(noise, precision_of(model));
 }
 
 /* An effect of no size is none, whatever its other parameters make up for. */
@@ -567,68 +452,6 @@ class block_search
 };
 
 } // namespace
-
-/* Single samples first, as they would spoil every fit; and once more with a base that they no longer spoil. */
-static void find_single_samples(block block, const diagnosis_input &input, const rig &given, sample_events &events,
-                                std::vector<event_finding> &found)
-{
-    const sample_events before = events;
-    rig base = given;
-    std::vector<double> error;
-    for (int pass = 0; pass < 2; pass++) {
-        std::vector<event_finding> now;
-        block_model model(block, *input.fit, given, events, held_out_parts::none);
-        model.error(base, error);
-        base = fit(model, noise_of(model, error, true), base, joined(input.upstream, base_parameters(block, given)),
-                   input.options.replays_max)
-                   .rig;
-        events = before;
-        block_model plain(block, *input.fit, given, events, held_out_parts::none);
-        plain.error(base, error);
-        if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
-            now = find_lost_commands(plain, base, error, events);
-        }
-        if (block == block::robot && !now.empty() && can_replay(*input.fit, block::force)) {
-            block_model force(block::force, *input.fit, given, before, held_out_parts::none);
-            if (!force_knows_of(force, base, events)) {
-                events = before; /* samples that were not taken, rather than setpoints */
-                now.clear();
-            }
-        }
-        if (block == block::force && now.empty()) {
-            now = find_spikes(plain, error, events);
-        }
-        if (now.empty()) {
-            return;
-        }
-        if (pass == 1) {
-            found.insert(found.end(), now.begin(), now.end());
-        }
-    }
-}
-
-/* What looked like spikes may have been corners of an effect that is known now. */
-static void verify_spikes(block block, const diagnosis_input &input, block_diagnosis &result, sample_events &events,
-                          std::vector<event_finding> &found)
-{
-    const auto spikes = std::find_if(found.begin(), found.end(),
-                                     [](const event_finding &one) { return one.effect->name == "sensor.spikes"; });
-    if (block != block::force || spikes == found.end()) {
-        return;
-    }
-    sample_events without = events;
-    without.spike.clear();
-    block_model model(block, *input.fit, result.extended, without, held_out_parts::none);
-    std::vector<double> error;
-    model.error(result.extended, error);
-    const std::vector<event_finding> again = find_spikes(model, error, without);
-    if (again.empty() || 2 * again[0].count < spikes->count) {
-        found.erase(spikes);
-        events.spike.clear();
-    } else {
-        *spikes = again[0];
-    }
-}
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
                                std::vector<event_finding> found_events)

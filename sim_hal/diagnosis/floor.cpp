@@ -1,0 +1,57 @@
+#include "floor.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "leftover.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Steps of the wire, and how exact the replay is itself: where an effect bends the motion within a step, the stiff
+ * sensor shows it. */
+double precision_of(const block_model &model)
+{
+    const double share = model.which() == block::force ? 2e-5 : 0.0;
+    double square = 0.0;
+    for (const double value : model.measured()) {
+        square += value * value;
+    }
+    return resolution_rms(model.which()) +
+           share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
+}
+
+} // namespace
+
+noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
+{
+    constexpr double news_min = 0.2; /* innovation over rms; sensors have more */
+    noise_model noise = is_white || model.rows_per_fact() > 1.0 ? estimate_noise(error, model.uses(), 0)
+                                                                : estimate_noise_robustly(error, model.uses());
+    double rows_per_fact = model.rows_per_fact();
+    if (noise.sigma < news_min * noise.rms) {
+        constexpr double rows_max = 30.0;
+        rows_per_fact = std::min(rows_max, noise.rms / noise.sigma);
+        noise.ar.clear();
+        noise.sigma = noise.rms;
+    }
+    noise.rows_per_fact = rows_per_fact;
+    noise.sigma *= std::sqrt(rows_per_fact);
+    return noise;
+}
+
+noise_model floor_under(block_model &model, const rig &rig)
+{
+    std::vector<double> error;
+    model.error(rig, error);
+    noise_model noise = noise_of(model, error, true);
+    for (int pass = 0; pass < 2; pass++) {
+        noise = noise_of(model, find_leftover(model, noise, rig, error).unexplained, false);
+    }
+    return at_least(noise, precision_of(model));
+}
+
+} // namespace berth
