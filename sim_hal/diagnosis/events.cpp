@@ -144,7 +144,11 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
         /* The sample itself, not its neighbours, which see half of it; and not a step, which has a second half. */
         const auto is_half = [&](double neighbour) { return std::abs(neighbour / off[n] + 0.5) < 0.25; };
-        const bool is_single = is_half(off[n - 1]) && is_half(off[n + 1]);
+        /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks alike.
+         */
+        const std::vector<double> &force_N = model.data().force_N;
+        const bool is_calm = std::abs(force_N[n + 1] - force_N[n - 1]) < std::abs(off[n]);
+        const bool is_single = is_calm && is_half(off[n - 1]) && is_half(off[n + 1]);
         if (std::abs(off[n]) > far_N && is_single) {
             rows[n] = 1;
             amplitudes.push_back(std::abs(off[n]));
