@@ -67,7 +67,8 @@ void read_signal(rig &rig, const std::string &name, const toml::node &node, cons
             } else if ((key == "scale" || key == "offset") && value.is_number()) {
                 (key == "scale" ? source.scale : source.offset) = value.value<double>().value_or(0.0);
             } else {
-                fail(where, {path + "." + key, "must be column = \"...\", scale = a number or offset = a number"});
+                fail(where, {std::string(path).append(".").append(key),
+                             "must be column = \"...\", scale = a number or offset = a number"});
             }
         }
     }

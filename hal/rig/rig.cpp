@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace berth
 {
@@ -45,6 +46,9 @@ std::optional<rig_error> check_robot(const rig &rig)
 {
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
     const robot_rig &robot = rig.robot;
+    if (robot.dead_time_ms > 1e5) {
+        return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
+    }
     if (robot.interpolation == interpolation::linear &&
         ns_from_ms(robot.dead_time_ms) < config_period_ns(&rig.firmware)) {
         return rig_error{"robot.dead_time_ms",
@@ -57,9 +61,6 @@ std::optional<rig_error> check_robot(const rig &rig)
         return rig_error{"robot.dead_time_ms",
                          "is shorter than the setpoint's time on the bus, which it includes (feedback and operator "
                          "command go first); set bus.ideal = true"};
-    }
-    if (robot.dead_time_ms > 1e5) {
-        return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
     }
     if (robot.jitter_ms >= 0.5 * period_ms) {
         return rig_error{"robot.jitter_ms", "must be less than half a period, so that setpoints keep their order"};
@@ -88,6 +89,40 @@ std::optional<rig_error> check_sensor(const rig &rig)
     }
     if (sensor.sample_phase_ms >= 1e3 * config_period_s(&rig.firmware)) {
         return rig_error{"sensor.sample_phase_ms", "must be less than a period"};
+    }
+    return {};
+}
+
+/* Beyond these a rig is a slip of the keyboard, and the numbers of its equations lose their digits. */
+std::optional<rig_error> check_sizes(const rig &rig)
+{
+    struct size {
+        const char *key;
+        double value;
+        double low;
+        double high;
+    };
+    const manipulator_config &arm = rig.firmware.manipulator;
+    const size sizes[] = {
+        {"manipulator.mass_kg", arm.mass_kg, 1e-6, 1e9},
+        {"manipulator.stiffness_N_per_m", arm.stiffness_N_per_m, 0.0, 1e13},
+        {"manipulator.damping_N_s_per_m", arm.damping_N_s_per_m, 0.0, 1e12},
+        {"object.mass_kg", rig.object.mass_kg, 1e-6, 1e9},
+        {"object.stiffness_N_per_m", rig.object.stiffness_N_per_m, 0.0, 1e13},
+        {"object.damping_N_s_per_m", rig.object.damping_N_s_per_m, 0.0, 1e12},
+        {"sensor.stiffness_N_per_m", rig.sensor.stiffness_N_per_m, 1e-6, 1e13},
+        {"sensor.damping_ratio", rig.sensor.damping_ratio, 0.0, 1e4},
+        {"sensor.low_pass_frequency_Hz", rig.sensor.low_pass_frequency_Hz, 1e-6, 1e6},
+        {"robot.transfer_frequency_Hz", rig.has_transfer_behaviour() ? rig.robot.transfer_frequency_Hz : 1.0, 1e-6,
+         1e6},
+        {"robot.transfer_damping_ratio", rig.robot.transfer_damping_ratio, 0.0, 1e4},
+    };
+    for (const size &one : sizes) {
+        if (one.value < one.low || one.value > one.high) {
+            char text[120];
+            std::snprintf(text, sizeof text, "must be from %g to %g (is %g)", one.low, one.high, one.value);
+            return rig_error{one.key, text};
+        }
     }
     return {};
 }
@@ -145,7 +180,7 @@ std::optional<rig_error> complete_and_check(rig &rig)
                              rig.firmware.loop.rate_Hz <= 1e6;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
     }
-    for (const auto check : {check_bus, check_robot, check_sensor, check_others}) {
+    for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_others}) {
         if (auto found = check(rig)) {
             return found;
         }

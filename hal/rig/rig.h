@@ -61,7 +61,7 @@ struct robot_rig {
     robot_clock clock = robot_clock::locked;
     double clock_phase_ms = 0.0;
     double clock_drift_ppm = 0.0;
-    double jitter_ms = 0.0; /* largest shift of a setpoint's instant, uniform, either way */
+    double jitter_ms = 0.0;        /* largest shift of a setpoint's instant, uniform, either way */
     double feedback_noise_m = 0.0; /* of the position that it reports: standard deviation, white */
 };
 

@@ -39,7 +39,8 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                 } else if (section == "tolerances") {
                     set_tolerance(rig, entry_name, entry_value, where);
                 } else {
-                    const std::string path = section + "." + entry_name;
+                    std::string path = section;
+                    path.append(".").append(entry_name);
                     read_value(rig, path, split_tolerance(rig, path, entry_value, where), where);
                     places[path] = where;
                 }

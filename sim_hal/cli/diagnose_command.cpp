@@ -181,7 +181,12 @@ std::string series_csv(const diagnosis &found)
     for (const block_diagnosis &block : found.blocks) {
         const std::string name(name_of(block.block));
         const std::string unit = "_" + std::string(block_units[static_cast<int>(block.block)]);
-        text += "," + name + "_use," + name + "_error_before" + unit + "," + name + "_error_after" + unit;
+        for (const char *const column : {"_use", "_error_before", "_error_after"}) {
+            text += ',';
+            text += name;
+            text += column;
+            text += std::string_view(column) == "_use" ? "" : unit;
+        }
     }
     text += "\n";
     char number[60];

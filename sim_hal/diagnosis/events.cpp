@@ -292,6 +292,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
         return sum / (way_of(n) * loss.square);
     };
     std::vector<double> shares;
+    shares.reserve(rows.size());
     for (const std::size_t n : rows) {
         shares.push_back(share_at(n));
     }

@@ -219,15 +219,15 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
         half.b = Eigen::VectorXd::Zero(count);
     }
     constexpr Eigen::Index batch = 256;
-    Eigen::MatrixXd rows(batch, count);
-    Eigen::VectorXd targets(batch);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(batch, count);
+    Eigen::VectorXd targets = Eigen::VectorXd::Zero(batch);
     Eigen::Index filled = 0;
     int half_of_batch = 0;
     const auto flush = [&] {
         normal_equations &half = halves[half_of_batch];
-        const auto block = rows.topRows(filled);
-        half.g.noalias() += block.transpose() * block;
-        half.b.noalias() += block.transpose() * targets.head(filled);
+        const Eigen::MatrixXd block = rows.topRows(filled);
+        half.g += block.transpose() * block;
+        half.b += block.transpose() * targets.head(filled);
         half.square += targets.head(filled).squaredNorm();
         half.rows += static_cast<double>(filled);
         filled = 0;

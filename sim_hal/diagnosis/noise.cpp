@@ -92,6 +92,7 @@ noise_model estimate_noise_robustly(const std::vector<double> &error, const std:
             use = use == row_use::none ? row_use::none : row_use::fit;
         }
         whiten(noise, error, all, row_use::fit, white);
+        sizes.reserve(white.size());
         for (const double value : white) {
             sizes.push_back(std::abs(value));
         }

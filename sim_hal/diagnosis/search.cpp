@@ -98,7 +98,8 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const start_p
     }
     /* How far the size may be off while the error stays the same. */
     double width = best * (factor - 1.0);
-    for (double share = 1e-4; share < 0.3; share *= 1.5) {
+    double share = 1e-4;
+    for (int i = 0; i < 20; i++, share *= 1.5) { /* up to a third */
         double least_rise = unlimited;
         for (const double sign : {-1.0, 1.0}) {
             rig moved = fitted.rig;

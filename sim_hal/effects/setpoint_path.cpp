@@ -9,7 +9,8 @@ namespace berth
 
 setpoint_path::setpoint_path(const rig &rig)
     : stages_(active_stages(rig, &effect::on_setpoints)),
-      is_limited_(rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited),
+      is_limited_(rig.robot.velocity_limit_m_per_s != unlimited ||
+                  rig.robot.acceleration_limit_m_per_s2 != unlimited),
       config_(rig.firmware)
 {
     constexpr double huge = 1e9; /* a limit that is not there, and whose square is still finite */

@@ -14,6 +14,7 @@ namespace berth
 inline std::vector<effect_values> sizes(std::initializer_list<double> values)
 {
     std::vector<effect_values> all;
+    all.reserve(values.size());
     for (const double value : values) {
         all.push_back({value});
     }
@@ -23,6 +24,7 @@ inline std::vector<effect_values> sizes(std::initializer_list<double> values)
 inline std::vector<effect_values> sizes_of(double scale, std::initializer_list<double> shares)
 {
     std::vector<effect_values> all;
+    all.reserve(shares.size());
     for (const double share : shares) {
         all.push_back({share * scale});
     }
@@ -40,6 +42,7 @@ inline std::vector<effect_values> limits_below(double largest)
 inline std::vector<effect_values> grid_of(double scale, double from, double to, int count)
 {
     std::vector<effect_values> all;
+    all.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; i++) {
         all.push_back({scale * from * std::pow(to / from, static_cast<double>(i) / (count - 1))});
     }
@@ -60,6 +63,7 @@ inline std::vector<effect_values> both_signs(std::initializer_list<double> value
 inline std::vector<effect_values> shifted(double delay_ms, double period_ms)
 {
     std::vector<effect_values> all;
+    all.reserve(6);
     for (const double periods : {-3.0, -1.0, -0.5, 0.5, 1.0, 3.0}) {
         all.push_back({std::max(0.1 * period_ms, delay_ms + periods * period_ms)});
     }

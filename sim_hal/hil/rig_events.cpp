@@ -6,13 +6,11 @@
 namespace berth
 {
 
-
 rig_events::rig_events(const rig &rig)
     : buses_{can_bus(rig.bus, HAL_BUS_ROBOT, rig.run.seed), can_bus(rig.bus, HAL_BUS_SENSOR, rig.run.seed)},
       robot_(rig), sensor_(rig), operator_station_(rig), period_ns_(config_period_ns(&rig.firmware)),
       feedback_(rig.run.seed, stream_feedback), feedback_noise_m_(rig.robot.feedback_noise_m),
-      lost_(rig.run.seed, stream_lost_samples),
-      ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
+      lost_(rig.run.seed, stream_lost_samples), ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
       lost_probability_(value_of_effect(rig, "loop.lost_sample_probability"))
 {
 }

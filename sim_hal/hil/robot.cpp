@@ -21,8 +21,8 @@ robot::robot(const rig &rig)
                        (1.0 + 1e-6 * rig.robot.clock_drift_ppm)),
       clock_phase_ns_(1e6 * rig.robot.clock_phase_ms), jitter_ns_(1e6 * rig.robot.jitter_ms),
       dead_time_drift_(1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s")),
-      lost_probability_(value_of_effect(rig, "robot.lost_command_probability")),
-      random_(rig.run.seed, stream_robot), lost_(rig.run.seed, stream_lost_commands), path_(rig)
+      lost_probability_(value_of_effect(rig, "robot.lost_command_probability")), random_(rig.run.seed, stream_robot),
+      lost_(rig.run.seed, stream_lost_commands), path_(rig)
 {
     period_ns_ = clock_is_free_ ? std::llround(clock_period_ns_) : config_period_ns(&rig.firmware);
     next_latch_ns_ = clock_is_free_ ? std::llround(clock_phase_ns_) : no_event;

@@ -9,8 +9,11 @@ namespace berth
 {
 
 sensor::sensor(const rig &rig)
-    : rig_(rig.sensor), random_(rig.run.seed, stream_sensor), spikes_(rig.run.seed, stream_spikes), spike_probability_(value_of_effect(rig, "sensor.spike_probability")), spike_N_(value_of_effect(rig, "sensor.spike_N")), stages_(active_stages(rig, &effect::on_samples)), period_ns_(config_period_ns(&rig.firmware)),
-      delay_ns_(ns_from_ms(rig.sensor.delay_ms)), next_sample_ns_(ns_from_ms(rig.sensor.sample_phase_ms))
+    : rig_(rig.sensor), random_(rig.run.seed, stream_sensor), spikes_(rig.run.seed, stream_spikes),
+      spike_probability_(value_of_effect(rig, "sensor.spike_probability")),
+      spike_N_(value_of_effect(rig, "sensor.spike_N")), stages_(active_stages(rig, &effect::on_samples)),
+      period_ns_(config_period_ns(&rig.firmware)), delay_ns_(ns_from_ms(rig.sensor.delay_ms)),
+      next_sample_ns_(ns_from_ms(rig.sensor.sample_phase_ms))
 {
     rig_.saturation_N = std::min(rig_.saturation_N, CAN_FORCE_MAX_N);
 }
@@ -46,7 +49,8 @@ void sensor::sample(double force_N, can_bus &bus, bool is_lost)
     if (!(newest_.length > 0 && random_.happens(rig_.stale_probability))) {
         const double step_N = berth_can_force_force_n_decode(1);
         berth_can_force_t raw{};
-        raw.force_n = berth_can_force_force_n_encode(codec_round(disturbed(force_N, static_cast<double>(sampled_ns) * 1e-9), step_N));
+        raw.force_n = berth_can_force_force_n_encode(
+            codec_round(disturbed(force_N, static_cast<double>(sampled_ns) * 1e-9), step_N));
         raw.saturated = is_saturated_;
         raw.counter = counter_++;
         newest_ = {0, BERTH_CAN_FORCE_FRAME_ID, HAL_BUS_SENSOR, BERTH_CAN_FORCE_LENGTH, 0, 0, {}};

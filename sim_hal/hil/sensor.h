@@ -25,7 +25,8 @@ class sensor
     /* When the sample that is due arrives at the loop. */
     std::int64_t next_arrival_ns() const { return next_sample_ns_ + delay_ns_; }
 
-    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later; or loses it. */
+    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later; or loses it.
+     */
     void sample(double force_N, can_bus &bus, bool is_lost = false);
 
     /* Sends nothing while silent, as with its plug pulled. */

@@ -3,8 +3,7 @@
 namespace berth
 {
 
-virtual_rig::virtual_rig(const rig &rig)
-    : events_(rig), hardware_{plant(rig), make_solver(rig), {}, {}}
+virtual_rig::virtual_rig(const rig &rig) : events_(rig), hardware_{plant(rig), make_solver(rig), {}, {}}
 {
     const double reference_m = events_.robot().line(0).position_m;
     hardware_.state = hardware_.equations.at_rest(reference_m);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <limits>
 #include <optional>
 
 #include "../solver/balance.h"
@@ -294,6 +295,9 @@ double dominant_root_finder::spectral_radius(const loop_equation &equation)
         if (roots.empty()) {
             const std::vector<complex> all = all_roots(equation);
             roots = polished(equation, all);
+            if (all.empty()) {
+                return std::numeric_limits<double>::quiet_NaN(); /* coefficients beyond all numbers */
+            }
             if (roots.empty()) {
                 roots = {*std::min_element(all.begin(), all.end(), is_smaller)};
             }

@@ -112,7 +112,17 @@ void bisect(double &good, double &bad, const std::function<bool(double)> &is_goo
     }
 }
 
-/* Values to look at, rising: a logarithmic grid, the permitted smallest value, and the rig's own. */
+/* Along a delay the eigenvalues swing once a period of the loop: no step is longer than a part of it. */
+double longest_step(const rig &rig, scale kind, double range)
+{
+    constexpr double steps_a_period = 20.0;
+    constexpr double steps_max = 200000.0;
+    return kind == scale::delay ? std::max(1e3 * config_period_s(&rig.firmware) / steps_a_period, range / steps_max)
+                                : unlimited;
+}
+
+/* Values to look at, rising: a logarithmic grid, finer for delays, the permitted smallest value, and the rig's own.
+ */
 std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, double own)
 {
     const auto is_permitted = [&](double value) { return with_value(rig, key, value).has_value(); };
@@ -126,11 +136,12 @@ std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, do
         bisect(permitted, low, is_permitted);
         low = permitted;
     }
+    const double step_max = longest_step(rig, kind, centre * factor);
     std::vector<double> grid{low};
     double value = low > 0.0 ? low * (1.0 + scan_step) : centre / factor;
     while (value < centre * factor) {
         grid.push_back(value);
-        value *= 1.0 + scan_step;
+        value += std::min(scan_step * value, step_max);
     }
     grid.push_back(centre * factor);
     grid.push_back(own);
@@ -336,7 +347,8 @@ std::vector<stable_interval> stable_within(const rig &original, std::string_view
         const auto changed = with_value(original, key, value);
         return changed && is_stable_loop(*changed);
     };
-    const auto steps = static_cast<int>(std::ceil((to - from) / (scan_step * to)));
+    const double step_max = std::min(scan_step * to, longest_step(original, scale_of(key_path), to - from));
+    const auto steps = static_cast<int>(std::ceil((to - from) / step_max));
     std::vector<double> grid;
     for (int i = 0; i <= steps; i++) {
         grid.push_back(i < steps ? from + (to - from) * i / steps : to);
