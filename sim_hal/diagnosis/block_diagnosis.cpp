@@ -135,7 +135,9 @@ class block_search
     /* Bursts that no feature catches, over a floor that was found without them. */
     bool exceeds_floor() const
     {
-        return exceeds_measured_floor() || incumbent_.cost > bursts_exceed * static_cast<double>(incumbent_.rows);
+        const bool is_motion = !has_floor_ && noise_.rows_per_fact > model_.rows_per_fact(); /* see noise_of() */
+        return is_motion || exceeds_measured_floor() ||
+               incumbent_.cost > bursts_exceed * static_cast<double>(incumbent_.rows);
     }
 
     bool is_worth_going_on(const block_diagnosis &result)

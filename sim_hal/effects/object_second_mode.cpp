@@ -69,10 +69,13 @@ effect object_second_mode()
     made.parameters = {{"object.second_mass_kg", 0.0, 1e9, "m2 of a further mass on the object; 0: none"},
                        {"object.second_frequency_Hz", 0.05, 200.0, "of the further mass by itself"},
                        {"object.second_damping_ratio", 0.0, 2.0, "of the same"}};
-    made.starts = [](const rig &base, const record_scales &) {
+    made.starts = [](const rig &base, const record_scales &scales) {
         std::vector<effect_values> all;
-        for (const double frequency_Hz : {1.0, 1.6, 2.5, 4.0, 6.3, 10.0, 16.0}) {
-            all.push_back({0.05 * base.object.mass_kg, frequency_Hz, 0.02});
+        for (const double frequency_Hz : {1.0, 1.6, 2.5, 4.0, 6.3, 10.0, 16.0, scales.residual_frequency_Hz}) {
+            if (frequency_Hz > 0.05) {
+                all.push_back({0.05 * base.object.mass_kg, frequency_Hz, 0.02});
+                all.push_back({0.05 * base.object.mass_kg, frequency_Hz, 0.1});
+            }
         }
         return all;
     };
