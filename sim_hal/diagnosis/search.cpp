@@ -98,8 +98,8 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const start_p
     }
     /* How far the size may be off while the error stays the same. */
     double width = best * (factor - 1.0);
-    double share = 1e-4;
-    for (int i = 0; i < 20; i++, share *= 1.5) { /* up to a third */
+    for (int i = 0; i < 20; i++) { /* up to a fifth */
+        const double share = 1e-4 * std::pow(1.5, i);
         double least_rise = unlimited;
         for (const double sign : {-1.0, 1.0}) {
             rig moved = fitted.rig;
