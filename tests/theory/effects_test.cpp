@@ -160,7 +160,7 @@ TEST_CASE("effects: a lag of the robot and of the sensor turns the phase by atan
         virtual_rig hardware(rig);
         std::vector<double> time_s;
         std::vector<double> force_N;
-        for (int n = 0; n < 4800; n++) {
+        for (std::int64_t n = 0; n < 4800; n++) {
             const std::int64_t now_ns = n * 5 * ms / 2;
             hardware.advance_to(now_ns);
             time_s.push_back(static_cast<double>(now_ns) * 1e-9);
@@ -286,7 +286,7 @@ TEST_CASE("effects: the grip lets go where it has to pull more than it can")
     virtual_rig hardware(rig);
     double least_N = 0.0;
     double time_s = 0.0;
-    for (int n = 0; n < 400; n++) {
+    for (std::int64_t n = 0; n < 400; n++) {
         const std::int64_t now_ns = n * 5 * ms / 2;
         hardware.advance_to(now_ns);
         time_s = static_cast<double>(now_ns) * 1e-9;
