@@ -349,20 +349,6 @@ class block_search
         }
     }
 
-    /* Re-tuned values that explain nothing and make the error larger, weighed evenly, are no better knowledge. */
-    void keep_given_if_better()
-    {
-        std::vector<double> given;
-        std::vector<double> retuned;
-        model_.error(given_, given);
-        model_.error(incumbent_.rig, retuned);
-        if (found_.empty() &&
-            rms_of(given, model_.uses(), row_use::fit) < rms_of(retuned, model_.uses(), row_use::fit)) {
-            incumbent_.rig = given_;
-            incumbent_.cost = cost_of(model_, noise_, given_);
-        }
-    }
-
     /* Share of half seconds in which the white error is well above the floor. */
     double bad_moments()
     {
@@ -385,7 +371,6 @@ class block_search
 
     void conclude(block_diagnosis &result)
     {
-        keep_given_if_better();
         result.bad_moments = bad_moments();
         /* What hangs on a threshold goes another way now and then: a few moments prove nothing else. */
         const bool only_moments =
