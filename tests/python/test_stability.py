@@ -1,5 +1,6 @@
 """`berth eigen`, `berth limits` and the prediction of `berth run`, from outside."""
 
+import json
 import math
 
 import numpy as np
@@ -151,3 +152,23 @@ def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, eff
 def test_lines_of_limits_end_where_their_words_end():
     text = command("limits", "ess").stdout.decode()
     assert not [line for line in text.splitlines() if line != line.rstrip()]
+
+
+def test_no_narrow_band_of_the_dead_time_is_stepped_over():
+    """Along the dead time |z| swings once a period: up to the margin every tenth of a period is stable by its own
+    eigenvalues, and just beyond it is not."""
+    rig = ["ess", "--set", "robot.interpolation=hold", "--set", "object.mass_kg=110.2", "--set",
+           "object.stiffness_N_per_m=5641", "--set", "sensor.low_pass_frequency_Hz=19", "--set",
+           "manipulator.damping_N_s_per_m=119"]
+    own_ms = 31.52
+    told = command("limits", *rig, "--set", f"robot.dead_time_ms={own_ms}").stdout.decode()
+    margin_ms = float(told.split("dead-time margin: ")[1].split(" ms")[0])
+    # More than a period below the next wider band, at 68.08 ms.
+    assert 60.0 < margin_ms < 66.0
+
+    def is_stable(dead_time_ms):
+        done = command("eigen", *rig, "--set", f"robot.dead_time_ms={dead_time_ms}", "--json")
+        return json.loads(done.stdout)["stable"]
+
+    assert all(is_stable(own_ms + margin_ms - 0.25 * i - 0.001) for i in range(40))
+    assert not is_stable(own_ms + margin_ms + 0.001)
