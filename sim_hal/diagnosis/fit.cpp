@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Dense>
-#include <unsupported/Eigen/NonLinearOptimization>
+
+#include "least_squares.h"
 
 namespace berth
 {
@@ -19,121 +20,119 @@ double &member_of(rig &rig, const rig_key &key)
     return *static_cast<double *>(key.member(rig));
 }
 
-/* A parameter between its bounds as an angle, so that the optimiser knows no bounds (MINUIT). Counted from 1 rad
- * below the middle: the optimiser measures its first step by the size of the angles, which must not be 0. */
-constexpr double angle_of_middle = 1.0;
-
-double value_at(const free_parameter &parameter, double angle)
+/* A parameter as a number between 0 at its lower bound and 1 at the upper one; by decades where these are far apart.
+ */
+class scale
 {
-    return parameter.low + 0.5 * (parameter.high - parameter.low) * (1.0 + std::sin(angle - angle_of_middle));
-}
+  public:
+    explicit scale(const free_parameter &parameter)
+        : low_(parameter.low), high_(parameter.high), by_decades_(low_ > 0.0 && high_ > 4.0 * low_)
+    {
+    }
+    double value_at(double place) const
+    {
+        return by_decades_ ? low_ * std::pow(high_ / low_, place) : low_ + (high_ - low_) * place;
+    }
+    double place_of(double value) const
+    {
+        return by_decades_ ? std::log(std::max(value, low_) / low_) / std::log(high_ / low_)
+                           : (value - low_) / (high_ - low_);
+    }
+    /* Change of the value with the place. */
+    double slope_at(double place) const
+    {
+        return by_decades_ ? std::log(high_ / low_) * value_at(place) : high_ - low_;
+    }
 
-/* A start at a bound is drawn a little inside: there the slope is not 0. */
-double angle_of(const free_parameter &parameter, double value)
-{
-    constexpr double inside = 0.995;
-    const double s = 2.0 * (value - parameter.low) / (parameter.high - parameter.low) - 1.0;
-    return angle_of_middle + std::asin(std::min(inside, std::max(-inside, s)));
-}
+  private:
+    double low_;
+    double high_;
+    bool by_decades_;
+};
 
-/* What Eigen's optimiser asks for. */
+/* White error and, below it, what the parameters are off from what was expected. */
 class problem
 {
   public:
     problem(block_model &model, const noise_model &noise, const rig &start,
             const std::vector<free_parameter> &parameters)
-        : model_(model), noise_(noise), rig_(start), parameters_(parameters)
+        : model_(model), noise_(noise), rig_(start), parameters_(parameters),
+          scales_(parameters.begin(), parameters.end())
     {
-        evaluate();
-        rows_ = white_.size();
     }
 
-    int inputs() const { return static_cast<int>(parameters_.size()); }
-    int values() const { return static_cast<int>(rows_ + parameters_.size()); }
-
-    int operator()(const Eigen::VectorXd &angles, Eigen::VectorXd &out)
+    Eigen::VectorXd start() const
     {
-        set(angles);
-        evaluate();
-        out.head(static_cast<Eigen::Index>(rows_)) =
-            Eigen::Map<const Eigen::VectorXd>(white_.data(), static_cast<Eigen::Index>(rows_));
-        for (std::size_t i = 0; i < parameters_.size(); i++) {
-            const free_parameter &p = parameters_[i];
-            out(static_cast<Eigen::Index>(rows_ + i)) = (member_of(rig_, *p.key) - p.expected) / p.expected_sd;
+        Eigen::VectorXd places(count());
+        rig copy = rig_;
+        for (Eigen::Index i = 0; i < count(); i++) {
+            places(i) = scales_[at(i)].place_of(member_of(copy, *parameters_[at(i)].key));
         }
-        at_ = angles;
-        last_ = out;
-        return 0;
+        return places;
     }
 
-    int df(const Eigen::VectorXd &angles, Eigen::MatrixXd &jacobian)
+    void residual(const Eigen::VectorXd &places, Eigen::VectorXd &out)
     {
-        Eigen::VectorXd here(values());
-        if (at_.size() != angles.size() || at_ != angles) {
-            (*this)(angles, here);
+        set(places);
+        model_.error(rig_, error_);
+        whiten(noise_, error_, model_.uses(), row_use::fit, white_);
+        rows_ = static_cast<Eigen::Index>(white_.size());
+        out.resize(rows_ + count());
+        out.head(rows_) = Eigen::Map<const Eigen::VectorXd>(white_.data(), rows_);
+        for (Eigen::Index i = 0; i < count(); i++) {
+            const free_parameter &p = parameters_[at(i)];
+            out(rows_ + i) = (member_of(rig_, *p.key) - p.expected) / p.expected_sd;
         }
-        here = last_;
-        const Eigen::VectorXd kept = at_;
-        Eigen::VectorXd there(values());
-        for (Eigen::Index i = 0; i < angles.size(); i++) {
-            Eigen::VectorXd moved = angles;
-            const double step =
-                angles(i) > angle_of_middle ? -angle_step : angle_step; /* away from the nearer bound */
-            moved(i) += step;
-            (*this)(moved, there);
-            jacobian.col(i) = (there - here) / step;
-        }
-        at_ = kept;
-        last_ = here;
-        set(angles);
-        return 0;
     }
 
-    void set(const Eigen::VectorXd &angles)
+    void set(const Eigen::VectorXd &places)
     {
-        for (std::size_t i = 0; i < parameters_.size(); i++) {
-            member_of(rig_, *parameters_[i].key) = value_at(parameters_[i], angles(static_cast<Eigen::Index>(i)));
+        for (Eigen::Index i = 0; i < count(); i++) {
+            member_of(rig_, *parameters_[at(i)].key) = scales_[at(i)].value_at(places(i));
+        }
+    }
+
+    /* Slopes by value in those by place. */
+    void give_slopes(const known_slopes &known, const Eigen::VectorXd &places, least_squares_problem &task) const
+    {
+        task.slopes = Eigen::MatrixXd::Zero(known.white.rows() + count(), count());
+        task.slope_is_known.assign(parameters_.size(), false);
+        for (Eigen::Index i = 0; i < count(); i++) {
+            const auto same = std::find(known.keys.begin(), known.keys.end(), parameters_[at(i)].key);
+            if (same == known.keys.end()) {
+                continue;
+            }
+            const double by_place = scales_[at(i)].slope_at(places(i));
+            task.slopes.col(i).head(known.white.rows()) = by_place * known.white.col(same - known.keys.begin());
+            task.slopes(known.white.rows() + i, i) = by_place / parameters_[at(i)].expected_sd;
+            task.slope_is_known[at(i)] = true;
         }
     }
 
     const rig &current() const { return rig_; }
-    std::size_t rows() const { return rows_; }
-    int replays() const { return replays_; }
+    Eigen::Index rows() const { return rows_; }
+    Eigen::Index count() const { return static_cast<Eigen::Index>(parameters_.size()); }
+    double slope_at(Eigen::Index i, double place) const { return scales_[at(i)].slope_at(place); }
 
   private:
-    static constexpr double angle_step = 1e-4;
-
-    void evaluate()
-    {
-        model_.error(rig_, error_);
-        whiten(noise_, error_, model_.uses(), row_use::fit, white_);
-        replays_++;
-    }
+    static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
     block_model &model_;
     const noise_model &noise_;
     rig rig_;
     const std::vector<free_parameter> &parameters_;
+    std::vector<scale> scales_;
     std::vector<double> error_;
     std::vector<double> white_;
-    Eigen::VectorXd at_;
-    Eigen::VectorXd last_;
-    std::size_t rows_ = 0;
-    int replays_ = 0;
+    Eigen::Index rows_ = 0;
 };
 
 /* Half widths from the curvature at the end; the white error's own size counts where it is above 1. */
-std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
-                              const std::vector<free_parameter> &parameters, double cost_per_row)
+std::vector<double> intervals(const problem &problem, const least_squares_result &found, double cost_per_row)
 {
-    Eigen::MatrixXd jacobian(problem.values(), problem.inputs());
-    problem.df(angles, jacobian);
-    for (std::size_t i = 0; i < parameters.size(); i++) {
-        const free_parameter &p = parameters[i];
-        const double slope =
-            0.5 * (p.high - p.low) *
-            std::max(1e-6, std::abs(std::cos(angles(static_cast<Eigen::Index>(i)) - angle_of_middle)));
-        jacobian.col(static_cast<Eigen::Index>(i)) /= slope;
+    Eigen::MatrixXd jacobian = found.jacobian;
+    for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
+        jacobian.col(i) /= problem.slope_at(i, found.x(i));
     }
     const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300);
     const Eigen::MatrixXd scaled = jacobian * scale.cwiseInverse().asDiagonal();
@@ -142,6 +141,7 @@ std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
     const Eigen::MatrixXd covariance = information.inverse();
     const double excess = std::max(1.0, cost_per_row);
     std::vector<double> widths;
+    widths.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
         widths.push_back(1.96 * std::sqrt(excess * covariance(i, i)) / scale(i));
     }
@@ -151,37 +151,43 @@ std::vector<double> intervals(problem &problem, const Eigen::VectorXd &angles,
 } // namespace
 
 fit_result fit(block_model &model, const noise_model &noise, const rig &start,
-               const std::vector<free_parameter> &parameters, int replays_max, double tolerance)
+               const std::vector<free_parameter> &parameters, int replays_max, const known_slopes *first_look)
 {
-    problem problem(model, noise, start, parameters);
-    Eigen::VectorXd angles(problem.inputs());
-    for (std::size_t i = 0; i < parameters.size(); i++) {
-        rig copy = start;
-        angles(static_cast<Eigen::Index>(i)) = angle_of(parameters[i], member_of(copy, *parameters[i].key));
-    }
+    constexpr double difference = 1e-4; /* of the way between the bounds */
     fit_result result;
     result.parameters = parameters;
-    if (!parameters.empty()) {
-        Eigen::LevenbergMarquardt<berth::problem, double> optimiser(problem);
-        optimiser.parameters.ftol = tolerance;
-        optimiser.parameters.xtol = 1e-6;
-        optimiser.parameters.factor = 0.5;
-        optimiser.minimizeInit(angles);
-        auto status = Eigen::LevenbergMarquardtSpace::Running;
-        while (status == Eigen::LevenbergMarquardtSpace::Running && problem.replays() < replays_max) {
-            status = optimiser.minimizeOneStep(angles);
+    problem problem(model, noise, start, parameters);
+    if (parameters.empty()) {
+        Eigen::VectorXd residual;
+        problem.residual({}, residual);
+        result.rig = start;
+        result.cost = residual.squaredNorm();
+        result.replays = 1;
+    } else {
+        least_squares_problem task;
+        task.residual = [&](const Eigen::VectorXd &x, Eigen::VectorXd &out) { problem.residual(x, out); };
+        task.low = Eigen::VectorXd::Zero(problem.count());
+        task.high = Eigen::VectorXd::Ones(problem.count());
+        task.step = Eigen::VectorXd::Constant(problem.count(), difference);
+        task.evaluations_max = replays_max;
+        const Eigen::VectorXd places = problem.start();
+        if (first_look != nullptr) {
+            problem.give_slopes(*first_look, places, task);
+            task.is_first_look = true;
+            task.tolerance = 2e-4;
         }
-        problem.set(angles);
+        const least_squares_result found = solve_least_squares(task, places);
+        problem.set(found.x);
+        result.rig = problem.current();
+        result.cost = found.residual.head(problem.rows()).squaredNorm();
+        result.replays = found.evaluations;
+        if (first_look == nullptr) {
+            result.ci95 =
+                intervals(problem, found,
+                          result.cost / std::max(1.0, static_cast<double>(problem.rows()) / noise.rows_per_fact));
+        }
     }
-    result.rig = problem.current();
     result.rows = static_cast<std::size_t>(static_cast<double>(problem.rows()) / noise.rows_per_fact);
-    result.cost = cost_of(model, noise, result.rig);
-    constexpr double final_tolerance = 1e-4; /* what is looser is only a first look */
-    if (!parameters.empty() && tolerance <= final_tolerance) {
-        result.ci95 = intervals(problem, angles, parameters,
-                                result.cost / static_cast<double>(std::max<std::size_t>(1, result.rows)));
-    }
-    result.replays = problem.replays();
     return result;
 }
 

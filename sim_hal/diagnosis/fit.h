@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_FIT_H
 #define SIM_HAL_DIAGNOSIS_FIT_H
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "block_model.h"
@@ -26,10 +27,17 @@ struct fit_result {
     int replays = 0;
 };
 
-/* Levenberg-Marquardt (Eigen's port of MINPACK) from the values in `start`, until the cost falls by less than the
- * share `tolerance`. */
+/* Changes of the white error with the values of parameters, at a rig near the one to fit. */
+struct known_slopes {
+    std::vector<const rig_key *> keys;
+    Eigen::MatrixXd white; /* a row each for the rows of the fit, a column each for the keys */
+};
+
+/* By bounded least squares from the values in `start`. With the slopes of some parameters known, a first look: these
+ * are not computed again, and there are no intervals. */
 fit_result fit(block_model &model, const noise_model &noise, const rig &start,
-               const std::vector<free_parameter> &parameters, int replays_max, double tolerance = 1e-5);
+               const std::vector<free_parameter> &parameters, int replays_max,
+               const known_slopes *first_look = nullptr);
 
 /* White error of a rig over the rows of the fit. */
 double cost_of(block_model &model, const noise_model &noise, const rig &rig, row_use use = row_use::fit);

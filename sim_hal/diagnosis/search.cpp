@@ -31,36 +31,45 @@ berth::rig with_values(const rig &base, const effect &effect, const effect_value
     return made;
 }
 
-/* What small changes of the parameters do to the white error, as an orthonormal basis. */
+/* What small changes of the parameters do to the white error. */
+known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_result &at,
+                       const Eigen::VectorXd &white)
+{
+    known_slopes made;
+    made.white = Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
+    std::vector<double> error;
+    std::vector<double> moved_white;
+    for (const free_parameter &parameter : at.parameters) {
+        rig moved = at.rig;
+        double &value = *static_cast<double *>(parameter.key->member(moved));
+        const double inward = value > 0.5 * (parameter.low + parameter.high) ? -1.0 : 1.0;
+        const double step = inward * 1e-4 * (value != 0.0 ? std::abs(value) : parameter.high - parameter.low);
+        value += step;
+        model.error(moved, error);
+        whiten(noise, error, model.uses(), row_use::fit, moved_white);
+        made.white.col(static_cast<Eigen::Index>(made.keys.size())) =
+            (Eigen::Map<const Eigen::VectorXd>(moved_white.data(), white.size()) - white) / step;
+        made.keys.push_back(parameter.key);
+    }
+    return made;
+}
+
+/* What the parameters can make up for, as an orthonormal basis; one at a bound cannot make up for anything more. */
 class tangent_space
 {
   public:
-    tangent_space(block_model &model, const noise_model &noise, const fit_result &at, const Eigen::VectorXd &white)
+    tangent_space(const fit_result &at, const known_slopes &slopes)
     {
-        Eigen::MatrixXd jacobian =
-            Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
-        std::vector<double> error;
-        std::vector<double> moved_white;
-        for (std::size_t i = 0; i < at.parameters.size(); i++) {
-            const free_parameter &parameter = at.parameters[i];
-            rig moved = at.rig;
-            double &value = *static_cast<double *>(parameter.key->member(moved));
-            const double place = (value - parameter.low) / (parameter.high - parameter.low);
-            if (place < 0.01 || place > 0.99) {
-                continue; /* at a bound it cannot make up for anything more */
-            }
-            value += 1e-4 * (value != 0.0 ? value : parameter.high);
-            model.error(moved, error);
-            whiten(noise, error, model.uses(), row_use::fit, moved_white);
-            jacobian.col(static_cast<Eigen::Index>(i)) =
-                Eigen::Map<const Eigen::VectorXd>(moved_white.data(), white.size()) - white;
-        }
+        Eigen::MatrixXd jacobian = slopes.white;
         for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
+            const free_parameter &parameter = at.parameters[static_cast<std::size_t>(i)];
+            const double place =
+                (value_of(at.rig, parameter.key->path) - parameter.low) / (parameter.high - parameter.low);
             const double size = jacobian.col(i).norm();
-            jacobian.col(i) /= size > 0.0 ? size : 1.0;
+            jacobian.col(i) *= place < 0.01 || place > 0.99 || !(size > 0.0) ? 0.0 : 1.0 / size;
         }
         const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
-        basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(white.size(), qr.rank());
+        basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
     }
 
     Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
@@ -191,7 +200,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     whiten(noise, error, model.uses(), row_use::fit, white);
     const auto size = static_cast<Eigen::Index>(white.size());
     const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
-    const tangent_space base(model, noise, incumbent, here);
+    const known_slopes slopes = slopes_at(model, noise, incumbent, here);
+    const tangent_space base(incumbent, slopes);
     const Eigen::VectorXd rest = base.less(here);
     const record_scales scales = scales_of(model, incumbent.rig, error);
 
@@ -238,8 +248,9 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
         candidate made;
         made.effect = start.effect;
-        made.fitted = start.effect->is_rough ? fit_rough(model, noise, start, incumbent, options)
-                                             : fit(model, noise, start.rig, parameters, options.replays_max, 2e-3);
+        made.fitted = start.effect->is_rough
+                          ? fit_rough(model, noise, start, incumbent, options)
+                          : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
         candidates.push_back(std::move(made));
