@@ -19,10 +19,12 @@ constexpr double leftover_significant = 30.0;
 constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
 constexpr double moments_bearable = 0.04;
 constexpr double bic_undecided = 10.0;   /* two causes nearer than this cannot be told apart */
-constexpr double bic_suspect = 100.0;    /* so much better, and yet not proved on unseen data: something is there */
+constexpr double bic_suspect = 40.0;     /* so much better, and yet no cause: something else is there */
+constexpr double held_out_least = 0.05;  /* share of the explainable error that an effect explains on unseen data */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
 constexpr double left_full = 0.003;      /* share of it that may be left of a full explanation: our own precision */
-constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
+constexpr double share_of_precision = 1e-5; /* the same where an effect points it out */
+constexpr double floor_exceeded = 1.21;     /* white sum of squares per row: 1.1 times the floor */
 
 constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
 
@@ -81,7 +83,8 @@ class block_search
         fit_base();
         base_ = incumbent_;
         rate_base(result);
-        for (int round = 0; round < input_.effects_max && is_worth_going_on(result); round++) {
+        is_rest_ = is_rest_of_rough_fault();
+        for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
             if (!find_next(result)) {
                 break;
             }
@@ -140,12 +143,16 @@ class block_search
                incumbent_.cost > bursts_exceed * static_cast<double>(incumbent_.rows);
     }
 
-    bool is_worth_going_on(const block_diagnosis &result)
+    /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
+     * of its own, as long as it is little beside what the fault did. */
+    bool is_rest_of_rough_fault()
     {
-        /* What plain features do not see, an effect of the library may. */
-        const bool is_at_floor = incumbent_.cost < 1.03 * static_cast<double>(incumbent_.rows) &&
-                                 leftover_.explained < leftover_significant;
-        return result.causes.empty() || !is_at_floor;
+        if (input_.without_rough_fault == nullptr) {
+            return false;
+        }
+        const double rows = static_cast<double>(incumbent_.rows);
+        return cost_of(model_, noise_, incumbent_.rig) - rows <
+               left_full * (cost_of(model_, noise_, *input_.without_rough_fault) - rows);
     }
 
     double share_left()
@@ -201,8 +208,8 @@ class block_search
                   [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
     }
 
-    /* On the validation record or the parts held out. Where these hardly show the effect, they prove nothing: then
-     * the record's odd parts are predicted from its even ones and the other way round. */
+    /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
+     * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
     gain gain_of(const candidate &best)
     {
         constexpr double hardly = 0.05;
@@ -210,7 +217,7 @@ class block_search
         add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
                  unseen_ ? row_use::fit : row_use::held_out);
         const gain first = gain_from(sums);
-        if (first.low > 0.0 || std::abs(first.value) > hardly || best.effect->is_rough) {
+        if (first.low > 0.0 || first.value < -hardly || best.effect->is_rough) {
             return first;
         }
         paired_sums crossed;
@@ -225,6 +232,14 @@ class block_search
         return gain_from(crossed);
     }
 
+    /* Not in a few moments only, which our own precision may make up. */
+    bool is_better_throughout(const candidate &one)
+    {
+        paired_sums sums;
+        add_sums(sums, model_, metric_, incumbent_.rig, one.fitted.rig, row_use::fit);
+        return blocks_that_differ(sums) > few_blocks;
+    }
+
     bool find_next(block_diagnosis &result)
     {
         metric_ = metric_for(incumbent_.rig);
@@ -234,7 +249,14 @@ class block_search
             return false;
         }
         compare_anew(candidates);
-        candidates.erase(std::remove_if(candidates.begin(), candidates.end(), size_may_be_zero), candidates.end());
+        std::vector<double> error;
+        model_.error(incumbent_.rig, error);
+        const record_scales scales = scales_of(model_, incumbent_.rig, error);
+        const auto is_none = [&](const candidate &one) {
+            const bool is_seen = one.effect->is_seen == nullptr || one.effect->is_seen(one.fitted.rig, scales);
+            return size_may_be_zero(one) || !is_seen;
+        };
+        candidates.erase(std::remove_if(candidates.begin(), candidates.end(), is_none), candidates.end());
         if (candidates.empty()) {
             return false;
         }
@@ -268,9 +290,11 @@ class block_search
             (incumbent_.cost - best.fitted.cost) /
             std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
         if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0 ||
+            gained.of_explainable < held_out_least ||
             of_all < (best.effect->refines.empty() ? share_of_all : share_of_all_refining)) {
-            if (bic_before - best.bic > bic_suspect && share > share_worthwhile) {
-                is_suspect_ = true;
+            is_suspect_ = is_suspect_ || (bic_before - best.bic > bic_suspect && of_all > share_of_precision &&
+                                          is_better_throughout(best));
+            if (is_suspect_ && share > share_worthwhile) {
                 result.alternatives.push_back({best.effect, best.bic - bic_before});
             }
             return false;
@@ -377,8 +401,10 @@ class block_search
             (!result.causes.empty() || input_.has_cause_upstream) && result.bad_moments < moments_bearable;
         result.left = share_left();
         result.left_class = leftover_.strongest;
+        const bool has_thresholds =
+            std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->is_rough; });
         const bool something_is_left =
-            !only_moments &&
+            !is_rest_ && (!only_moments || (is_suspect_ && !has_thresholds)) &&
             (is_suspect_ || exceeds_measured_floor() ||
              (leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full)));
         if (result.causes.empty()) {
@@ -450,6 +476,7 @@ class block_search
     leftover leftover_;
     bool has_floor_ = false; /* measured, and to be believed */
     bool is_suspect_ = false;
+    bool is_rest_ = false;
     std::vector<const effect *> found_;
 };
 

@@ -251,7 +251,11 @@ diagnosis diagnose(const diagnosis_request &request)
         }
         if (block == block::force && !result.blocks.empty() && result.blocks.back().block == block::robot) {
             input.upstream = result.blocks.back().refinable;
-            input.has_cause_upstream = !result.blocks.back().causes.empty();
+            const std::vector<cause> &causes = result.blocks.back().causes;
+            input.has_cause_upstream = !causes.empty();
+            const bool is_rough =
+                std::any_of(causes.begin(), causes.end(), [](const cause &known) { return known.effect->is_rough; });
+            input.without_rough_fault = is_rough ? &request.rig : nullptr;
         }
         block_diagnosis found = diagnose_block(block, input, result.extended, events,
                                                block == block::force ? repeats : std::vector<event_finding>{});

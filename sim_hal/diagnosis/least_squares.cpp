@@ -172,9 +172,7 @@ class solver
         now_.sum = sum;
         is_fresh_ = false;
         is_renewed_ = false;
-        damping_ = ratio > 0.75   ? std::max(damping_least, 0.1 * damping_)
-                   : ratio < 0.25 ? 4.0 * damping_
-                                  : damping_;
+        damping_ = ratio > 0.75 ? std::max(damping_least, 0.1 * damping_) : ratio < 0.25 ? 4.0 * damping_ : damping_;
         if (ratio < 0.5) {
             renew_unknown();
         }

@@ -85,11 +85,12 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const start_p
 {
     const std::string_view key = start.effect->parameters[0].key;
     double best = value_of(start.rig, key);
-    double factor = 1.3; /* the spacing of the starts, about */
+    double factor = 1.3;      /* the spacing of the starts, about */
+    constexpr int rounds = 9; /* to 2e-4 of the size: each of a thousand switchings then falls into its tick */
     fit_result fitted;
     fitted.rig = start.rig;
     double cost = cost_of(model, noise, start.rig);
-    for (int round = 0; round < 5; round++) {
+    for (int round = 0; round < rounds; round++) {
         const double middle = best;
         for (const double place : {-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8}) {
             rig tried = fitted.rig;
@@ -123,6 +124,25 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const start_p
     fitted.parameters.push_back({find_key(key), 0.5 * best, 2.0 * best});
     fitted.ci95.push_back(width);
     return fitted;
+}
+
+/* Size of the error that only this share of the rows of the fit exceeds. */
+double exceeded_by(const std::vector<double> &error, const std::vector<row_use> &uses, double share)
+{
+    std::vector<double> sizes;
+    sizes.reserve(error.size());
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (uses[n] == row_use::fit) {
+            sizes.push_back(std::abs(error[n]));
+        }
+    }
+    if (sizes.empty()) {
+        return 0.0;
+    }
+    const auto at =
+        sizes.begin() + static_cast<std::ptrdiff_t>((1.0 - share) * static_cast<double>(sizes.size() - 1));
+    std::nth_element(sizes.begin(), at, sizes.end());
+    return *at;
 }
 
 bool is_tried(const effect &effect, block_model &model, const rig &given,
@@ -183,6 +203,7 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
         scales.force_N = rig.firmware.manipulator.stiffness_N_per_m * scales.position_m;
     }
     scales.residual = rms_of(error, model.uses(), row_use::fit);
+    scales.residual_peak = exceeded_by(error, model.uses(), 0.005);
     scales.residual_frequency_Hz = strongest_frequency_Hz(error, record.period_s);
     if (model.which() == block::robot) {
         scales.residual_pitch_m = strongest_pitches_m(error, model.motion().at_tick_m, 3);

@@ -24,6 +24,7 @@ struct record_scales {
     double acceleration_m_per_s2 = 0.0;
     double force_N = 0.0;                 /* largest */
     double residual = 0.0;                /* rms of the block's error, in m or N */
+    double residual_peak = 0.0;           /* one row in 200 is further off */
     double residual_frequency_Hz = 0.0;   /* strongest line of the error */
     std::vector<double> residual_pitch_m; /* strongest periods of the error over position */
 };
@@ -57,6 +58,9 @@ struct effect {
 
     /* How many times smaller or larger than a start a fit may go: what is another effect beyond it stays apart. */
     double reach = 30.0;
+
+    /* Whether the record spans enough for what was fitted to be this effect; nullptr: it does. */
+    bool (*is_seen)(const rig &fitted, const record_scales &scales) = nullptr;
 
     /* Whether twice the first parameter does about twice as much: then the best of all sizes follows from one. */
     bool is_proportional = false;

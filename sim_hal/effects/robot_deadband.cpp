@@ -37,7 +37,14 @@ effect robot_deadband()
     made.source = "servo drives";
     made.parameters = {
         {"robot.deadband_m", 0.0, 10.0, "setpoints nearer than this to the last one taken are ignored"}};
-    made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.position_m, 1e-4, 0.5, 24); };
+    made.starts = [](const rig &, const record_scales &scales) {
+        /* Motion that ignores up to delta is off by up to delta; a size that is wrong by a twentieth jumps at other
+         * moments and explains nothing. */
+        std::vector<effect_values> all = grid_of(scales.residual_peak, 0.8, 1.25, 12);
+        const std::vector<effect_values> more = grid_of(scales.position_m, 1e-4, 0.5, 24);
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    };
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
         return std::make_unique<deadband>(value_of(rig, "robot.deadband_m"));
     };

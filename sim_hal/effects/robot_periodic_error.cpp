@@ -52,7 +52,11 @@ effect robot_periodic_error()
                                                 value_of(rig, "robot.periodic_error_pitch_m"),
                                                 value_of(rig, "robot.periodic_error_phase_rad"));
     };
-    made.reach = 3.0; /* a period longer than the path is a gain */
+    made.reach = 3.0;
+    made.is_seen = [](const rig &fitted, const record_scales &scales) {
+        /* One and a half periods on the path: less is the bend of some other curve. */
+        return 1.5 * value_of(fitted, "robot.periodic_error_pitch_m") < 2.0 * scales.position_m;
+    };
     made.is_proportional = true;
     made.generalises = "robot.gain";
     return made;

@@ -81,6 +81,7 @@ def judge(truth, diagnosis, inseparable=()):
     wrong = [name for name in diagnosis.causes if name not in true]
     named = set(diagnosis.causes) | ({entry["effect"] for entry in truth["effects"]}
                                      if set(diagnosis.causes) & set(inseparable) else set())
+    named |= {whole for whole, parts in PARTS.items() if parts <= named}
     verdicts = {"named", "partly_explained"} if truth["richer"] else {"named"}
     found = Judgement("quiet", diagnosis.verdict, diagnosis.causes, wrong)
     in_library = all(not name.startswith("outside.") for name in true)
