@@ -14,18 +14,25 @@ constexpr std::size_t count_min = 5; /* fewer may be anything */
 event_finding finding(const char *name, std::size_t count, std::size_t of)
 {
     const double p = static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of, 1));
-    const double width = 1.96 * std::sqrt(p * (1.0 - p) / static_cast<double>(std::max<std::size_t>(of, 1)));
+    const double tries = static_cast<double>(std::max<std::size_t>(of, 1));
+    const double width = 1.96 * std::sqrt(p * (1.0 - p) / tries) + 1.92 / tries; /* about Wilson's */
     return {find_effect(name), {p}, {width}, count};
 }
 
 /* Rows whose value is that of the row before, in runs of at most `run_max`, while the signal moves by several of its
  * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
  * largest and smallest values, where a limit holds it. */
-std::vector<std::uint8_t> repeated_rows(const record &record, const std::vector<double> &x)
+struct repetitions {
+    std::vector<std::uint8_t> rows;    /* empty: no more than by chance */
+    std::vector<std::uint8_t> chances; /* rows that would have told */
+};
+
+repetitions repeated_rows(const record &record, const std::vector<double> &x)
 {
     constexpr std::size_t run_max = 20;
     constexpr double steps_min = 4.0;
     std::vector<std::uint8_t> rows(record.size(), 0);
+    std::vector<std::uint8_t> chances(record.size(), 0);
     double smallest = unlimited;
     for (std::size_t n = 1; n < x.size(); n++) {
         const double change = std::abs(x[n] - x[n - 1]);
@@ -50,6 +57,11 @@ std::vector<std::uint8_t> repeated_rows(const record &record, const std::vector<
             const double before = std::abs(x[n - 1] - x[n - 2]);
             const double after = std::abs(x[end] - x[n - 1]);
             const bool is_limit = x[n - 1] == *least || x[n - 1] == *largest;
+            const double beyond = std::abs(x[std::max(end, n + 1)] - x[n - 1]);
+            if (!is_limit && before >= steps_min * smallest && beyond >= steps_min * smallest) {
+                std::fill(chances.begin() + static_cast<std::ptrdiff_t>(n),
+                          chances.begin() + static_cast<std::ptrdiff_t>(std::max(end, n + 1)), std::uint8_t{1});
+            }
             if (is_short && !is_limit && before >= steps_min * smallest && after >= steps_min * smallest) {
                 std::fill(rows.begin() + static_cast<std::ptrdiff_t>(n),
                           rows.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
@@ -60,7 +72,7 @@ std::vector<std::uint8_t> repeated_rows(const record &record, const std::vector<
     }
     const double by_chance = 0.5 * static_cast<double>(single_steps);
     const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
-    return repeats < count_min || !is_more ? std::vector<std::uint8_t>{} : rows;
+    return {repeats < count_min || !is_more ? std::vector<std::uint8_t>{} : rows, chances};
 }
 
 std::size_t count_of(const std::vector<std::uint8_t> &rows)
@@ -73,23 +85,29 @@ std::size_t count_of(const std::vector<std::uint8_t> &rows)
 std::vector<event_finding> find_repeats(const record &record, const rig &given, sample_events &events)
 {
     std::vector<event_finding> found;
+    repetitions robot_told;
+    repetitions force_told;
     if (!record.robot_position_m.empty()) {
-        events.robot_repeats = repeated_rows(record, record.robot_position_m);
+        robot_told = repeated_rows(record, record.robot_position_m);
+        events.robot_repeats = robot_told.rows;
     }
     if (!record.force_N.empty()) {
-        events.force_repeats = repeated_rows(record, record.force_N);
+        force_told = repeated_rows(record, record.force_N);
+        events.force_repeats = force_told.rows;
     }
     const std::size_t robot = count_of(events.robot_repeats);
     const std::size_t force = count_of(events.force_repeats);
     std::size_t both = 0;
+    std::size_t chances_of_both = 0;
     for (std::size_t n = 0; robot > 0 && force > 0 && n < record.size(); n++) {
         both += events.robot_repeats[n] != 0 && events.force_repeats[n] != 0;
+        chances_of_both += robot_told.chances[n] != 0 && force_told.chances[n] != 0;
     }
     if (both >= count_min && 10 * both >= 7 * std::max(robot, force)) {
-        found.push_back(finding("loop.lost_samples", both, record.size()));
+        found.push_back(finding("loop.lost_samples", both, chances_of_both));
     } else if (force > 0 && given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
                given.bus.loss_probability == 0.0) {
-        found.push_back(finding("sensor.dropouts", force, record.size()));
+        found.push_back(finding("sensor.dropouts", force, count_of(force_told.chances)));
     }
     return found;
 }

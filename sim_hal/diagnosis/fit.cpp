@@ -127,8 +127,29 @@ class problem
     Eigen::Index rows_ = 0;
 };
 
-/* Half widths from the curvature at the end; the white error's own size counts where it is above 1. */
-std::vector<double> intervals(const problem &problem, const least_squares_result &found, double cost_per_row)
+/* What the slopes and the white error have in common, block by block of about half a second: its spread shows how
+ * far the parameters may be off although the error is neither white nor what the model takes it for (the sandwich
+ * estimator of Huber 1967 and White 1980, clustered in time). */
+Eigen::MatrixXd spread_of_scores(const Eigen::MatrixXd &jacobian, const Eigen::VectorXd &residual, Eigen::Index rows,
+                                 Eigen::Index block)
+{
+    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
+    double blocks = 0.0;
+    for (Eigen::Index begin = 0; begin < rows; begin += block) {
+        const Eigen::Index count = std::min(block, rows - begin);
+        const Eigen::VectorXd score = jacobian.middleRows(begin, count).transpose() * residual.segment(begin, count);
+        spread += score * score.transpose();
+        blocks += 1.0;
+    }
+    const double free = std::max(1.0, blocks - static_cast<double>(jacobian.cols()));
+    const Eigen::MatrixXd prior = jacobian.bottomRows(jacobian.rows() - rows);
+    return spread * (blocks / free) + prior.transpose() * prior;
+}
+
+/* Half widths: from the curvature at the end, the white error's own size counting where it is above 1, or from the
+ * spread over the record, whichever is wider. */
+std::vector<double> intervals(const problem &problem, const least_squares_result &found, double cost_per_row,
+                              Eigen::Index block)
 {
     Eigen::MatrixXd jacobian = found.jacobian;
     for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
@@ -139,11 +160,13 @@ std::vector<double> intervals(const problem &problem, const least_squares_result
     Eigen::MatrixXd information = scaled.transpose() * scaled;
     information.diagonal().array() += 1e-12;
     const Eigen::MatrixXd covariance = information.inverse();
+    const Eigen::MatrixXd sandwich =
+        covariance * spread_of_scores(scaled, found.residual, problem.rows(), block) * covariance;
     const double excess = std::max(1.0, cost_per_row);
     std::vector<double> widths;
     widths.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
-        widths.push_back(1.96 * std::sqrt(excess * covariance(i, i)) / scale(i));
+        widths.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
     }
     return widths;
 }
@@ -182,9 +205,10 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         result.cost = found.residual.head(problem.rows()).squaredNorm();
         result.replays = found.evaluations;
         if (first_look == nullptr) {
-            result.ci95 =
-                intervals(problem, found,
-                          result.cost / std::max(1.0, static_cast<double>(problem.rows()) / noise.rows_per_fact));
+            const double rows = std::max(1.0, static_cast<double>(problem.rows()) / noise.rows_per_fact);
+            const auto half_second = static_cast<Eigen::Index>(0.5 / model.data().period_s);
+            const Eigen::Index block = std::max<Eigen::Index>(5, std::min(half_second, problem.rows() / 40));
+            result.ci95 = intervals(problem, found, result.cost / rows, block);
         }
     }
     result.rows = static_cast<std::size_t>(static_cast<double>(problem.rows()) / noise.rows_per_fact);

@@ -24,6 +24,7 @@ from equivalents import indistinguishable  # noqa: E402
 from generate import write  # noqa: E402
 from judge import admits_ignorance, detectable, is_confident, judge, names_nothing  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
+from physics import Unstable  # noqa: E402
 from scenario import draw  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -74,8 +75,11 @@ def inseparable_names(scenario, found, true):
     """The wrong names among the causes that this record cannot tell from the truth; asked only if named outright."""
     if not scenario.effects or not is_confident(found) or len(found.causes) != 1 or len(scenario.effects) != 1:
         return []
-    return [name for name in found.causes if name not in true and indistinguishable(
-        scenario, name, {p: value for p, (value, _, _) in found.parameters[name].items()})]
+    try:
+        return [name for name in found.causes if name not in true and indistinguishable(
+            scenario, name, {p: value for p, (value, _, _) in found.parameters[name].items()})]
+    except Unstable:  # the loop with the other effect is none
+        return []
 
 
 def reproduction(seed, effect, size, kind):

@@ -150,7 +150,8 @@ static double read_N(const struct truth *p, double sensed, double operator_N, do
     const double read =
         p->sensor_gain * F + p->sensor_bias_N + p->sensor_drift_N_per_s * since_start(t) +
         p->sensor_crosstalk * operator_N + p->sensor_warming_N * (1.0 - exp(-since_start(t) / p->sensor_warming_s)) +
-        p->sensor_periodic_N * sin(p->sensor_periodic_rad_per_s * t + p->sensor_periodic_rad) + noise_N;
+        p->sensor_periodic_N * sin(p->sensor_periodic_rad_per_s * (t - p->sensor_delay_s) + p->sensor_periodic_rad) +
+        noise_N; /* it hums into the sample, which is read a delay later */
     return rounded(clamp(read, -p->sensor_saturation_N, p->sensor_saturation_N), p->sensor_step_N);
 }
 
