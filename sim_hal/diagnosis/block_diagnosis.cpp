@@ -299,6 +299,7 @@ class block_search
             }
             return false;
         }
+        is_suspect_ = false;
         if (!best.effect->refines.empty()) {
             fix_estimates(result); /* a refinement shares out anew what they explain */
         }

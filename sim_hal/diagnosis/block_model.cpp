@@ -126,6 +126,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
     const auto rows_with_spring =
         std::max<std::size_t>(20, static_cast<std::size_t>(window_with_spring_s / record.period_s));
     divide(held_out, integrates ? rows_without_spring : rows_with_spring);
+    starts_ = starts_of_windows(record, windows_);
     rows_per_fact_ = integrates ? 0.25 * static_cast<double>(rows_without_spring) : 1.0;
 }
 
@@ -201,45 +202,68 @@ void block_model::replay_motion(const rig &rig)
         }
         return found;
     }();
-    const bool fine = block_ == block::force && object_is_nonlinear(rig);
-    std::vector<double> made_for{static_cast<double>(rig.robot.clock), fine ? 1.0 : 0.0, rig.sensor.delay_ms};
+    const int steps_min = block_ == block::force ? object_steps_a_tick(rig) : 1;
+    std::vector<double> made_for{static_cast<double>(rig.robot.clock), static_cast<double>(steps_min),
+                                 rig.sensor.delay_ms};
     for (const rig_key *const key : robot_keys) {
         made_for.push_back(*static_cast<double *>(key->member(const_cast<berth::rig &>(rig))));
     }
     if (made_for != motion_keys_) {
-        replay_robot(rig, record_, events_, fine, motion_);
+        replay_robot(rig, record_, events_, steps_min, motion_);
         motion_keys_ = std::move(made_for);
     }
 }
 
 void block_model::error(const rig &rig, std::vector<double> &error)
 {
-    const std::vector<double> &truth = measured();
     error.resize(record_.size());
-    const std::vector<double> *simulated = &simulated_;
     switch (block_) {
     case block::manipulator:
-        replay_manipulator(rig, record_, windows_, simulated_);
-        break;
+        replay_windows(rig, error);
+        return;
     case block::robot:
         replay_motion(rig);
-        simulated = &motion_.at_tick_m;
-        break;
+        compare(motion_.at_tick_m, error);
+        return;
     case block::force:
         replay_motion(rig);
         replay_force(rig, record_, motion_, simulated_);
-        break;
-    }
-    for (std::size_t n = 0; n < truth.size(); n++) {
-        error[n] = uses_[n] == row_use::none ? 0.0 : truth[n] - (*simulated)[n];
-    }
-    if (block_ == block::manipulator) {
-        remove_starts(rig, error);
+        compare(simulated_, error);
+        return;
     }
 }
 
+/* Measured less simulated. */
+void block_model::compare(const std::vector<double> &simulated, std::vector<double> &error) const
+{
+    const std::vector<double> &truth = measured();
+    for (std::size_t n = 0; n < truth.size(); n++) {
+        error[n] = uses_[n] == row_use::none ? 0.0 : truth[n] - simulated[n];
+    }
+}
+
+/* What a window's start explains is linear in it only for a linear manipulator: else once more from the better
+ * start.
+ */
+void block_model::replay_windows(const rig &rig, std::vector<double> &error)
+{
+    replay_manipulator(rig, record_, windows_, starts_, simulated_);
+    compare(simulated_, error);
+    const std::vector<Eigen::Vector2d> off = remove_starts(rig, error);
+    if (active_stages(rig, &effect::on_body, "manipulator").empty()) {
+        return;
+    }
+    std::vector<Eigen::Vector2d> starts = starts_;
+    for (std::size_t i = 0; i < starts.size(); i++) {
+        starts[i] += off[i];
+    }
+    replay_manipulator(rig, record_, windows_, starts, simulated_);
+    compare(simulated_, error);
+    remove_starts(rig, error);
+}
+
 /* A window's first position and velocity are known badly: what they explain is taken out, by least squares. */
-void block_model::remove_starts(const rig &rig, std::vector<double> &error) const
+std::vector<Eigen::Vector2d> block_model::remove_starts(const rig &rig, std::vector<double> &error) const
 {
     const manipulator_config &config = rig.firmware.manipulator;
     Eigen::Matrix2d a;
@@ -251,6 +275,8 @@ void block_model::remove_starts(const rig &rig, std::vector<double> &error) cons
         term = (term * a * h / i).eval();
         transition += term;
     }
+    std::vector<Eigen::Vector2d> off;
+    off.reserve(windows_.size());
     for (const record_segment &window : windows_) {
         const auto count = static_cast<Eigen::Index>(window.end - window.begin);
         Eigen::MatrixXd basis(count, 2);
@@ -261,9 +287,10 @@ void block_model::remove_starts(const rig &rig, std::vector<double> &error) cons
         }
         Eigen::Map<Eigen::VectorXd> part(error.data() + window.begin, count);
         const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
-        const Eigen::VectorXd start = qr.solve(part);
-        part -= basis * start;
+        off.emplace_back(qr.solve(part));
+        part -= basis * off.back();
     }
+    return off;
 }
 
 void block_model::respond_to_force(const rig &rig, std::vector<double> &force_N) const

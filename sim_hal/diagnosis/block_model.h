@@ -62,7 +62,9 @@ class block_model
     bool starts_at_rest(const record_segment &segment) const;
     void divide(held_out_parts held_out, std::size_t length);
     void replay_motion(const rig &rig);
-    void remove_starts(const rig &rig, std::vector<double> &error) const;
+    void compare(const std::vector<double> &simulated, std::vector<double> &error) const;
+    void replay_windows(const rig &rig, std::vector<double> &error);
+    std::vector<Eigen::Vector2d> remove_starts(const rig &rig, std::vector<double> &error) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
     void pass_sensor(const rig &rig, std::vector<double> &force_N) const;
 
@@ -70,7 +72,8 @@ class block_model
     const record &record_;
     const sample_events &events_;
     std::vector<row_use> uses_;
-    std::vector<record_segment> windows_; /* manipulator: parts that each start anew */
+    std::vector<record_segment> windows_; /* manipulator: parts that each start anew, from these states */
+    std::vector<Eigen::Vector2d> starts_;
     robot_motion motion_;
     std::vector<double> motion_keys_; /* what motion_ was made for */
     std::vector<double> simulated_;

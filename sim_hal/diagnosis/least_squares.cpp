@@ -71,10 +71,11 @@ class solver
             if (iterate()) {
                 continue;
             }
-            if (is_fresh_ || problem_.is_first_look) {
+            if (is_fresh_ || (problem_.is_first_look && !is_stuck_)) {
                 break;
             }
             renew_all();
+            is_stuck_ = false;
         }
         if (!is_fresh_ && !problem_.is_first_look) {
             renew_all(); /* what intervals are computed from */
@@ -157,6 +158,7 @@ class solver
                 return true;
             }
             if (++refusals >= refusals_bearable && !is_fresh_) {
+                is_stuck_ = true;
                 return false;
             }
         }
@@ -183,6 +185,7 @@ class solver
     Eigen::VectorXd tried_;
     double damping_ = 1e-3;
     bool is_fresh_ = true;
+    bool is_stuck_ = false;  /* the Jacobian is too wrong to go on with */
     bool is_renewed_ = true; /* those columns that were not known at the start */
 };
 

@@ -23,7 +23,7 @@ struct least_squares_problem {
     std::vector<bool> slope_is_known; /* one a column; empty: none is */
     double tolerance = 1e-5;          /* a decrease of the sum of squares by less than this share ends it */
     int evaluations_max = 100;
-    bool is_first_look = false; /* content with a Jacobian that is not fresh */
+    bool is_first_look = false; /* content with a Jacobian that is not fresh, as long as it leads on */
 };
 
 struct least_squares_result {

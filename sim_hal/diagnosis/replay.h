@@ -4,6 +4,7 @@
 #define SIM_HAL_DIAGNOSIS_REPLAY_H
 
 #include <cstdint>
+#include <Eigen/Core>
 #include <vector>
 
 #include "../../hal/rig/rig.h"
@@ -42,18 +43,20 @@ struct robot_motion {
     std::vector<double> at_tick_m;  /* one a row */
 };
 
-/* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. `fine`: as
- * many steps a tick as a nonlinear object needs. */
-void replay_robot(const rig &rig, const record &record, const sample_events &events, bool fine,
+/* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. A tick
+ * has at least `steps_min` steps. */
+void replay_robot(const rig &rig, const record &record, const sample_events &events, int steps_min,
                   robot_motion &motion);
 
 /* Motion to force samples, N, one a row. */
 void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N);
 
-/* Operator and measured force to the position of the manipulator, m, one a row. Each of `windows` starts from
- * position and velocity that a parabola through the record gives. */
+/* Position in m and velocity in m/s at the start of each window, from a parabola through its first rows. */
+std::vector<Eigen::Vector2d> starts_of_windows(const record &record, const std::vector<record_segment> &windows);
+
+/* Operator and measured force to the position of the manipulator, m, one a row; each window starts anew. */
 void replay_manipulator(const rig &rig, const record &record, const std::vector<record_segment> &windows,
-                        std::vector<double> &position_m);
+                        const std::vector<Eigen::Vector2d> &starts, std::vector<double> &position_m);
 
 } // namespace berth
 

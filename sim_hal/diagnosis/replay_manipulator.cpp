@@ -11,7 +11,6 @@ namespace berth
 namespace
 {
 
-/* Position and velocity at the start of a window, from a parabola through its first rows. */
 Eigen::Vector2d first_state(const std::vector<double> &position_m, const record_segment &window, double period_s)
 {
     const std::size_t count = std::min<std::size_t>(window.end - window.begin, 15);
@@ -31,13 +30,24 @@ Eigen::Vector2d first_state(const std::vector<double> &position_m, const record_
 
 } // namespace
 
+std::vector<Eigen::Vector2d> starts_of_windows(const record &record, const std::vector<record_segment> &windows)
+{
+    std::vector<Eigen::Vector2d> starts;
+    starts.reserve(windows.size());
+    for (const record_segment &window : windows) {
+        starts.push_back(first_state(record.command_position_m, window, record.period_s));
+    }
+    return starts;
+}
+
 void replay_manipulator(const rig &rig, const record &record, const std::vector<record_segment> &windows,
-                        std::vector<double> &position_m)
+                        const std::vector<Eigen::Vector2d> &starts, std::vector<double> &position_m)
 {
     manipulator_steps steps(rig, record.period_s);
     position_m.assign(record.size(), 0.0);
-    for (const record_segment &window : windows) {
-        steps.start(first_state(record.command_position_m, window, record.period_s));
+    for (std::size_t i = 0; i < windows.size(); i++) {
+        const record_segment &window = windows[i];
+        steps.start(starts[i]);
         for (std::size_t n = window.begin; n < window.end; n++) {
             position_m[n] = steps.state()(0);
             const double goal_m = record.operator_position_m.empty() ? 0.0 : record.operator_position_m[n];

@@ -161,14 +161,16 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
     return tick;
 }
 
-void replay_robot(const rig &rig, const record &record, const sample_events &events, bool fine, robot_motion &motion)
+void replay_robot(const rig &rig, const record &record, const sample_events &events, int steps_min,
+                  robot_motion &motion)
 {
     const double period_s = record.period_s;
     const bool holds = rig.robot.interpolation == interpolation::hold;
     const bool has_motion_effect = !active_stages(rig, &effect::on_motion).empty();
-    const int steps = has_motion_effect                      ? cornered_steps_a_tick
-                      : fine || rig.has_transfer_behaviour() ? fine_steps_a_tick
-                                                             : 1;
+    const int own_steps = has_motion_effect              ? cornered_steps_a_tick
+                          : rig.has_transfer_behaviour() ? fine_steps_a_tick
+                                                         : 1;
+    const int steps = std::max(own_steps, steps_min);
     motion.tick = divide_tick(rig, period_s, steps);
     motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());

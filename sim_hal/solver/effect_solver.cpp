@@ -11,8 +11,9 @@ namespace
 std::int64_t longest_step_ns(const rig &rig)
 {
     const bool has_corners = !active_stages(rig, &effect::on_motion).empty();
-    const std::int64_t step_ns =
-        config_period_ns(&rig.firmware) / (has_corners ? cornered_steps_a_tick : fine_steps_a_tick);
+    const int steps_a_tick =
+        std::max(has_corners ? cornered_steps_a_tick : fine_steps_a_tick, object_steps_a_tick(rig));
+    const std::int64_t step_ns = config_period_ns(&rig.firmware) / steps_a_tick;
     const std::int64_t contact_ns = std::llround(rig.solver.contact_step_us * 1e3);
     return std::max<std::int64_t>(1,
                                   rig.object.kind == object_kind::contact ? std::min(step_ns, contact_ns) : step_ns);

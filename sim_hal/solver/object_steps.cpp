@@ -45,10 +45,14 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
 
 } // namespace
 
-bool object_is_nonlinear(const rig &rig)
+int object_steps_a_tick(const rig &rig)
 {
-    return rig.object.kind == object_kind::contact || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
-           !active_stages(rig, &effect::on_body, "object").empty();
+    const bool is_nonlinear = rig.object.kind == object_kind::contact ||
+                              value_of_effect(rig, "object.grip_force_N") > 0.0 ||
+                              !active_stages(rig, &effect::on_body, "object").empty();
+    return value_of_effect(rig, "object.impact_damping_s_per_m") > 0.0 ? 4 * fine_steps_a_tick
+           : is_nonlinear                                              ? fine_steps_a_tick
+                                                                       : 1;
 }
 
 object_steps::object_steps(const rig &rig)

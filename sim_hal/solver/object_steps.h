@@ -14,13 +14,14 @@
 namespace berth
 {
 
-/* An effect on the object, or contact: steps have to be short. */
-bool object_is_nonlinear(const rig &rig);
-
 /* Steps a tick that keep a 10 Hz motion at 400 Hz to an error of 1e-4. Corners that an effect makes in the robot's
  * motion lie between the steps and hit the sensor's stiff spring: twice as many. */
 constexpr int fine_steps_a_tick = 4;
 constexpr int cornered_steps_a_tick = 8;
+
+/* Steps a tick that the object needs: one where it is linear. A contact that stiffens with the velocity begins and
+ * ends between steps: 4 of them leave 8 % of a small noise's rms, 16 less than 2 %. */
+int object_steps_a_tick(const rig &rig);
 
 class object_steps
 {
