@@ -37,9 +37,13 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
     const tick_steps &tick = motion.tick;
     object_steps object(rig);
     std::vector<object_steps::step_maps> maps(tick.kinds); /* by kind of step */
+    std::vector<object_steps::step_maps> fine(tick.kinds);
     for (std::size_t step = 0; step < tick.count(); step++) {
         if (step == 0 || tick.kind[step] != tick.kind[step - 1]) {
             maps[tick.kind[step]] = object.make_maps(tick.duration_s[step]);
+            if (rig.object.kind == object_kind::contact) {
+                fine[tick.kind[step]] = object.make_maps(tick.duration_s[step] / object_steps::fine_parts);
+            }
         }
     }
     force_N.assign(record.size(), 0.0);
@@ -62,7 +66,9 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
                 if (step == tick.sample_after) {
                     sampled[n] = filters.empty() ? object.measured_N() : now_N;
                 }
-                object.advance(maps[tick.kind[step]], tick.duration_s[step], position_m[0], position_m[1], time_s);
+                const std::size_t kind = tick.kind[step];
+                object.advance_watching(maps[kind], fine[kind], tick.duration_s[step], position_m[0], position_m[1],
+                                        time_s);
                 time_s += tick.duration_s[step];
                 position_m++;
                 if (!filters.empty()) {
