@@ -63,7 +63,7 @@ def gain_text(gain):
 
 def is_counted(cause):
     """Found in single samples: no fit, hence no BIC and no gain, belongs to it."""
-    return cause["delta_bic"] == 0 and cause["held_out_gain"]["value"] == 0
+    return cause["delta_bic"] is None
 
 
 def cause_sentence(cause):

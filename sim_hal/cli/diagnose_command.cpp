@@ -49,17 +49,27 @@ nlohmann::json as_json(const part_rms &rms)
     return {{"before", rms.before}, {"retuned", rms.retuned}, {"after", rms.after}, {"floor", rms.floor}};
 }
 
+/* What was counted in single samples was not fitted: no BIC and no gain belong to it. */
+nlohmann::json as_json(const cause &known)
+{
+    nlohmann::json json{{"effect", known.effect->name},
+                        {"parameters", as_json(known.parameters)},
+                        {"delta_bic", nullptr},
+                        {"share_explained", known.share_explained},
+                        {"held_out_gain", nullptr}};
+    if (!known.effect->is_of_single_samples) {
+        json["delta_bic"] = known.delta_bic;
+        json["held_out_gain"] = {{"value", known.held_out_gain},
+                                 {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}};
+    }
+    return json;
+}
+
 nlohmann::json as_json(const block_diagnosis &block)
 {
     nlohmann::json causes = nlohmann::json::array();
     for (const cause &known : block.causes) {
-        causes.push_back(
-            {{"effect", known.effect->name},
-             {"parameters", as_json(known.parameters)},
-             {"delta_bic", known.delta_bic},
-             {"share_explained", known.share_explained},
-             {"held_out_gain",
-              {{"value", known.held_out_gain}, {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}}}});
+        causes.push_back(as_json(known));
     }
     nlohmann::json alternatives = nlohmann::json::array();
     for (const alternative &other : block.alternatives) {

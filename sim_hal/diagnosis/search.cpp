@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
 
+#include "response.h"
 #include "spectrum_lines.h"
 
 namespace berth
@@ -17,56 +17,6 @@ struct start_point {
     const berth::effect *effect;
     berth::rig rig;
     double promise; /* decrease of the white sum of squares */
-};
-
-berth::rig with_values(const rig &base, const effect &effect, const effect_values &values)
-{
-    rig made = base;
-    if (effect.switch_on != nullptr) {
-        effect.switch_on(made);
-    }
-    for (std::size_t i = 0; i < values.size(); i++) {
-        set_number(made, effect.parameters[i].key, values[i]);
-    }
-    return made;
-}
-
-/* What small changes of the parameters do to the white error, as an orthonormal basis. */
-class tangent_space
-{
-  public:
-    tangent_space(block_model &model, const noise_model &noise, const fit_result &at, const Eigen::VectorXd &white)
-    {
-        Eigen::MatrixXd jacobian =
-            Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
-        std::vector<double> error;
-        std::vector<double> moved_white;
-        for (std::size_t i = 0; i < at.parameters.size(); i++) {
-            const free_parameter &parameter = at.parameters[i];
-            rig moved = at.rig;
-            double &value = *static_cast<double *>(parameter.key->member(moved));
-            const double place = (value - parameter.low) / (parameter.high - parameter.low);
-            if (place < 0.01 || place > 0.99) {
-                continue; /* at a bound it cannot make up for anything more */
-            }
-            value += 1e-4 * (value != 0.0 ? value : parameter.high);
-            model.error(moved, error);
-            whiten(noise, error, model.uses(), row_use::fit, moved_white);
-            jacobian.col(static_cast<Eigen::Index>(i)) =
-                Eigen::Map<const Eigen::VectorXd>(moved_white.data(), white.size()) - white;
-        }
-        for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
-            const double size = jacobian.col(i).norm();
-            jacobian.col(i) /= size > 0.0 ? size : 1.0;
-        }
-        const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
-        basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(white.size(), qr.rank());
-    }
-
-    Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
-
-  private:
-    Eigen::MatrixXd basis_;
 };
 
 /* An effect of one size, searched on a grid that closes in on the best one, with the base model fitted in between.
@@ -116,6 +66,8 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const start_p
     return fitted;
 }
 
+} // namespace
+
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
@@ -126,8 +78,6 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
             std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
 }
-
-} // namespace
 
 double bic_of(double cost, std::size_t rows, std::size_t parameters)
 {
@@ -186,11 +136,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                                       const search_options &options)
 {
     std::vector<double> error;
-    std::vector<double> white;
     model.error(incumbent.rig, error);
-    whiten(noise, error, model.uses(), row_use::fit, white);
-    const auto size = static_cast<Eigen::Index>(white.size());
-    const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
+    const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
     const tangent_space base(model, noise, incumbent, here);
     const Eigen::VectorXd rest = base.less(here);
     const record_scales scales = scales_of(model, incumbent.rig, error);
@@ -202,10 +149,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         }
         for (const effect_values &values : effect.starts(incumbent.rig, scales)) {
             start_point start{&effect, with_values(incumbent.rig, effect, values), 0.0};
-            model.error(start.rig, error);
-            whiten(noise, error, model.uses(), row_use::fit, white);
-            const Eigen::VectorXd there = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
-            const Eigen::VectorXd change = base.less(there - here);
+            const Eigen::VectorXd change = base.less(white_error(model, noise, start.rig) - here);
             const double square = change.squaredNorm();
             if (!(square > 0.0) || !std::isfinite(square)) {
                 continue;
