@@ -157,7 +157,7 @@ def details(diagnosis):
     for block in diagnosis.blocks:
         if block.told["verdict"] in WITH_REST:
             lines.append(left_sentence(block))
-    if told["verdict"] == "nothing_detectable" and not told.get("smallest_detectable"):
+    if told["verdict"] == "nothing_detectable" and not told["detectable"]:
         lines += [visible_sentence(block) for block in diagnosis.blocks]
     lines.append(error_sentence(diagnosis.main_block))
     lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]

@@ -97,6 +97,23 @@ nlohmann::json as_json(const block_diagnosis &block)
             {"left", {{"share", block.left}, {"depends", error_class_names[static_cast<int>(block.left_class)]}}}};
 }
 
+nlohmann::json as_json(const detectable_size &one)
+{
+    const auto name = [](std::string_view key) { return key.substr(key.find('.') + 1); };
+    nlohmann::json others = nlohmann::json::array();
+    for (const effect_value &other : one.others) {
+        others.push_back({{"parameter", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
+    }
+    const bool is_given = std::isfinite(one.given);
+    return {{"effect", one.effect->name},
+            {"parameter", name(one.key)},
+            {"key", one.key},
+            {"value", one.value ? nlohmann::json(*one.value) : nlohmann::json()},
+            {"given", is_given ? nlohmann::json(one.given) : nlohmann::json()},
+            {"unit", unit_of(one.key)},
+            {"others", others}};
+}
+
 /* What an input served for. */
 std::string_view role_of(const std::string &path, const diagnose_arguments &arguments)
 {
@@ -116,6 +133,10 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
+    json["detectable"] = nlohmann::json::array();
+    for (const detectable_size &one : found.detectable) {
+        json["detectable"].push_back(as_json(one));
+    }
     for (const block_diagnosis &block : found.blocks) {
         nlohmann::json made = as_json(block);
         json["causes"].insert(json["causes"].end(), made["causes"].begin(), made["causes"].end());
@@ -170,6 +191,45 @@ void print_block(const block_diagnosis &block)
     if (block.verdict == verdict::unknown || block.verdict == verdict::partly_explained) {
         std::printf("  left           %.0f %% of the explainable error: %s\n", 100.0 * block.left,
                     error_class_names[static_cast<int>(block.left_class)].data());
+    }
+}
+
+/* Words one after another, in lines that are not too long. */
+void print_list(const char *title, const std::vector<std::string> &words)
+{
+    constexpr std::size_t columns_max = 100;
+    std::string line = "  " + std::string(title);
+    line.resize(16, ' ');
+    for (std::size_t i = 0; i < words.size(); i++) {
+        const std::string word = " " + words[i] + (i + 1 < words.size() ? "," : "");
+        if (line.size() + word.size() > columns_max) {
+            std::printf("%s\n", line.c_str());
+            line.assign(16, ' ');
+        }
+        line += word;
+    }
+    if (!words.empty()) {
+        std::printf("%s\n", line.c_str());
+    }
+}
+
+void print_detectable(const std::vector<detectable_size> &sizes)
+{
+    std::vector<std::string> seen;
+    std::vector<std::string> unseen;
+    for (const detectable_size &one : sizes) {
+        char text[100];
+        if (one.value) {
+            std::snprintf(text, sizeof text, "%s %.3g", std::string(one.key).c_str(), *one.value);
+            seen.emplace_back(text);
+        } else {
+            unseen.emplace_back(one.effect->name);
+        }
+    }
+    if (!sizes.empty()) {
+        std::printf("what this record would have shown, 19 times in 20:\n");
+        print_list("from", seen);
+        print_list("in no size", unseen);
     }
 }
 
@@ -264,6 +324,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     for (const block_diagnosis &block : found.blocks) {
         print_block(block);
     }
+    print_detectable(found.detectable);
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }

@@ -190,6 +190,23 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
+/* Of the blocks that physics decides. */
+std::vector<detectable_size> all_detectable(const diagnosis &result, const sample_events &events,
+                                            const diagnosis_request &request, bool has_validation)
+{
+    std::vector<detectable_size> all;
+    for (const block_diagnosis &block : result.blocks) {
+        if (block.block == block::manipulator && result.data.is_from_this_firmware) {
+            continue;
+        }
+        block_model model(block.block, result.data, request.rig, events,
+                          has_validation ? held_out_parts::none : held_out_parts::two_tenths);
+        auto sizes = find_detectable(model, block.floor, block.fitted, request.rig, request.options);
+        all.insert(all.end(), std::make_move_iterator(sizes.begin()), std::make_move_iterator(sizes.end()));
+    }
+    return all;
+}
+
 } // namespace
 
 std::string_view unit_of(std::string_view key)
@@ -270,6 +287,9 @@ diagnosis diagnose(const diagnosis_request &request)
                                       "robot_position_m or force_N");
     }
     result.verdict = overall(result.blocks);
+    if (result.verdict == verdict::nothing_detectable) {
+        result.detectable = all_detectable(result, events, request, validation.has_value());
+    }
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {
         if (block.verdict != verdict::nothing_detectable) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "block_diagnosis.h"
+#include "detectable.h"
 
 namespace berth
 {
@@ -24,6 +25,7 @@ struct diagnosis {
     std::string located; /* the block that is at fault; empty: none, or more than one */
     std::vector<block_diagnosis> blocks;
     berth::rig extended;
+    std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
     record data;
     std::vector<std::pair<std::string, std::string>> inputs; /* path, hash */
     std::vector<std::string> notes;

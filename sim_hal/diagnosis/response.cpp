@@ -29,6 +29,10 @@ rig with_values(const rig &base, const effect &effect, const effect_values &valu
 tangent_space::tangent_space(block_model &model, const noise_model &noise, const fit_result &at,
                              const Eigen::VectorXd &white)
 {
+    basis_ = Eigen::MatrixXd::Zero(white.size(), 0);
+    if (at.parameters.empty()) {
+        return;
+    }
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
     for (std::size_t i = 0; i < at.parameters.size(); i++) {
         const free_parameter &parameter = at.parameters[i];
