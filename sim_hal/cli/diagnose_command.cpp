@@ -114,6 +114,22 @@ nlohmann::json as_json(const detectable_size &one)
             {"others", others}};
 }
 
+constexpr const char *next_experiment_file = "next_experiment.csv";
+
+nlohmann::json as_json(const next_experiment &next, const rig &given)
+{
+    const bool is_told = next.proposed.has_value();
+    const auto if_told = [&](const auto &value) { return is_told ? nlohmann::json(value()) : nlohmann::json(); };
+    return {{"file", if_told([] { return next_experiment_file; })},
+            {"kind", if_told([&] { return kind_of(*next.proposed); })},
+            {"excitation", if_told([&] { return words_of(*next.proposed, given); })},
+            {"duration_s", if_told([&] { return next.proposed->duration_s; })},
+            {"rivals", next.rivals},
+            {"predicted_gap", next.predicted_gap},
+            {"why", next.why},
+            {"calibration", next.calibration.empty() ? nlohmann::json() : nlohmann::json(next.calibration)}};
+}
+
 /* What an input served for. */
 std::string_view role_of(const std::string &path, const diagnose_arguments &arguments)
 {
@@ -128,7 +144,7 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     nlohmann::json json{{"verdict", name_of(found.verdict)},
                         {"causes", nlohmann::json::array()},
                         {"alternatives", nlohmann::json::array()},
-                        {"next_experiment", nullptr},
+                        {"next_experiment", found.next ? as_json(*found.next, given) : nlohmann::json()},
                         {"versions", {{"berth", version()}, {"schema", 1}}}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
@@ -233,6 +249,26 @@ void print_detectable(const std::vector<detectable_size> &sizes)
     }
 }
 
+void print_next(const diagnosis &found, const diagnose_arguments &arguments, const rig &given)
+{
+    if (!found.next) {
+        return;
+    }
+    const next_experiment &next = *found.next;
+    if (next.proposed) {
+        std::printf(
+            "next experiment: %s\n  why            %s\n  play it        build/berth run %s --profile %s/%s --set "
+            "run.duration_s=%.6g\n",
+            words_of(*next.proposed, given).c_str(), next.why.c_str(), arguments.rig.c_str(),
+            arguments.out_folder.c_str(), next_experiment_file, given.run.release_s + next.proposed->duration_s);
+    } else {
+        std::printf("next experiment: none; %s\n", next.why.c_str());
+    }
+    if (!next.calibration.empty()) {
+        std::printf("  calibrate      %s\n", next.calibration.c_str());
+    }
+}
+
 /* Over time, for the report: the signals that were measured, and of every block what each row served for (0 nothing,
  * 1 fit, 2 held out) and its errors, measured less simulated. */
 std::string series_csv(const diagnosis &found)
@@ -315,6 +351,12 @@ int diagnose_command(const diagnose_arguments &arguments)
     write_file(arguments.out_folder + "/given.toml", print_rig(request.rig));
     write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
     write_file(arguments.out_folder + "/series.csv", series_csv(found));
+    const std::string profile_path = arguments.out_folder + "/" + next_experiment_file;
+    if (found.next && found.next->proposed) {
+        write_file(profile_path, profile_csv(request.rig, *found.next->proposed));
+    } else {
+        std::filesystem::remove(profile_path, error); /* what an earlier diagnosis left is not of this one */
+    }
     if (arguments.json) {
         print_json(json);
         return 0;
@@ -325,6 +367,7 @@ int diagnose_command(const diagnose_arguments &arguments)
         print_block(block);
     }
     print_detectable(found.detectable);
+    print_next(found, arguments, request.rig);
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }

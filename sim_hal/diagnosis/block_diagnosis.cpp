@@ -24,7 +24,6 @@ constexpr double floor_exceeded = 1.21; /* white sum of squares per row: 1.1 tim
 
 constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
 
-constexpr double bic_look_alike = 60.0; /* what a wrong tolerance can make of the difference */
 constexpr double share_of_all =
     0.02; /* of the whole explainable error: less may be the first effect's own finer ways */
 constexpr double share_of_all_refining = 0.003;

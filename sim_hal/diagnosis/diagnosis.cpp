@@ -190,21 +190,38 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
-/* Of the blocks that physics decides. */
-std::vector<detectable_size> all_detectable(const diagnosis &result, const sample_events &events,
-                                            const diagnosis_request &request, bool has_validation)
+/* What the record would have shown, and what would show more. */
+void tell_detectable(diagnosis &result, const sample_events &events, const diagnosis_request &request,
+                     bool has_validation)
 {
-    std::vector<detectable_size> all;
     for (const block_diagnosis &block : result.blocks) {
         if (block.block == block::manipulator && result.data.is_from_this_firmware) {
-            continue;
+            continue; /* no physics decides what it does */
         }
         block_model model(block.block, result.data, request.rig, events,
                           has_validation ? held_out_parts::none : held_out_parts::two_tenths);
-        auto sizes = find_detectable(model, block.floor, block.fitted, request.rig, request.options);
-        all.insert(all.end(), std::make_move_iterator(sizes.begin()), std::make_move_iterator(sizes.end()));
+        const auto sizes = find_detectable(model, block.floor, block.fitted, request.rig, request.options);
+        result.detectable.insert(result.detectable.end(), sizes.begin(), sizes.end());
+        if (&block == &result.blocks.back()) {
+            result.next = show_more(block, sizes, result.data, request.rig);
+        }
     }
-    return all;
+}
+
+void propose_next(diagnosis &result, const sample_events &events, const diagnosis_request &request,
+                  bool has_validation)
+{
+    if (result.verdict == verdict::nothing_detectable) {
+        tell_detectable(result, events, request, has_validation);
+        return;
+    }
+    for (const verdict open : {verdict::partly_explained, verdict::unknown, verdict::one_of}) {
+        for (const block_diagnosis &block : result.blocks) {
+            if (block.verdict == open && !result.next) {
+                result.next = tell_rivals_apart(block, result.data, request.rig);
+            }
+        }
+    }
 }
 
 } // namespace
@@ -287,9 +304,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                       "robot_position_m or force_N");
     }
     result.verdict = overall(result.blocks);
-    if (result.verdict == verdict::nothing_detectable) {
-        result.detectable = all_detectable(result, events, request, validation.has_value());
-    }
+    propose_next(result, events, request, validation.has_value());
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {
         if (block.verdict != verdict::nothing_detectable) {

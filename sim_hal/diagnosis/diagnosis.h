@@ -7,6 +7,7 @@
 
 #include "block_diagnosis.h"
 #include "detectable.h"
+#include "next_experiment.h"
 
 namespace berth
 {
@@ -26,6 +27,7 @@ struct diagnosis {
     std::vector<block_diagnosis> blocks;
     berth::rig extended;
     std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
+    std::optional<next_experiment> next;
     record data;
     std::vector<std::pair<std::string, std::string>> inputs; /* path, hash */
     std::vector<std::string> notes;

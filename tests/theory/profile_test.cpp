@@ -45,7 +45,7 @@ void check_rate(const profile &p, double from_s, double to_s, double tolerance)
 
 TEST_CASE("profile: before its start it rests at the offset")
 {
-    for (const std::string kind : {"rest", "step", "ramp", "minimum_jerk", "chirp", "multisine"}) {
+    for (const std::string kind : {"rest", "step", "ramp", "minimum_jerk", "chirp", "multisine", "triangle", "pulses"}) {
         const profile p = make_profile({"profile.kind=" + kind});
         for (const double t : {-1.0, 0.0, 0.4999}) {
             CHECK(p.at(t).value == doctest::Approx(0.1));
