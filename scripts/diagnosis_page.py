@@ -104,11 +104,11 @@ def visible_table(diagnosis):
         return ""
 
     def value(number_, unit):
-        return f"{number_:.3g} {words.UNITS.get(unit, unit)}".strip()
+        return f"{number_:.3g} {words.UNITS.get(unit, unit)}".strip().replace("-", "−")
 
     rows = [[one["effect"], one["key"],
-             number("in no size" if one["value"] is None else value(one["value"], one["unit"]),
-                    f"detectable.{i}.value"),
+             ("in no size", 'class="number"') if one["value"] is None else
+             number(value(one["value"], one["unit"]), f"detectable.{i}.value"),
              ("without bound" if one["given"] is None else value(one["given"], one["unit"]), 'class="number"'),
              ", ".join(f"{other['parameter']} {other['value']:.3g}" for other in one["others"])]
             for i, one in enumerate(found)]
@@ -264,8 +264,15 @@ def experiment_section(diagnosis):
     found = diagnosis.told["next_experiment"]
     if not found:
         return ""
-    rows = [[key.replace("_", " "), value if isinstance(value, str) else json.dumps(value)]
-            for key, value in found.items()]
+    rows = [["to be told apart", " · ".join(found["rivals"])]]
+    if found["file"]:
+        rows += [["excitation", found["excitation"]],
+                 ["expected difference of BIC", number(f"{found['predicted_gap']:.0f}",
+                                                       "next_experiment.predicted_gap")],
+                 ["profile, for berth run --profile", found["file"]]]
+    rows.append(["why", found["why"]])
+    if found["calibration"]:
+        rows.append(["calibration", found["calibration"]])
     return f'<section id="experiment">\n<h2>Next experiment</h2>\n{table(["", ""], rows, "next")}\n</section>'
 
 

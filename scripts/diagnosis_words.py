@@ -127,6 +127,14 @@ def visible_sentence(block):
             f"would have shown from about {size(least, block.unit)} rms on.")
 
 
+def next_sentence(found):
+    """What to measure next."""
+    if found["file"]:
+        return f"Next experiment: {found['excitation']} ({found['file']}): {found['why']}."
+    rest = f" Calibrate instead: {found['calibration']}." if found["calibration"] else ""
+    return f"No next experiment: {found['why']}.{rest}"
+
+
 def headline(diagnosis):
     """The verdict in one sentence."""
     told = diagnosis.told
@@ -159,6 +167,8 @@ def details(diagnosis):
             lines.append(left_sentence(block))
     if told["verdict"] == "nothing_detectable" and not told["detectable"]:
         lines += [visible_sentence(block) for block in diagnosis.blocks]
+    if told["next_experiment"]:
+        lines.append(next_sentence(told["next_experiment"]))
     lines.append(error_sentence(diagnosis.main_block))
     lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]
     return lines + [note[0].upper() + note[1:] + "." * (not note.endswith(".")) for note in told["notes"] if note]

@@ -402,10 +402,14 @@ OF_CAUSES = [("causes", []), ("causes.0.effect", "backlash"), ("causes.0.paramet
              ("blocks.0.ranking.0.round", 0.5)]
 
 
+OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.parameter", None), ("detectable.0.key", "backlash"),
+              ("detectable.0.others", [{"parameter": "pitch_m"}]), ("verdict", "unknown"), ("detectable", None)]
+
+
 def test_damaged_outputs_are_refused(made):
     verdict, folder, _ = made
     found = told(folder)
-    for place, value in DAMAGES + (OF_CAUSES if verdict == "named" else []):
+    for place, value in DAMAGES + {"named": OF_CAUSES, "nothing_detectable": OF_NOTHING}.get(verdict, []):
         errors = json_schema.errors_of(changed(found, place, value), SCHEMA)
         assert errors, (place, value)
         assert place.split(".")[-1] in " ".join(errors) or "causes" in " ".join(errors) or \
