@@ -165,7 +165,7 @@ def details(diagnosis):
     for block in diagnosis.blocks:
         if block.told["verdict"] in WITH_REST:
             lines.append(left_sentence(block))
-    if told["verdict"] == "nothing_detectable" and not told["detectable"]:
+    if told["verdict"] == "nothing_detectable":
         lines += [visible_sentence(block) for block in diagnosis.blocks]
     if told["next_experiment"]:
         lines.append(next_sentence(told["next_experiment"]))

@@ -41,6 +41,7 @@ double beyond(const point &end, const point &inner)
 std::optional<double> crossing(const std::function<double(double)> &height, const std::vector<double> &places)
 {
     std::vector<point> points;
+    points.reserve(places.size());
     for (const double place : places) {
         points.push_back({place, height(place)});
     }

@@ -137,6 +137,11 @@ def test_figures_shown_are_those_of_the_json(made):
     places = [place for place, _ in shown]
     for part in ("fit", "held_out"):
         assert all(f"blocks.0.residual.{part}.{key}" in places for key in ("before", "retuned", "after"))
+    sizes = [f"detectable.{i}.value" for i, one in enumerate(found["detectable"]) if one["value"] is not None]
+    assert all(place in places for place in sizes) and (len(sizes) > 8) == (verdict == "nothing_detectable")
+    if found["next_experiment"] and found["next_experiment"]["file"]:
+        assert "next_experiment.predicted_gap" in places and found["next_experiment"]["excitation"] in \
+            Page(folder / "report.html").text
     if verdict == "named":
         gain = found["causes"][0]["held_out_gain"]
         text = dict(shown)["causes.0.held_out_gain.value"]
