@@ -152,7 +152,7 @@ class size_search
         detectable_size best = no_size(effect, effect.parameters[0].key);
         std::vector<effect_values> starts = effect.starts(base_.rig, scales_);
         const double origin = std::isfinite(value_of(base_.rig, best.key)) ? value_of(base_.rig, best.key) : 0.0;
-        double best_response = 0.0;
+        double best_response = -1.0; /* a limit may not act at the first size */
         for (std::size_t i = 0; i < starts.size(); i++) {
             const bool is_known =
                 std::any_of(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(i),
