@@ -99,14 +99,23 @@ def causes_tables(diagnosis):
 
 def visible_table(diagnosis):
     """For nothing_detectable: the smallest sizes that would have shown."""
-    found = diagnosis.told.get("smallest_detectable")
+    found = diagnosis.told["detectable"]
     if not found:
         return ""
-    rows = [[one["effect"], one["name"],
-             number("not in this record" if one["value"] is None else f"{one['value']:.3g} "
-                    f"{words.UNITS.get(one['unit'], one['unit'])}", f"smallest_detectable.{i}.value")]
+
+    def value(number_, unit):
+        return f"{number_:.3g} {words.UNITS.get(unit, unit)}".strip().replace("-", "−")
+
+    rows = [[one["effect"], one["key"],
+             ("in no size", 'class="number"') if one["value"] is None else
+             number(value(one["value"], one["unit"]), f"detectable.{i}.value"),
+             ("without bound" if one["given"] is None else value(one["given"], one["unit"]), 'class="number"'),
+             ", ".join(f"{other['parameter']} {other['value']:.3g}" for other in one["others"])]
             for i, one in enumerate(found)]
-    return "<h2>What would have been seen</h2>\n" + table(["effect", "parameter", *right("from")], rows, "visible")
+    note = ("<p class=\"note\">From this size on, 19 records in 20 like this one would have shown the effect; limits "
+            "and frequencies show below theirs. What the rig file’s tolerances make up for does not count.</p>\n")
+    return "<h2>What would have been seen</h2>\n" + note + table(
+        ["effect", "key", *right("from", "given"), "with"], rows, "visible")
 
 
 def shown_unit(block):
@@ -255,8 +264,15 @@ def experiment_section(diagnosis):
     found = diagnosis.told["next_experiment"]
     if not found:
         return ""
-    rows = [[key.replace("_", " "), value if isinstance(value, str) else json.dumps(value)]
-            for key, value in found.items()]
+    rows = [["to be told apart", " · ".join(found["rivals"])]]
+    if found["file"]:
+        rows += [["excitation", found["excitation"]],
+                 ["expected difference of BIC", number(f"{found['predicted_gap']:.0f}",
+                                                       "next_experiment.predicted_gap")],
+                 ["profile, for berth run --profile", found["file"]]]
+    rows.append(["why", found["why"]])
+    if found["calibration"]:
+        rows.append(["calibration", found["calibration"]])
     return f'<section id="experiment">\n<h2>Next experiment</h2>\n{table(["", ""], rows, "next")}\n</section>'
 
 

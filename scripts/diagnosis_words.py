@@ -63,7 +63,7 @@ def gain_text(gain):
 
 def is_counted(cause):
     """Found in single samples: no fit, hence no BIC and no gain, belongs to it."""
-    return cause["delta_bic"] == 0 and cause["held_out_gain"]["value"] == 0
+    return cause["delta_bic"] is None
 
 
 def cause_sentence(cause):
@@ -127,6 +127,14 @@ def visible_sentence(block):
             f"would have shown from about {size(least, block.unit)} rms on.")
 
 
+def next_sentence(found):
+    """What to measure next."""
+    if found["file"]:
+        return f"Next experiment: {found['excitation']} ({found['file']}): {found['why']}."
+    rest = f" Calibrate instead: {found['calibration']}." if found["calibration"] else ""
+    return f"No next experiment: {found['why']}.{rest}"
+
+
 def headline(diagnosis):
     """The verdict in one sentence."""
     told = diagnosis.told
@@ -157,8 +165,10 @@ def details(diagnosis):
     for block in diagnosis.blocks:
         if block.told["verdict"] in WITH_REST:
             lines.append(left_sentence(block))
-    if told["verdict"] == "nothing_detectable" and not told.get("smallest_detectable"):
+    if told["verdict"] == "nothing_detectable":
         lines += [visible_sentence(block) for block in diagnosis.blocks]
+    if told["next_experiment"]:
+        lines.append(next_sentence(told["next_experiment"]))
     lines.append(error_sentence(diagnosis.main_block))
     lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]
     return lines + [note[0].upper() + note[1:] + "." * (not note.endswith(".")) for note in told["notes"] if note]

@@ -23,7 +23,7 @@ enum class interpolation : std::int32_t { linear, hold };
 enum class robot_clock : std::int32_t { locked, free };
 enum class object_kind : std::int32_t { gripped, contact };
 enum class solver_kind : std::int32_t { fast, cvode };
-enum class profile_kind : std::int32_t { rest, step, ramp, minimum_jerk, chirp, multisine, file };
+enum class profile_kind : std::int32_t { rest, step, ramp, minimum_jerk, chirp, multisine, triangle, pulses, file };
 
 /* [run] */
 struct run_rig {

@@ -49,17 +49,27 @@ nlohmann::json as_json(const part_rms &rms)
     return {{"before", rms.before}, {"retuned", rms.retuned}, {"after", rms.after}, {"floor", rms.floor}};
 }
 
+/* What was counted in single samples was not fitted: no BIC and no gain belong to it. */
+nlohmann::json as_json(const cause &known)
+{
+    nlohmann::json json{{"effect", known.effect->name},
+                        {"parameters", as_json(known.parameters)},
+                        {"delta_bic", nullptr},
+                        {"share_explained", known.share_explained},
+                        {"held_out_gain", nullptr}};
+    if (!known.effect->is_of_single_samples) {
+        json["delta_bic"] = known.delta_bic;
+        json["held_out_gain"] = {{"value", known.held_out_gain},
+                                 {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}};
+    }
+    return json;
+}
+
 nlohmann::json as_json(const block_diagnosis &block)
 {
     nlohmann::json causes = nlohmann::json::array();
     for (const cause &known : block.causes) {
-        causes.push_back(
-            {{"effect", known.effect->name},
-             {"parameters", as_json(known.parameters)},
-             {"delta_bic", known.delta_bic},
-             {"share_explained", known.share_explained},
-             {"held_out_gain",
-              {{"value", known.held_out_gain}, {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}}}});
+        causes.push_back(as_json(known));
     }
     nlohmann::json alternatives = nlohmann::json::array();
     for (const alternative &other : block.alternatives) {
@@ -87,6 +97,39 @@ nlohmann::json as_json(const block_diagnosis &block)
             {"left", {{"share", block.left}, {"depends", error_class_names[static_cast<int>(block.left_class)]}}}};
 }
 
+nlohmann::json as_json(const detectable_size &one)
+{
+    const auto name = [](std::string_view key) { return key.substr(key.find('.') + 1); };
+    nlohmann::json others = nlohmann::json::array();
+    for (const effect_value &other : one.others) {
+        others.push_back({{"parameter", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
+    }
+    const bool is_given = std::isfinite(one.given);
+    return {{"effect", one.effect->name},
+            {"parameter", name(one.key)},
+            {"key", one.key},
+            {"value", one.value ? nlohmann::json(*one.value) : nlohmann::json()},
+            {"given", is_given ? nlohmann::json(one.given) : nlohmann::json()},
+            {"unit", unit_of(one.key)},
+            {"others", others}};
+}
+
+constexpr const char *next_experiment_file = "next_experiment.csv";
+
+nlohmann::json as_json(const next_experiment &next, const rig &given)
+{
+    const bool is_told = next.proposed.has_value();
+    const auto if_told = [&](const auto &value) { return is_told ? nlohmann::json(value()) : nlohmann::json(); };
+    return {{"file", if_told([] { return next_experiment_file; })},
+            {"kind", if_told([&] { return kind_of(*next.proposed); })},
+            {"excitation", if_told([&] { return words_of(*next.proposed, given); })},
+            {"duration_s", if_told([&] { return next.proposed->duration_s; })},
+            {"rivals", next.rivals},
+            {"predicted_gap", next.predicted_gap},
+            {"why", next.why},
+            {"calibration", next.calibration.empty() ? nlohmann::json() : nlohmann::json(next.calibration)}};
+}
+
 /* What an input served for. */
 std::string_view role_of(const std::string &path, const diagnose_arguments &arguments)
 {
@@ -101,11 +144,15 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     nlohmann::json json{{"verdict", name_of(found.verdict)},
                         {"causes", nlohmann::json::array()},
                         {"alternatives", nlohmann::json::array()},
-                        {"next_experiment", nullptr},
+                        {"next_experiment", found.next ? as_json(*found.next, given) : nlohmann::json()},
                         {"versions", {{"berth", version()}, {"schema", 1}}}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
+    json["detectable"] = nlohmann::json::array();
+    for (const detectable_size &one : found.detectable) {
+        json["detectable"].push_back(as_json(one));
+    }
     for (const block_diagnosis &block : found.blocks) {
         nlohmann::json made = as_json(block);
         json["causes"].insert(json["causes"].end(), made["causes"].begin(), made["causes"].end());
@@ -160,6 +207,65 @@ void print_block(const block_diagnosis &block)
     if (block.verdict == verdict::unknown || block.verdict == verdict::partly_explained) {
         std::printf("  left           %.0f %% of the explainable error: %s\n", 100.0 * block.left,
                     error_class_names[static_cast<int>(block.left_class)].data());
+    }
+}
+
+/* Words one after another, in lines that are not too long. */
+void print_list(const char *title, const std::vector<std::string> &words)
+{
+    constexpr std::size_t columns_max = 100;
+    std::string line = "  " + std::string(title);
+    line.resize(16, ' ');
+    for (std::size_t i = 0; i < words.size(); i++) {
+        const std::string word = " " + words[i] + (i + 1 < words.size() ? "," : "");
+        if (line.size() + word.size() > columns_max) {
+            std::printf("%s\n", line.c_str());
+            line.assign(16, ' ');
+        }
+        line += word;
+    }
+    if (!words.empty()) {
+        std::printf("%s\n", line.c_str());
+    }
+}
+
+void print_detectable(const std::vector<detectable_size> &sizes)
+{
+    std::vector<std::string> seen;
+    std::vector<std::string> unseen;
+    for (const detectable_size &one : sizes) {
+        char text[100];
+        if (one.value) {
+            std::snprintf(text, sizeof text, "%s %.3g", std::string(one.key).c_str(), *one.value);
+            seen.emplace_back(text);
+        } else {
+            unseen.emplace_back(one.effect->name);
+        }
+    }
+    if (!sizes.empty()) {
+        std::printf("what this record would have shown, 19 times in 20:\n");
+        print_list("from", seen);
+        print_list("in no size", unseen);
+    }
+}
+
+void print_next(const diagnosis &found, const diagnose_arguments &arguments, const rig &given)
+{
+    if (!found.next) {
+        return;
+    }
+    const next_experiment &next = *found.next;
+    if (next.proposed) {
+        std::printf(
+            "next experiment: %s\n  why            %s\n  play it        build/berth run %s --profile %s/%s --set "
+            "run.duration_s=%.6g\n",
+            words_of(*next.proposed, given).c_str(), next.why.c_str(), arguments.rig.c_str(),
+            arguments.out_folder.c_str(), next_experiment_file, given.run.release_s + next.proposed->duration_s);
+    } else {
+        std::printf("next experiment: none; %s\n", next.why.c_str());
+    }
+    if (!next.calibration.empty()) {
+        std::printf("  calibrate      %s\n", next.calibration.c_str());
     }
 }
 
@@ -245,6 +351,12 @@ int diagnose_command(const diagnose_arguments &arguments)
     write_file(arguments.out_folder + "/given.toml", print_rig(request.rig));
     write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
     write_file(arguments.out_folder + "/series.csv", series_csv(found));
+    const std::string profile_path = arguments.out_folder + "/" + next_experiment_file;
+    if (found.next && found.next->proposed) {
+        write_file(profile_path, profile_csv(request.rig, *found.next->proposed));
+    } else {
+        std::filesystem::remove(profile_path, error); /* what an earlier diagnosis left is not of this one */
+    }
     if (arguments.json) {
         print_json(json);
         return 0;
@@ -254,6 +366,8 @@ int diagnose_command(const diagnose_arguments &arguments)
     for (const block_diagnosis &block : found.blocks) {
         print_block(block);
     }
+    print_detectable(found.detectable);
+    print_next(found, arguments, request.rig);
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }

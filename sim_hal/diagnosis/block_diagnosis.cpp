@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acceptance.h"
 #include "floor.h"
 #include "gain.h"
 #include "single_samples.h"
@@ -16,19 +17,15 @@ namespace
 /* Improvements of the white sum of squares by features with no meaning stay far below this. */
 constexpr double leftover_significant = 30.0;
 
-constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
 constexpr double moments_bearable = 0.04;
-constexpr double bic_undecided = 10.0;   /* two causes nearer than this cannot be told apart */
-constexpr double bic_suspect = 40.0;     /* so much better, and yet no cause: something else is there */
-constexpr double held_out_least = 0.05;  /* share of the explainable error that an effect explains on unseen data */
-constexpr double share_worthwhile = 0.3; /* of the explainable error */
-constexpr double left_full = 0.003;      /* share of it that may be left of a full explanation: our own precision */
+constexpr double bic_suspect = 40.0;    /* so much better, and yet no cause: something else is there */
+constexpr double held_out_least = 0.05; /* share of the explainable error that an effect explains on unseen data */
+constexpr double left_full = 0.003;     /* share of it that may be left of a full explanation: our own precision */
 constexpr double share_of_precision = 1e-5; /* the same where an effect points it out */
 constexpr double floor_exceeded = 1.21;     /* white sum of squares per row: 1.1 times the floor */
 
 constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
 
-constexpr double bic_look_alike = 60.0; /* what a wrong tolerance can make of the difference */
 constexpr double share_of_all =
     0.02; /* of the whole explainable error: less may be the first effect's own finer ways */
 constexpr double share_of_all_refining = 0.003;
@@ -266,7 +263,7 @@ class block_search
         const double explainable = excess(incumbent_.cost, incumbent_.rows);
         for (const candidate &one : candidates) {
             result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
-                                      (incumbent_.cost - one.fitted.cost) / explainable});
+                                      (incumbent_.cost - one.fitted.cost) / explainable, one.fitted});
         }
         /* What refines an effect found before has to wait until nothing else is to be found. */
         std::stable_partition(candidates.begin(), candidates.end(),
@@ -422,6 +419,7 @@ class block_search
                 {key, value_of(incumbent_.rig, key), incumbent_.ci95.empty() ? 0.0 : incumbent_.ci95[i]});
         }
         result.extended = incumbent_.rig;
+        result.fitted = incumbent_;
         for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
             const free_parameter &known = incumbent_.parameters[i];
             const double value = value_of(incumbent_.rig, known.key->path);

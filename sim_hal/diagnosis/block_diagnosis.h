@@ -42,6 +42,7 @@ struct ranked {
     const berth::effect *effect;
     double delta_bic;       /* to the model of the round before, positive: better */
     double share_explained; /* of the explainable error */
+    fit_result fitted;
 };
 
 struct part_rms {
@@ -66,6 +67,7 @@ struct block_diagnosis {
     error_class left_class = error_class::linear;
     std::vector<free_parameter> refinable; /* what was fitted, as a prior for the blocks after it */
     berth::rig extended;                   /* the given rig with base and effects fitted */
+    fit_result fitted;                     /* what `extended` came from, without single samples */
     std::vector<parameter_estimate> base;
     std::vector<row_use> uses; /* one a row, as the two below */
     std::vector<double> error_before;

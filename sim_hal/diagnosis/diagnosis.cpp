@@ -190,6 +190,40 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
+/* What the record would have shown, and what would show more. */
+void tell_detectable(diagnosis &result, const sample_events &events, const diagnosis_request &request,
+                     bool has_validation)
+{
+    for (const block_diagnosis &block : result.blocks) {
+        if (block.block == block::manipulator && result.data.is_from_this_firmware) {
+            continue; /* no physics decides what it does */
+        }
+        block_model model(block.block, result.data, request.rig, events,
+                          has_validation ? held_out_parts::none : held_out_parts::two_tenths);
+        const auto sizes = find_detectable(model, block.floor, block.fitted, request.rig, request.options);
+        result.detectable.insert(result.detectable.end(), sizes.begin(), sizes.end());
+        if (&block == &result.blocks.back()) {
+            result.next = show_more(block, sizes, result.data, request.rig);
+        }
+    }
+}
+
+void propose_next(diagnosis &result, const sample_events &events, const diagnosis_request &request,
+                  bool has_validation)
+{
+    if (result.verdict == verdict::nothing_detectable) {
+        tell_detectable(result, events, request, has_validation);
+        return;
+    }
+    for (const verdict open : {verdict::partly_explained, verdict::unknown, verdict::one_of}) {
+        for (const block_diagnosis &block : result.blocks) {
+            if (block.verdict == open && !result.next) {
+                result.next = tell_rivals_apart(block, result.data, request.rig);
+            }
+        }
+    }
+}
+
 } // namespace
 
 std::string_view unit_of(std::string_view key)
@@ -274,6 +308,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                       "robot_position_m or force_N");
     }
     result.verdict = overall(result.blocks);
+    propose_next(result, events, request, validation.has_value());
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {
         if (block.verdict != verdict::nothing_detectable) {

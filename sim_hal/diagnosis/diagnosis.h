@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "block_diagnosis.h"
+#include "detectable.h"
+#include "next_experiment.h"
 
 namespace berth
 {
@@ -24,6 +26,8 @@ struct diagnosis {
     std::string located; /* the block that is at fault; empty: none, or more than one */
     std::vector<block_diagnosis> blocks;
     berth::rig extended;
+    std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
+    std::optional<next_experiment> next;
     record data;
     std::vector<std::pair<std::string, std::string>> inputs; /* path, hash */
     std::vector<std::string> notes;

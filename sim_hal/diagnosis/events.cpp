@@ -9,8 +9,6 @@ namespace berth
 namespace
 {
 
-constexpr std::size_t count_min = 5; /* fewer may be anything */
-
 event_finding finding(const char *name, std::size_t count, std::size_t of)
 {
     const double p = static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of, 1));
@@ -72,7 +70,7 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     }
     const double by_chance = 0.5 * static_cast<double>(single_steps);
     const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
-    return {repeats < count_min || !is_more ? std::vector<std::uint8_t>{} : rows, chances};
+    return {repeats < events_min || !is_more ? std::vector<std::uint8_t>{} : rows, chances};
 }
 
 std::size_t count_of(const std::vector<std::uint8_t> &rows)
@@ -103,7 +101,7 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
         both += events.robot_repeats[n] != 0 && events.force_repeats[n] != 0;
         chances_of_both += robot_told.chances[n] != 0 && force_told.chances[n] != 0;
     }
-    if (both >= count_min && 10 * both >= 7 * std::max(robot, force)) {
+    if (both >= events_min && 10 * both >= 7 * std::max(robot, force)) {
         found.push_back(finding("loop.lost_samples", both, chances_of_both));
     } else if (force > 0 && given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
                given.bus.loss_probability == 0.0) {
@@ -135,7 +133,8 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
     const double step = lattice_step(record.force_N);
     /* q^2/12 is the variance of rounding; it has to be a good part of all that is not explained. */
     const double rounding = step / std::sqrt(12.0);
-    if (step == 0.0 || given.sensor.resolution_N > 0.5 * step || rounding * rounding < 0.3 * noise_rms * noise_rms) {
+    if (step == 0.0 || given.sensor.resolution_N > 0.5 * step ||
+        rounding * rounding < rounding_share * noise_rms * noise_rms) {
         return {};
     }
     return {{find_effect("sensor.quantisation"), {step}, {1e-3 * step}, record.size()}};
@@ -144,7 +143,6 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
                                        sample_events &events)
 {
-    constexpr double far = 7.0; /* standard deviations; of 24000 normal ones none lies beyond 5 */
     std::vector<double> sizes;
     std::vector<double> off(error.size(), 0.0);
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
@@ -156,7 +154,7 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
         sizes.push_back(std::abs(off[n]));
     }
     const double sigma = 1.4826 * median_of(sizes);
-    const double far_N = std::max(far * sigma, 2.0 * lattice_step(model.data().force_N));
+    const double far_N = std::max(spike_far_sd * sigma, 2.0 * lattice_step(model.data().force_N));
     std::vector<std::uint8_t> rows(error.size(), 0);
     std::vector<double> amplitudes;
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
@@ -172,7 +170,7 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
             amplitudes.push_back(std::abs(off[n]));
         }
     }
-    if (amplitudes.size() < count_min || amplitudes.size() * 10 > sizes.size()) {
+    if (amplitudes.size() < events_min || amplitudes.size() * 10 > sizes.size()) {
         return {};
     }
     events.spike = rows;
@@ -274,7 +272,6 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events)
 {
-    constexpr double clear = 8.0; /* standard deviations that a loss must stand out by */
     constexpr double like = 0.75; /* share of a loss that the error must show */
     const record &record = model.data();
     const trace loss = trace_of_loss(model, rig);
@@ -295,8 +292,8 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     std::vector<std::size_t> rows;
     for (std::size_t n = 1; n + loss.first + length < record.size(); n++) {
         const std::size_t from = n + loss.first;
-        if (std::abs(way_of(n)) * std::sqrt(loss.square) > clear * sigma && model.uses()[from] != row_use::none &&
-            model.uses()[from + length - 1] != row_use::none) {
+        if (std::abs(way_of(n)) * std::sqrt(loss.square) > loss_clear_sd * sigma &&
+            model.uses()[from] != row_use::none && model.uses()[from + length - 1] != row_use::none) {
             rows.push_back(n);
         }
     }
@@ -348,7 +345,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (const double share : shares) {
         counter_hits += share - usual < -like;
     }
-    if (hits < count_min || counter_hits * 4 > hits || hits * 4 > rows.size()) {
+    if (hits < events_min || counter_hits * 4 > hits || hits * 4 > rows.size()) {
         return {};
     }
     if (events.lost_command.empty()) {

@@ -10,6 +10,11 @@
 namespace berth
 {
 
+constexpr std::size_t events_min = 5;  /* fewer may be anything */
+constexpr double spike_far_sd = 7.0;   /* off the neighbours; of 24000 normal samples none lies beyond 5 */
+constexpr double loss_clear_sd = 8.0;  /* by which the loss of a setpoint must stand out */
+constexpr double rounding_share = 0.3; /* of all that is not explained, as variances */
+
 struct event_finding {
     const berth::effect *effect;
     std::vector<double> values; /* of its parameters */

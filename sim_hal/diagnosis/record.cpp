@@ -190,46 +190,59 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     return made;
 }
 
-/* The rows in which the loop ran. */
 record read_log(const std::string &path, const rig &rig, bool may_be_still)
 {
     ulog_reader log(path);
     const berth::rig recorded = log.recorded_rig();
-    record made;
-    made.path = path;
-    made.hash = text_hash(read_file(path));
-    made.is_from_this_firmware = !has_body_effects(recorded, "manipulator"); /* else a stand-in moved it */
-    std::vector<double> labels;
-    double label = 0.0;
-    bool was_running = false;
+    record_of_ticks rows(recorded);
+    rows.made.path = path;
+    rows.made.hash = text_hash(read_file(path));
     std::uint16_t id = 0;
     std::string_view bytes;
-    const bool is_force = recorded.firmware.operator_command.interface == OPERATOR_INTERFACE_FORCE;
     while (log.next(id, bytes)) {
-        if (id != ULOG_TICK_ID || bytes.size() != sizeof(tick_record)) {
-            continue;
+        if (id == ULOG_TICK_ID && bytes.size() == sizeof(tick_record)) {
+            rows.add(record_as<tick_record>(bytes));
         }
-        const auto tick = record_as<tick_record>(bytes);
-        const bool is_running = tick.state == SUPERVISOR_RUNNING;
-        label += is_running && !was_running;
-        was_running = is_running;
-        if (!is_running) {
-            continue;
-        }
-        labels.push_back(label);
-        made.time_s.push_back(1e-9 * static_cast<double>(tick.scheduled_ns));
-        if (is_force) {
-            made.operator_force_N.push_back(tick.operator_force_N);
-        } else {
-            made.operator_position_m.push_back(tick.operator_position_m);
-            made.operator_velocity_m_per_s.push_back(tick.operator_velocity_m_per_s);
-        }
-        made.command_position_m.push_back(tick.command_position_m);
-        made.robot_position_m.push_back(tick.robot_position_m);
-        made.force_N.push_back(tick.force_N);
     }
+    if (log.is_cut() || log.has_dropouts()) {
+        rows.made.notes.push_back("the log is not complete");
+    }
+    return rows.finish(rig, may_be_still);
+}
+
+} // namespace
+
+record_of_ticks::record_of_ticks(const rig &rig)
+    : is_force_(rig.firmware.operator_command.interface == OPERATOR_INTERFACE_FORCE), is_late_(!rig.bus.ideal)
+{
+    made.is_from_this_firmware = !has_body_effects(rig, "manipulator"); /* else a stand-in moved it */
+}
+
+void record_of_ticks::add(const tick_record &tick)
+{
+    const bool is_running = tick.state == SUPERVISOR_RUNNING;
+    label_ += is_running && !was_running_;
+    was_running_ = is_running;
+    if (!is_running) {
+        return;
+    }
+    labels_.push_back(label_);
+    made.time_s.push_back(1e-9 * static_cast<double>(tick.scheduled_ns));
+    if (is_force_) {
+        made.operator_force_N.push_back(tick.operator_force_N);
+    } else {
+        made.operator_position_m.push_back(tick.operator_position_m);
+        made.operator_velocity_m_per_s.push_back(tick.operator_velocity_m_per_s);
+    }
+    made.command_position_m.push_back(tick.command_position_m);
+    made.robot_position_m.push_back(tick.robot_position_m);
+    made.force_N.push_back(tick.force_N);
+}
+
+record record_of_ticks::finish(const rig &wanted, bool may_be_still)
+{
     /* A report takes its time on the bus: at a tick the loop knows where the robot was one tick before. */
-    if (!recorded.bus.ideal && made.size() > 1) {
+    if (is_late_ && made.size() > 1) {
         for (std::size_t n = 0; n + 1 < made.size(); n++) {
             made.robot_position_m[n] = made.robot_position_m[n + 1];
         }
@@ -240,16 +253,11 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
                 (made.*member).pop_back();
             }
         }
-        labels.pop_back();
+        labels_.pop_back();
     }
-    if (log.is_cut() || log.has_dropouts()) {
-        made.notes.push_back("the log is not complete");
-    }
-    finish(made, labels, rig, may_be_still);
-    return made;
+    berth::finish(made, labels_, wanted, may_be_still);
+    return std::move(made);
 }
-
-} // namespace
 
 record read_record(const std::string &path, const rig &rig, bool may_be_still)
 {

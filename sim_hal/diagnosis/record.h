@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "../../firmware/recorder.h"
 #include "../../hal/rig/rig.h"
 
 namespace berth
@@ -36,6 +37,28 @@ struct record {
 
     std::size_t size() const { return time_s.size(); }
     bool has_operator() const { return !operator_force_N.empty() || !operator_position_m.empty(); }
+};
+
+/* Makes a record of the ticks of a loop, one after another: the rows in which it ran. */
+class record_of_ticks
+{
+  public:
+    /* `rig`: of the loop. */
+    explicit record_of_ticks(const rig &rig);
+
+    void add(const tick_record &tick);
+
+    /* Throws input_error where there is too little, or the rate is not that of `wanted`. */
+    record finish(const rig &wanted, bool may_be_still);
+
+    record made; /* so far */
+
+  private:
+    bool is_force_;
+    bool is_late_; /* the robot's report */
+    bool was_running_ = false;
+    double label_ = 0.0;
+    std::vector<double> labels_;
 };
 
 /* Reads a log of `berth run` or a CSV file (also .gz), its columns named as the members above or as `rig.signals`

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
 
+#include "response.h"
 #include "spectrum_lines.h"
 
 namespace berth
@@ -17,65 +17,6 @@ struct start_point {
     const berth::effect *effect;
     berth::rig rig;
     double promise; /* decrease of the white sum of squares */
-};
-
-berth::rig with_values(const rig &base, const effect &effect, const effect_values &values)
-{
-    rig made = base;
-    if (effect.switch_on != nullptr) {
-        effect.switch_on(made);
-    }
-    for (std::size_t i = 0; i < values.size(); i++) {
-        set_number(made, effect.parameters[i].key, values[i]);
-    }
-    return made;
-}
-
-/* What small changes of the parameters do to the white error. */
-known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_result &at,
-                       const Eigen::VectorXd &white)
-{
-    known_slopes made;
-    made.white = Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
-    std::vector<double> error;
-    std::vector<double> moved_white;
-    for (const free_parameter &parameter : at.parameters) {
-        rig moved = at.rig;
-        double &value = *static_cast<double *>(parameter.key->member(moved));
-        const double inward = value > 0.5 * (parameter.low + parameter.high) ? -1.0 : 1.0;
-        const double step = inward * 1e-4 * (value != 0.0 ? std::abs(value) : parameter.high - parameter.low);
-        value += step;
-        model.error(moved, error);
-        whiten(noise, error, model.uses(), row_use::fit, moved_white);
-        made.white.col(static_cast<Eigen::Index>(made.keys.size())) =
-            (Eigen::Map<const Eigen::VectorXd>(moved_white.data(), white.size()) - white) / step;
-        made.keys.push_back(parameter.key);
-    }
-    return made;
-}
-
-/* What the parameters can make up for, as an orthonormal basis; one at a bound cannot make up for anything more. */
-class tangent_space
-{
-  public:
-    tangent_space(const fit_result &at, const known_slopes &slopes)
-    {
-        Eigen::MatrixXd jacobian = slopes.white;
-        for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
-            const free_parameter &parameter = at.parameters[static_cast<std::size_t>(i)];
-            const double place =
-                (value_of(at.rig, parameter.key->path) - parameter.low) / (parameter.high - parameter.low);
-            const double size = jacobian.col(i).norm();
-            jacobian.col(i) *= place < 0.01 || place > 0.99 || !(size > 0.0) ? 0.0 : 1.0 / size;
-        }
-        const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
-        basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
-    }
-
-    Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
-
-  private:
-    Eigen::MatrixXd basis_;
 };
 
 /* An effect of one size, searched on a grid that closes in on the best one, with the base model fitted in between.
@@ -145,6 +86,8 @@ double exceeded_by(const std::vector<double> &error, const std::vector<row_use> 
     return *at;
 }
 
+} // namespace
+
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
@@ -155,8 +98,6 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
             std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
 }
-
-} // namespace
 
 double bic_of(double cost, std::size_t rows, std::size_t parameters)
 {
@@ -216,11 +157,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                                       const search_options &options)
 {
     std::vector<double> error;
-    std::vector<double> white;
     model.error(incumbent.rig, error);
-    whiten(noise, error, model.uses(), row_use::fit, white);
-    const auto size = static_cast<Eigen::Index>(white.size());
-    const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
+    const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
     const known_slopes slopes = slopes_at(model, noise, incumbent, here);
     const tangent_space base(incumbent, slopes);
     const Eigen::VectorXd rest = base.less(here);
@@ -233,10 +171,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         }
         for (const effect_values &values : effect.starts(incumbent.rig, scales)) {
             start_point start{&effect, with_values(incumbent.rig, effect, values), 0.0};
-            model.error(start.rig, error);
-            whiten(noise, error, model.uses(), row_use::fit, white);
-            const Eigen::VectorXd there = Eigen::Map<const Eigen::VectorXd>(white.data(), size);
-            const Eigen::VectorXd change = base.less(there - here);
+            const Eigen::VectorXd change = base.less(white_error(model, noise, start.rig) - here);
             const double square = change.squaredNorm();
             if (!(square > 0.0) || !std::isfinite(square)) {
                 continue;

@@ -26,6 +26,10 @@ struct search_options {
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
 
+/* The search has this effect on its list: it acts in the block, is fitted, not found before, not left out. */
+bool is_tried(const effect &effect, block_model &model, const rig &given,
+              const std::vector<const berth::effect *> &found, const search_options &options);
+
 /* How large things are in this block. */
 record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error);
 

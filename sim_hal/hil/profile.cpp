@@ -31,6 +31,25 @@ profile_point chirp(const profile_rig &rig, double time_s)
     return {std::sin(phase), std::cos(phase) * two_pi * (rig.frequency_start_Hz + slope * time_s)};
 }
 
+/* Up, down past 0, and back, at one speed. */
+profile_point triangle(const profile_rig &rig, double time_s)
+{
+    const double share = std::fmod(time_s / rig.duration_s, 1.0);
+    const double slope = 4.0 / rig.duration_s;
+    if (share < 0.25) {
+        return {4.0 * share, slope};
+    }
+    return share < 0.75 ? profile_point{2.0 - 4.0 * share, -slope} : profile_point{4.0 * share - 4.0, slope};
+}
+
+/* A half sine at the start of each period, rest after it. */
+profile_point pulses(const profile_rig &rig, double time_s)
+{
+    const double w = two_pi * rig.frequency_end_Hz;
+    const double phase = w * std::fmod(time_s, rig.duration_s);
+    return phase < 0.5 * two_pi ? profile_point{std::sin(phase), w * std::cos(phase)} : profile_point{0.0, 0.0};
+}
+
 } // namespace
 
 profile::profile(const rig &rig)
@@ -106,6 +125,12 @@ profile_point profile::at(double time_s) const
         break;
     case profile_kind::multisine:
         point = multisine(t);
+        break;
+    case profile_kind::triangle:
+        point = triangle(rig_, t);
+        break;
+    case profile_kind::pulses:
+        point = pulses(rig_, t);
         break;
     case profile_kind::file:
         point = from_file(t);

@@ -137,6 +137,11 @@ def test_figures_shown_are_those_of_the_json(made):
     places = [place for place, _ in shown]
     for part in ("fit", "held_out"):
         assert all(f"blocks.0.residual.{part}.{key}" in places for key in ("before", "retuned", "after"))
+    sizes = [f"detectable.{i}.value" for i, one in enumerate(found["detectable"]) if one["value"] is not None]
+    assert all(place in places for place in sizes) and (len(sizes) > 8) == (verdict == "nothing_detectable")
+    if found["next_experiment"] and found["next_experiment"]["file"]:
+        assert "next_experiment.predicted_gap" in places and found["next_experiment"]["excitation"] in \
+            Page(folder / "report.html").text
     if verdict == "named":
         gain = found["causes"][0]["held_out_gain"]
         text = dict(shown)["causes.0.held_out_gain.value"]
@@ -402,14 +407,18 @@ OF_CAUSES = [("causes", []), ("causes.0.effect", "backlash"), ("causes.0.paramet
              ("blocks.0.ranking.0.round", 0.5)]
 
 
+OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.parameter", None), ("detectable.0.key", "backlash"),
+              ("detectable.0.others", [{"parameter": "pitch_m"}]), ("verdict", "unknown"), ("detectable", None)]
+
+
 def test_damaged_outputs_are_refused(made):
     verdict, folder, _ = made
     found = told(folder)
-    for place, value in DAMAGES + (OF_CAUSES if verdict == "named" else []):
+    for place, value in DAMAGES + {"named": OF_CAUSES, "nothing_detectable": OF_NOTHING}.get(verdict, []):
         errors = json_schema.errors_of(changed(found, place, value), SCHEMA)
         assert errors, (place, value)
         assert place.split(".")[-1] in " ".join(errors) or "causes" in " ".join(errors) or \
-            "alternatives" in " ".join(errors) or place.split(".")[0] in " ".join(errors), (place, errors)
+            "detectable" in " ".join(errors) or "alternatives" in " ".join(errors) or place.split(".")[0] in " ".join(errors), (place, errors)
 
 
 def test_the_checker_refuses_what_it_does_not_know():

@@ -45,7 +45,8 @@ void check_rate(const profile &p, double from_s, double to_s, double tolerance)
 
 TEST_CASE("profile: before its start it rests at the offset")
 {
-    for (const std::string kind : {"rest", "step", "ramp", "minimum_jerk", "chirp", "multisine"}) {
+    for (const std::string kind :
+         {"rest", "step", "ramp", "minimum_jerk", "chirp", "multisine", "triangle", "pulses"}) {
         const profile p = make_profile({"profile.kind=" + kind});
         for (const double t : {-1.0, 0.0, 0.4999}) {
             CHECK(p.at(t).value == doctest::Approx(0.1));
@@ -125,6 +126,29 @@ TEST_CASE("profile: the multisine starts without a step, repeats, and depends on
     other.push_back("run.seed=2");
     CHECK(std::abs(make_profile(other).at(1.0).value - sines.at(1.0).value) > 1e-6);
     CHECK(make_profile(overrides).at(1.0).value == sines.at(1.0).value);
+}
+
+TEST_CASE("profile: the triangle goes at one speed to both sides, and repeats")
+{
+    const profile triangle = make_profile({"profile.kind=triangle"});
+    for (const auto &[t, value] : {std::pair{1.0, 0.12}, {1.5, 0.1}, {2.0, 0.08}, {2.5, 0.1}, {3.0, 0.12}}) {
+        CHECK(triangle.at(t).value == doctest::Approx(value));
+    }
+    for (const double t : {0.7, 1.3, 1.9, 2.2, 2.9, 3.4}) {
+        CHECK(std::abs(triangle.at(t).rate) == doctest::Approx(4.0 * 0.02 / 2.0));
+        CHECK(std::abs(triangle.at(t).rate - slope(triangle, t)) < 1e-9);
+    }
+}
+
+TEST_CASE("profile: pulses are half sines with rest between them")
+{
+    const profile pulses = make_profile({"profile.kind=pulses", "profile.frequency_end_Hz=2"});
+    check_rate(pulses, 0.5, 0.75, 1e-7);
+    for (const double period : {0.0, 2.0, 4.0}) {
+        CHECK(pulses.at(0.625 + period).value == doctest::Approx(0.12));
+        CHECK(pulses.at(1.1 + period).value == doctest::Approx(0.1));
+        CHECK(pulses.at(1.1 + period).rate == 0.0);
+    }
 }
 
 TEST_CASE("profile: a file is followed on straight lines and held at its ends")

@@ -1,0 +1,16 @@
+/* What an effect has to achieve before it is believed. */
+#ifndef SIM_HAL_DIAGNOSIS_ACCEPTANCE_H
+#define SIM_HAL_DIAGNOSIS_ACCEPTANCE_H
+
+namespace berth
+{
+
+constexpr double bic_clear = 20.0;     /* an effect must improve BIC by this */
+constexpr double bic_undecided = 10.0; /* two causes nearer than this cannot be told apart */
+constexpr double bic_look_alike =
+    60.0; /* the same for look-alikes: what a wrong tolerance can make of the difference */
+constexpr double share_worthwhile = 0.3; /* of the explainable error */
+
+} // namespace berth
+
+#endif
