@@ -118,8 +118,9 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
         print_json(json);
         return 0;
     }
+    const spectrum loop = loop_spectrum(linear_at(rig, amplitude_m));
     std::printf("%s: ", rig.name.c_str());
-    print_verdict(loop_spectrum(linear_at(rig, amplitude_m)));
+    print_verdict(loop);
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {

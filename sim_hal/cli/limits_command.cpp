@@ -43,7 +43,7 @@ nlohmann::json as_json(const std::vector<stable_interval> &intervals)
 }
 
 /* As scan_step, where each value has harmonics to be balanced. */
-constexpr double sized_scan_step = 0.02;
+constexpr double sized_scan_step = 0.04;
 
 /* The dead times that the robot preset reports, and where in their range the loop is stable. */
 struct band_verdict {
@@ -272,11 +272,13 @@ int limits_command(const rig_arguments &arguments)
     const rig &rig = chosen.rig;
     const double amplitude_m = chosen_amplitude_m(arguments, rig);
     tell_left_out(rig, amplitude_m);
-    verdict.loop = loop_spectrum(linear_at(rig, amplitude_m));
+    const berth::rig own = linear_at(rig, amplitude_m);
+    verdict.loop = loop_spectrum(own);
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     equivalent_finder equivalent(amplitude_m);
+    const bool is_slow = is_slow_to_find(rig);
     const linear_view linear = [&](const berth::rig &of) {
-        return amplitude_m > 0.0 ? equivalent.find(of).linear : of;
+        return amplitude_m == 0.0 ? of : is_slow ? with_equivalents(of, rig, own) : equivalent.find(of).linear;
     };
     const double share = amplitude_m > 0.0 ? sized_scan_step : scan_step;
     std::vector<parameter_limits> parameters;

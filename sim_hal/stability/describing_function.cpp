@@ -61,7 +61,7 @@ std::complex<double> gain_of(motion_stage &stage, const sine &in)
 
 std::complex<double> setpoint_gain(const rig &original, const sine &in)
 {
-    constexpr int settling = 8; /* limits that wind up */
+    constexpr int settling = 4; /* limits that wind up */
     const double ticks = ticks_in(original, in.w_rad_per_s);
     rig at_rate = original;
     at_rate.firmware.loop.rate_Hz = ticks * in.w_rad_per_s / two_pi;

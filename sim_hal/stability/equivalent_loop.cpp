@@ -50,6 +50,25 @@ double operator_position_m(const rig &rig)
     return rig.profile.offset_m + (ends_elsewhere ? rig.profile.amplitude_m : 0.0);
 }
 
+rig without_effects_of_size(const rig &original)
+{
+    rig made = original;
+    for (const effect &known : effect_library()) {
+        if (is_of_size(known) && is_active(known, original)) {
+            for (const effect_parameter &parameter : known.parameters) {
+                if (!parameter.meaning.empty()) {
+                    set_number(made, parameter.key, 0.0);
+                }
+            }
+        }
+    }
+    made.robot.velocity_limit_m_per_s = made.robot.acceleration_limit_m_per_s2 = unlimited;
+    made.sensor.resolution_N = 0.0;
+    made.sensor.saturation_N = unlimited;
+    made.object.kind = object_kind::gripped;
+    return made;
+}
+
 /* One guess at the frequency, and what follows of it; amplitudes and the mean position are found from those before.
  */
 class balance_of_harmonics
@@ -80,25 +99,6 @@ class balance_of_harmonics
     std::vector<equivalent_part> parts;
 
   private:
-    static rig without_effects_of_size(const rig &original)
-    {
-        rig made = original;
-        for (const effect &known : effect_library()) {
-            if (is_of_size(known) && is_active(known, original)) {
-                for (const effect_parameter &parameter : known.parameters) {
-                    if (!parameter.meaning.empty()) {
-                        set_number(made, parameter.key, 0.0);
-                    }
-                }
-            }
-        }
-        made.robot.velocity_limit_m_per_s = made.robot.acceleration_limit_m_per_s2 = unlimited;
-        made.sensor.resolution_N = 0.0;
-        made.sensor.saturation_N = unlimited;
-        made.object.kind = object_kind::gripped;
-        return made;
-    }
-
     void add_signal(std::string what, complex gain)
     {
         lag_rad_ -= std::arg(gain);
@@ -285,10 +285,31 @@ double usual_amplitude_m(const rig &rig)
     return is_motion && rig.profile.kind != profile_kind::rest && of_profile_m > 0.0 ? of_profile_m : usual_m;
 }
 
+bool is_slow_to_find(const rig &rig)
+{
+    return rig.object.kind == object_kind::contact || value_of_effect(rig, "object.grip_force_N") > 0.0;
+}
+
+rig with_equivalents(const rig &changed, const rig &original, const rig &linear)
+{
+    rig made = without_effects_of_size(changed);
+    for (const char *const key :
+         {"object.stiffness_N_per_m", "object.damping_N_s_per_m", "manipulator.stiffness_N_per_m",
+          "manipulator.damping_N_s_per_m", "robot.dead_time_ms"}) {
+        set_number(made, key, value_of(changed, key) + value_of(linear, key) - value_of(original, key));
+    }
+    for (const char *const key : {"robot.gain_error", "sensor.gain_error"}) {
+        const double factor = (1.0 + value_of(linear, key)) / (1.0 + value_of(original, key));
+        set_number(made, key, (1.0 + value_of(changed, key)) * factor - 1.0);
+    }
+    return made;
+}
+
 equivalent_loop equivalent_finder::settle(const rig &rig, double w_rad_per_s, follows mode)
 {
-    constexpr int rounds_max = 80;
-    constexpr double settled = 1e-7;
+    const int rounds_max = is_slow_to_find(rig) ? 16 : 80;
+    constexpr double same = 1e-7;
+    constexpr double settled = 1e-3; /* what lets go does not do the same in every period */
     const double period_s = config_period_s(&rig.firmware);
     balance_of_harmonics balance(rig, amplitude_m_);
     const bool varies = is_time_varying(rig);
@@ -305,8 +326,9 @@ equivalent_loop equivalent_finder::settle(const rig &rig, double w_rad_per_s, fo
         }
         const double w = std::abs(std::arg(found.z)) / period_s;
         found.frequency_Hz = w_rad_per_s / two_pi;
-        found.has_settled = std::abs(found.z - before) < settled * std::abs(1.0 - found.z);
-        if (found.has_settled) {
+        const double change = std::abs(found.z - before) / std::abs(1.0 - found.z);
+        found.has_settled = change < settled;
+        if (change < same) {
             break;
         }
         before = found.z;
@@ -340,8 +362,8 @@ equivalent_loop equivalent_finder::find(const rig &rig)
 
 std::vector<limit_cycle> limit_cycles(const rig &rig, double amplitude_m)
 {
-    constexpr double factor_max = 1e3;
-    constexpr int steps = 72; /* a sixth of a decade in two */
+    constexpr double factor_max = 30.0;
+    constexpr int steps = 40;
     constexpr double narrow = 1e-6;
     const auto loop_at = [&](double amplitude) { return equivalent_finder(amplitude).find(rig); };
     const auto amplitude_at = [&](int i) {

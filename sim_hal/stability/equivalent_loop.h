@@ -64,6 +64,13 @@ class equivalent_finder
     dominant_root_finder roots_;
 };
 
+/* Another rig with the equivalents of `original`, as they are in `linear`: for effects whose own are slow to find.
+ */
+rig with_equivalents(const rig &changed, const rig &original, const rig &linear);
+
+/* The rig can let go of its object: an equivalent takes a simulation. */
+bool is_slow_to_find(const rig &rig);
+
 /* An amplitude at which the loop neither grows nor decays. */
 struct limit_cycle {
     double amplitude_m;
@@ -71,7 +78,7 @@ struct limit_cycle {
     bool attracts; /* smaller motion grows to it, larger one decays to it; else it parts them */
 };
 
-/* Within a factor of 1000 of the amplitude, either way; by rising amplitude. */
+/* Within a factor of 30 of the amplitude, either way; by rising amplitude. */
 std::vector<limit_cycle> limit_cycles(const rig &rig, double amplitude_m);
 
 } // namespace berth
