@@ -101,7 +101,7 @@ robot_load load_of(const rig &rig, const sine &robot_m)
 {
     constexpr int settling = 6; /* the object swings on the sensor's spring, and on its own */
     constexpr int averaged = 2;
-    const double steps = ticks_in(rig, robot_m.w_rad_per_s) * fine_steps_a_tick;
+    const double steps = ticks_in(rig, robot_m.w_rad_per_s) * cornered_steps_a_tick;
     const double step_s = two_pi / robot_m.w_rad_per_s / steps;
     object_steps object(rig);
     const object_steps::step_maps maps = object.make_maps(step_s);

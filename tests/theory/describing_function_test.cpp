@@ -85,7 +85,7 @@ TEST_CASE("describing functions: gap in a spring, springs of higher order, frict
 /* Dahl's force for ways long against its length is dry friction; for short ones a spring Fh/xh. */
 TEST_CASE("describing functions: hysteresis between its two ends")
 {
-    const rig friction_like = ess({"object.hysteresis_force_N=5", "object.hysteresis_length_m=1e-6"});
+    const rig friction_like = ess({"object.hysteresis_force_N=5", "object.hysteresis_length_m=1e-8"});
     CHECK(error(object_force(friction_like, 0.01), complex(0.0, 4.0 * 5.0 / (pi * 0.01))) < 1e-2);
     const rig spring_like = ess({"object.hysteresis_force_N=5", "object.hysteresis_length_m=0.5"});
     CHECK(error(object_force(spring_like, 1e-4), 5.0 / 0.5) < 1e-2);
