@@ -79,6 +79,15 @@ def sentence(found):
     if any(margin is not None for margin in margins):
         given, extended = ("no limit" if margin is None else f"{margin:.5g} ms" for margin in margins)
         text += f" Dead time that may be added: {given} as given, {extended} extended."
+    sized = found.extended.get("describing_function") or found.given.get("describing_function")
+    if sized:
+        text += (f" What depends on the size of the motion is taken for a swing of {sized['amplitude_m']:.5g} m "
+                 "(describing function).")
+        for cycle in sized["limit_cycles"]:
+            what = ("smaller motion grows to it and larger motion decays to it" if cycle["attracts"] else
+                    "smaller motion decays and larger motion grows")
+            text += (f" A limit cycle of {cycle['amplitude_m']:.4g} m at {cycle['frequency_Hz']:.4g} Hz is "
+                     f"predicted: {what}.")
     if found.ignored:
         text += (f" berth eigen and limits do not account for {' and '.join(found.ignored)}: without it they say "
                  "the very same. What differs comes from the re-tuned parameters; what the effect itself does to "

@@ -3,6 +3,7 @@
 #define SIM_HAL_CLI_COMMANDS_H
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct rig_arguments {
     std::string rig;
     std::string robot;                  /* --robot; empty: the rig's own */
     std::vector<std::string> overrides; /* --set */
+    std::optional<double> amplitude_m;  /* --amplitude; nothing: the usual one */
     bool json = false;
 };
 
@@ -58,8 +60,10 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
-/* Says on stderr which effects of the rig are not in its eigenvalues, exponents and maps, and why. */
-void tell_left_out(const rig &rig);
+/* Which effects of the rig are not in its eigenvalues, exponents and maps, and why: small motions, or an amplitude
+ * greater than 0. On stderr, or as lines. */
+std::vector<std::string> left_out(const rig &rig, double amplitude_m);
+void tell_left_out(const rig &rig, double amplitude_m);
 
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "../effects/active.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
+#include "amplitude.h"
 #include "commands.h"
 #include "robot_choice.h"
 
@@ -39,19 +39,20 @@ void print_modes(const char *title, const spectrum &spectrum)
     }
 }
 
-nlohmann::json spectra_json(const rig &steady)
+nlohmann::json spectra_json(const rig &steady, double amplitude_m)
 {
-    nlohmann::json json = as_json(loop_spectrum(steady));
+    nlohmann::json json = as_json(loop_spectrum(linear_at(steady, amplitude_m)));
     json["rig"] = steady.name;
-    json["left_out"] = left_out_when_small(steady);
+    json["left_out"] = left_out(steady, amplitude_m);
+    json["describing_function"] = describing_function_json(steady, amplitude_m);
     json["manipulator"] = as_json(manipulator_spectrum(steady));
     json["coupled"] = as_json(coupled_spectrum(steady));
     return json;
 }
 
-void print_spectra(const rig &steady, const char *loop_title)
+void print_spectra(const rig &steady, double amplitude_m, const char *loop_title)
 {
-    print_modes(loop_title, loop_spectrum(steady));
+    print_modes(loop_title, loop_spectrum(linear_at(steady, amplitude_m)));
     print_modes("manipulator alone", manipulator_spectrum(steady));
     print_modes("manipulator and object coupled, without dead time", coupled_spectrum(steady));
 }
@@ -99,15 +100,15 @@ void print_robot(const chosen_rig &chosen)
     }
 }
 
-int steady_eigen(const chosen_rig &chosen, bool wants_json)
+int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
 {
     const rig &rig = chosen.rig;
     std::optional<spectrum> lower_end;
     if (chosen.dead_time_band) {
-        lower_end = loop_spectrum(chosen.at_lower_end());
+        lower_end = loop_spectrum(linear_at(chosen.at_lower_end(), amplitude_m));
     }
     if (wants_json) {
-        nlohmann::json json = spectra_json(rig);
+        nlohmann::json json = spectra_json(rig, amplitude_m);
         json["robot"] = robot_as_json(chosen);
         json["lower_end"] = nullptr;
         if (lower_end) {
@@ -117,39 +118,41 @@ int steady_eigen(const chosen_rig &chosen, bool wants_json)
         print_json(json);
         return 0;
     }
-    const spectrum loop = loop_spectrum(rig);
+    const spectrum loop = loop_spectrum(linear_at(rig, amplitude_m));
     std::printf("%s: ", rig.name.c_str());
     print_verdict(loop);
     print_robot(chosen);
+    print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
         std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
         print_verdict(*lower_end);
     }
-    print_spectra(rig, "loop with dead time");
+    print_spectra(rig, amplitude_m, "loop with dead time");
     return 0;
 }
 
 /* No eigenvalues, but an exponent; for comparison those of the loop without what makes it change. */
-int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
+int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t ticks, bool wants_json)
 {
     const rig &rig = chosen.rig;
     const wake_histogram histogram = load_wake_histogram(rig);
     const struct rig steady = without_variation(rig);
-    const lyapunov_exponent exponent = exponent_of(rig, histogram, ticks);
+    const lyapunov_exponent exponent = exponent_of(linear_at(rig, amplitude_m), histogram, ticks);
     std::optional<lyapunov_exponent> lower_end;
     if (chosen.dead_time_band) {
-        lower_end = exponent_of(chosen.at_lower_end(), histogram, ticks);
+        lower_end = exponent_of(linear_at(chosen.at_lower_end(), amplitude_m), histogram, ticks);
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
     if (wants_json) {
         nlohmann::json json = as_json(exponent);
         json.update({{"rig", rig.name},
-                     {"left_out", left_out_when_small(rig)},
+                     {"left_out", left_out(rig, amplitude_m)},
+                     {"describing_function", describing_function_json(rig, amplitude_m)},
                      {"robot", robot_as_json(chosen)},
                      {"lower_end", nullptr},
                      {"seed", rig.run.seed},
                      {"varies", effects},
-                     {"without", spectra_json(steady)}});
+                     {"without", spectra_json(steady, amplitude_m)}});
         if (lower_end) {
             json["lower_end"] = as_json(*lower_end);
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
@@ -160,6 +163,7 @@ int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
     std::printf("%s: ", rig.name.c_str());
     print_verdict(exponent, rig.run.seed);
     print_robot(chosen);
+    print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
         std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
         print_verdict(*lower_end, rig.run.seed);
@@ -168,8 +172,8 @@ int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
         std::printf("  %s\n", effect.c_str());
     }
     std::printf("  without: ");
-    print_verdict(loop_spectrum(steady));
-    print_spectra(steady, "loop with dead time, without that");
+    print_verdict(loop_spectrum(linear_at(steady, amplitude_m)));
+    print_spectra(steady, amplitude_m, "loop with dead time, without that");
     return 0;
 }
 
@@ -178,9 +182,10 @@ int varying_eigen(const chosen_rig &chosen, std::int64_t ticks, bool wants_json)
 int eigen_command(const varying_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
-    tell_left_out(chosen.rig);
-    return is_time_varying(chosen.rig) ? varying_eigen(chosen, arguments.ticks, arguments.json)
-                                       : steady_eigen(chosen, arguments.json);
+    const double amplitude_m = chosen_amplitude_m(arguments, chosen.rig);
+    tell_left_out(chosen.rig, amplitude_m);
+    return is_time_varying(chosen.rig) ? varying_eigen(chosen, amplitude_m, arguments.ticks, arguments.json)
+                                       : steady_eigen(chosen, amplitude_m, arguments.json);
 }
 
 } // namespace berth

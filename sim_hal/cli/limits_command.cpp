@@ -5,6 +5,7 @@
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
+#include "amplitude.h"
 #include "commands.h"
 #include "robot_choice.h"
 
@@ -41,6 +42,9 @@ nlohmann::json as_json(const std::vector<stable_interval> &intervals)
     return list;
 }
 
+/* As scan_step, where each value has harmonics to be balanced. */
+constexpr double sized_scan_step = 0.04;
+
 /* The dead times that the robot preset reports, and where in their range the loop is stable. */
 struct band_verdict {
     range_ms band;
@@ -49,13 +53,13 @@ struct band_verdict {
     bool is_whole() const { return stable.size() == 1 && stable[0].from == band.from && stable[0].to == band.to; }
 };
 
-std::optional<band_verdict> judge_band(const chosen_rig &chosen)
+std::optional<band_verdict> judge_band(const chosen_rig &chosen, const linear_view &linear)
 {
     if (!chosen.dead_time_band) {
         return {};
     }
     const auto [from, to] = *chosen.dead_time_band;
-    return band_verdict{{from, to}, stable_within(chosen.rig, "robot.dead_time_ms", from, to)};
+    return band_verdict{{from, to}, stable_within(chosen.rig, "robot.dead_time_ms", from, to, linear)};
 }
 
 nlohmann::json as_json(const std::optional<band_verdict> &verdict)
@@ -164,7 +168,7 @@ void print_band(const std::optional<band_verdict> &verdict)
     std::printf("\n");
 }
 
-void print_parameters(const std::vector<parameter_limits> &parameters)
+void print_parameters(const std::vector<parameter_limits> &parameters, double share)
 {
     std::printf("  %-32s %12s %25s   %25s\n", "", "", "nearest limit", "first-order formula");
     print_line("parameter", "value", "below", "above", "below", "above");
@@ -179,7 +183,7 @@ void print_parameters(const std::vector<parameter_limits> &parameters)
     std::printf(
         "none: no limit within a factor of 1000 either way (delays: 10), as far as a rig may go; ends of that\n"
         "range end intervals, too. Intervals narrower than %.1f %% may be overlooked.\n",
-        100.0 * scan_step);
+        100.0 * share);
 }
 
 void print_rates(const std::vector<rate_verdict> &rates)
@@ -214,6 +218,7 @@ struct loop_verdict {
     double first_order_damping_limit;
     std::optional<band_verdict> band;
     std::vector<std::string> left_out; /* what makes the loop change from tick to tick, in words */
+    nlohmann::json describing_function;
 };
 
 nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
@@ -221,6 +226,7 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
     return {{"rig", chosen.rig.name},
             {"robot", robot_as_json(chosen)},
             {"left_out", verdict.left_out},
+            {"describing_function", verdict.describing_function},
             {"dead_time_band", as_json(verdict.band)},
             {"stable", verdict.loop.is_stable},
             {"spectral_radius", verdict.loop.spectral_radius},
@@ -242,6 +248,7 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
     for (const std::string &effect : verdict.left_out) {
         std::printf("  left out: %s\n", effect.c_str());
     }
+    print_describing_function(verdict.describing_function);
     print_band(verdict.band);
     if (loop.is_stable) {
         std::printf("  dead-time margin: %s\n", verdict.margin_ms ? (number(*verdict.margin_ms) + " ms").c_str()
@@ -263,17 +270,26 @@ int limits_command(const rig_arguments &arguments)
         chosen.rig = without_variation(chosen.rig);
     }
     const rig &rig = chosen.rig;
-    tell_left_out(rig);
-    verdict.loop = loop_spectrum(rig);
+    const double amplitude_m = chosen_amplitude_m(arguments, rig);
+    tell_left_out(rig, amplitude_m);
+    const berth::rig own = linear_at(rig, amplitude_m);
+    verdict.loop = loop_spectrum(own);
+    verdict.describing_function = describing_function_json(rig, amplitude_m);
+    equivalent_finder equivalent(amplitude_m);
+    const bool is_slow = is_slow_to_find(rig);
+    const linear_view linear = [&](const berth::rig &of) {
+        return amplitude_m == 0.0 ? of : is_slow ? with_equivalents(of, rig, own) : equivalent.find(of).linear;
+    };
+    const double share = amplitude_m > 0.0 ? sized_scan_step : scan_step;
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(rig)) {
-        parameters.push_back(find_limits(rig, key));
+        parameters.push_back(find_limits(rig, key, linear, share));
         if (key == "robot.dead_time_ms") {
-            verdict.margin_ms = dead_time_margin_ms(rig, parameters.back());
+            verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
         }
     }
-    const std::vector<rate_verdict> rates = judge_rates(rig);
-    verdict.band = judge_band(chosen);
+    const std::vector<rate_verdict> rates = judge_rates(rig, linear);
+    verdict.band = judge_band(chosen, linear);
     verdict.damping_ratio = map_point_of(rig).damping_ratio;
     verdict.first_order_damping_limit = first_order_damping_limit(rig);
 
@@ -287,7 +303,7 @@ int limits_command(const rig_arguments &arguments)
         return 0;
     }
     print_loop(chosen, verdict);
-    print_parameters(parameters);
+    print_parameters(parameters, share);
     print_rates(rates);
     return 0;
 }

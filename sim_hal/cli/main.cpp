@@ -19,13 +19,25 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
         .add_option("--robot", arguments.robot,
                     "a robot preset (see `berth robots`) or the path of a preset file: the rig gets its period and "
                     "dead time, before --set; of a reported range, the upper end")
-        ->type_name("NAME");
+        ->type_name("NAME")
+        ->check([](const std::string &name) {
+            return name.empty() ? std::string("a robot preset needs a name; see `berth robots`") : std::string();
+        });
     command
         .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
         ->type_name("KEY=VALUE")
         ->take_all()
         ->allow_extra_args(false);
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
+void add_amplitude_option(CLI::App &command, berth::rig_arguments &arguments)
+{
+    command
+        .add_option("--amplitude", arguments.amplitude_m,
+                    "of the manipulator's motion, at which effects that depend on it are taken, such as backlash; "
+                    "default: that of the profile, or 0.01 m; 0: small motions, without them")
+        ->type_name("M");
 }
 
 void add_jitter_option(CLI::App &command, std::string &jitter_file)
@@ -42,6 +54,7 @@ void add_varying_options(CLI::App &command, berth::varying_arguments &arguments,
     add_jitter_option(command, arguments.jitter_file);
     command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")->check(CLI::NonNegativeNumber);
     command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
+    add_amplitude_option(command, arguments);
 }
 
 void add_map_options(CLI::App &command, berth::map_arguments &arguments)
@@ -169,6 +182,7 @@ int run(int argc, char **argv)
     CLI::App *limits_app =
         app.add_subcommand("limits", "how far each parameter of the rig may go until the loop is unstable");
     add_rig_options(*limits_app, limits);
+    add_amplitude_option(*limits_app, limits);
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
 
     berth::diagnose_arguments diagnose;

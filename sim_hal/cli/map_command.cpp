@@ -176,7 +176,7 @@ int map_command(const map_arguments &arguments)
 {
     const map_job job = make_job(arguments);
     const map_request &request = job.request;
-    tell_left_out(request.rig);
+    tell_left_out(request.rig, request.amplitude_m);
     const int threads = arguments.threads > 0 ? arguments.threads
                                               : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     ask_if_large(job, threads, arguments.yes);

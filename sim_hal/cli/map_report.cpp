@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "../stability/lyapunov.h"
+#include "amplitude.h"
 
 namespace berth
 {
@@ -63,7 +64,7 @@ nlohmann::json share(std::size_t part, std::size_t of)
 /* Shares and extremes, and the rig itself. */
 nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
 {
-    const spectrum own = loop_spectrum(request.rig);
+    const spectrum own = loop_spectrum(linear_at(request.rig, request.amplitude_m));
     const bool has_points = sums.possible > 0;
     return {{"stable_share", share(sums.stable, sums.possible)},
             {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
@@ -80,7 +81,7 @@ nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
 nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)
 {
     const rig &rig = job.varying->rig;
-    const lyapunov_exponent own = exponent_of(rig, job.histogram);
+    const lyapunov_exponent own = exponent_of(linear_at(rig, job.varying->amplitude_m), job.histogram);
     return {{"varies", what_varies(rig, job.histogram)},
             {"ticks", job.ticks},
             {"seed", rig.run.seed},
@@ -197,6 +198,7 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
     json.update({{"rig", request.rig.name},
                  {"robot", robot_as_json(job.chosen)},
                  {"lower_end", nullptr},
+                 {"amplitude_m", request.amplitude_m > 0.0 ? nlohmann::json(request.amplitude_m) : nlohmann::json()},
                  {"varying", job.varying ? varying_as_json(job, sums) : nlohmann::json()},
                  {"vary", request.kind == map_kind::mass         ? nlohmann::json("mass")
                           : request.kind == map_kind::elasticity ? nlohmann::json("elasticity")
@@ -222,6 +224,9 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
     std::printf("  %zu points, %.1f %% of the possible stable, %.1f %% of those below the %g Hz wall\n",
                 request.points(), percent(sums.steady.stable, sums.steady.possible),
                 percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
+    if (request.amplitude_m > 0.0) {
+        std::printf("  describing function at %g m, at each point with its own frequency\n", request.amplitude_m);
+    }
     if (!json["varying"].is_null()) {
         print_varying(sums, json["varying"]);
     }

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "../stability/loop_timeline.h"
+#include "amplitude.h"
 
 namespace berth
 {
@@ -178,7 +179,8 @@ map_request make_map_request(const map_arguments &arguments, rig base)
     if (arguments.vary.empty() == !has_keys) {
         throw input_error("map: give either --vary elasticity, --vary mass, or both --x and --y");
     }
-    loop_spectrum(without_variation(base)); /* refuses rigs without one */
+    const double amplitude_m = chosen_amplitude_m(arguments, base);
+    loop_spectrum(linear_at(without_variation(base), amplitude_m)); /* refuses rigs without one */
     map_request request;
     if (!has_keys) {
         request = coupled_request(arguments, std::move(base));
@@ -194,6 +196,7 @@ map_request make_map_request(const map_arguments &arguments, rig base)
         }
         request.rig = std::move(base);
     }
+    request.amplitude_m = amplitude_m;
     if (request.points() > points_max) {
         throw input_error("map: " + std::to_string(request.points()) + " points are more than the " +
                           std::to_string(points_max) + " that a map can have");

@@ -9,9 +9,14 @@
 namespace berth
 {
 
-void tell_left_out(const rig &rig)
+std::vector<std::string> left_out(const rig &rig, double amplitude_m)
 {
-    for (const std::string &line : left_out_when_small(rig)) {
+    return amplitude_m > 0.0 ? taken_as_at_the_start(rig) : left_out_when_small(rig);
+}
+
+void tell_left_out(const rig &rig, double amplitude_m)
+{
+    for (const std::string &line : left_out(rig, amplitude_m)) {
         std::fprintf(stderr, "berth: %s\n", line.c_str());
     }
 }

@@ -26,8 +26,8 @@ std::vector<std::unique_ptr<stage>> active_stages(const rig &rig,
     return stages;
 }
 
-/* The rig has an effect between the robot's reference and the force that the sensor samples: what the base plant
- * does not do. */
+/* The rig has an effect between the robot's reference and the force that the sensor samples that the plant's
+ * equations do not have. */
 bool has_hardware_effects(const rig &rig);
 bool is_hardware_effect(const effect &effect);
 
@@ -40,12 +40,14 @@ inline bool has_body_effects(const rig &rig, std::string_view block)
     return !active_stages(rig, &effect::on_body, block).empty();
 }
 
-/* Gain of the loop by the effects that are one; 1 without. Throws input_error for rigs with an effect that is linear
- * but not in the loop's equation. */
+/* Gain of the loop by the effects that are one; 1 without. */
 double gain_when_small(const rig &rig);
 
-/* A line for each effect of the rig that eigenvalues, exponents and maps leave out, and why. */
+/* A line for each effect of the rig that eigenvalues, exponents and maps of small motions leave out, and why. */
 std::vector<std::string> left_out_when_small(const rig &rig);
+
+/* A line for each effect that changes the loop for as long as it runs. */
+std::vector<std::string> taken_as_at_the_start(const rig &rig);
 
 /* The same rig without the effects but those that decide what is lost, and when. */
 rig without_effects_on_signals(const rig &original);

@@ -40,11 +40,11 @@ struct effect_parameter {
 
 /* What is left of an effect for the stability of small motions about rest. */
 enum class small_motion {
-    depends_on_size,  /* no linearisation: growth depends on the amplitude */
-    drifts,           /* none: it changes the loop for as long as it runs */
-    no_influence,     /* nothing: an input from outside, or of higher order */
-    in_the_equations, /* exactly what it is, eigenvalues or exponents have it */
-    not_supported     /* linear, but not in the loop's equation */
+    depends_on_size, /* no linearisation: growth depends on the amplitude */
+    higher_order,    /* nothing, but growth depends on the amplitude all the same */
+    drifts,          /* none: it changes the loop for as long as it runs */
+    no_influence,    /* nothing: an input from outside */
+    in_the_equations /* exactly what it is, eigenvalues or exponents have it */
 };
 
 struct effect {

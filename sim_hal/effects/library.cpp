@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "../../hal/rig/rig_file.h"
 #include "active.h"
 #include "effects.h"
 
@@ -126,9 +125,10 @@ double value_of(const rig &rig, std::string_view key)
 
 bool is_hardware_effect(const effect &effect)
 {
-    return effect.on_motion != nullptr || effect.on_force != nullptr ||
-           (effect.on_body != nullptr && effect.block() == "object") || effect.name == "object.loss_of_contact" ||
-           effect.name == "object.impact_damping";
+    const bool is_in_hardware = effect.on_motion != nullptr || effect.on_force != nullptr ||
+                                (effect.on_body != nullptr && effect.block() == "object") ||
+                                effect.name == "object.loss_of_contact" || effect.name == "object.impact_damping";
+    return is_in_hardware && effect.when_small != small_motion::in_the_equations;
 }
 
 bool has_hardware_effects(const rig &rig)
@@ -155,13 +155,6 @@ double gain_when_small(const rig &rig)
     if (!has_any_value(rig)) {
         return 1.0;
     }
-    const std::string missing =
-        effect_names(rig, [](const effect &effect) { return effect.when_small == small_motion::not_supported; });
-    if (!missing.empty()) {
-        throw input_error(missing +
-                          ": linear, but not in the loop's equation, so that there are no eigenvalues; look "
-                          "at the growth that `berth run` measures");
-    }
     return (1.0 + value_of(rig, "robot.gain_error")) * (1.0 + value_of(rig, "sensor.gain_error"));
 }
 
@@ -169,13 +162,22 @@ std::vector<std::string> left_out_when_small(const rig &rig)
 {
     std::vector<std::string> lines;
     for (const effect &known : effect_library()) {
-        if (!is_active(known, rig)) {
-            continue;
-        }
-        if (known.when_small == small_motion::depends_on_size) {
+        if (known.when_small == small_motion::depends_on_size && is_active(known, rig)) {
             lines.push_back(std::string(known.name) +
-                            " has no linearisation: growth depends on the amplitude; left out here, run it");
-        } else if (known.when_small == small_motion::drifts) {
+                            " has no linearisation: growth depends on the amplitude; left out for small motions");
+        }
+    }
+    for (std::string &line : taken_as_at_the_start(rig)) {
+        lines.push_back(std::move(line));
+    }
+    return lines;
+}
+
+std::vector<std::string> taken_as_at_the_start(const rig &rig)
+{
+    std::vector<std::string> lines;
+    for (const effect &known : effect_library()) {
+        if (known.when_small == small_motion::drifts && is_active(known, rig)) {
             lines.push_back(std::string(known.name) +
                             " changes the loop for as long as it runs: taken as it is at the start; run it");
         }

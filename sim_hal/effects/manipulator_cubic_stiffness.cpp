@@ -22,7 +22,7 @@ effect manipulator_cubic_stiffness()
         return std::make_unique<cubic_spring>(value_of(rig, "manipulator.cubic_stiffness_N_per_m3"));
     };
     made.is_proportional = true;
-    made.when_small = small_motion::no_influence;
+    made.when_small = small_motion::higher_order;
     return made;
 }
 

@@ -23,7 +23,7 @@ effect manipulator_quadratic_stiffness()
         return std::make_unique<quadratic_spring>(value_of(rig, "manipulator.quadratic_stiffness_N_per_m2"));
     };
     made.is_proportional = true;
-    made.when_small = small_motion::no_influence;
+    made.when_small = small_motion::higher_order;
     return made;
 }
 

@@ -22,7 +22,7 @@ effect object_quadratic_stiffness()
         return std::make_unique<quadratic_spring>(value_of(rig, "object.quadratic_stiffness_N_per_m2"));
     };
     made.is_proportional = true;
-    made.when_small = small_motion::no_influence;
+    made.when_small = small_motion::higher_order;
     return made;
 }
 

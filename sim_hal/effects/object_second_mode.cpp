@@ -85,7 +85,7 @@ effect object_second_mode()
                                               value_of(rig, "object.second_damping_ratio"));
     };
     made.is_proportional = true;
-    made.when_small = small_motion::not_supported;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

@@ -18,7 +18,7 @@ effect sensor_lag()
     made.on_force = [](const rig &rig) -> std::unique_ptr<motion_stage> {
         return std::make_unique<first_order_lag>(1e-3 * value_of(rig, "sensor.lag_ms"));
     };
-    made.when_small = small_motion::not_supported;
+    made.when_small = small_motion::in_the_equations;
     return made;
 }
 

@@ -18,7 +18,7 @@ sensor::sensor(const rig &rig)
     rig_.saturation_N = std::min(rig_.saturation_N, CAN_FORCE_MAX_N);
 }
 
-double sensor::disturbed(double force_N, double time_s)
+double sensor::shown_N(double force_N, double time_s)
 {
     for (auto &stage : stages_) {
         force_N = stage->take(force_N, time_s);
@@ -50,7 +50,7 @@ void sensor::sample(double force_N, can_bus &bus, bool is_lost)
         const double step_N = berth_can_force_force_n_decode(1);
         berth_can_force_t raw{};
         raw.force_n = berth_can_force_force_n_encode(
-            codec_round(disturbed(force_N, static_cast<double>(sampled_ns) * 1e-9), step_N));
+            codec_round(shown_N(force_N, static_cast<double>(sampled_ns) * 1e-9), step_N));
         raw.saturated = is_saturated_;
         raw.counter = counter_++;
         newest_ = {0, BERTH_CAN_FORCE_FRAME_ID, HAL_BUS_SENSOR, BERTH_CAN_FORCE_LENGTH, 0, 0, {}};

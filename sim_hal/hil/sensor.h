@@ -29,12 +29,13 @@ class sensor
      */
     void sample(double force_N, can_bus &bus, bool is_lost = false);
 
+    /* What it makes of a force: gain, bias, noise, steps, saturation. */
+    double shown_N(double force_N, double time_s);
+
     /* Sends nothing while silent, as with its plug pulled. */
     void set_silent(bool silent) { is_silent_ = silent; }
 
   private:
-    double disturbed(double force_N, double time_s);
-
     sensor_rig rig_;
     random_stream random_;
     random_stream spikes_;

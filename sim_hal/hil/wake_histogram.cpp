@@ -35,11 +35,12 @@ std::int64_t parse_lateness(const std::string &text, const std::string &origin)
 
 double parse_count(const std::string &lateness, const json &value, const std::string &origin)
 {
-    if (!value.is_number() || !(value.get<double>() >= 0.0)) {
+    const double count = value.is_number() ? value.get<double>() : -1.0;
+    if (!(count >= 0.0) || count != std::floor(count)) {
         throw input_error(origin + ": histogram: the count at \"" + lateness +
-                          "\" must be a number, 0 or more (is " + value.dump() + ")");
+                          "\" must be a whole number, 0 or more (is " + value.dump() + ")");
     }
-    return value.get<double>();
+    return count;
 }
 
 /* Adds a thread's histogram to `counts`; false if it has none. */

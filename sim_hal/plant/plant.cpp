@@ -3,13 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../effects/active.h"
+
 namespace berth
 {
 
 namespace
 {
 constexpr double two_pi = 6.28318530717958647692;
+
+/* Value of an effect's key; the place of the key is looked up once. */
+double effect_value(const rig &rig, const rig_key *key)
+{
+    return rig.effect_values[key->effect_value];
 }
+} // namespace
 
 plant::plant(const rig &rig)
     : has_transfer_behaviour(rig.has_transfer_behaviour()), sensor_stiffness_N_per_m(rig.sensor.stiffness_N_per_m),
@@ -25,6 +33,14 @@ plant::plant(const rig &rig)
     if (one_sided) {
         surface_m = rig.object.surface_position_m;
     }
+    static const rig_key *const keys[] = {find_key("robot.lag_ms"), find_key("sensor.lag_ms"),
+                                          find_key("object.second_mass_kg"), find_key("object.second_frequency_Hz"),
+                                          find_key("object.second_damping_ratio")};
+    robot_lag_s = 1e-3 * effect_value(rig, keys[0]);
+    sensor_lag_s = 1e-3 * effect_value(rig, keys[1]);
+    second_mass_kg = effect_value(rig, keys[3]) > 0.0 ? effect_value(rig, keys[2]) : 0.0;
+    second_w = two_pi * effect_value(rig, keys[3]);
+    second_z = effect_value(rig, keys[4]);
 }
 
 plant_state plant::natural_scales() const
@@ -32,7 +48,8 @@ plant_state plant::natural_scales() const
     const double w = std::sqrt(sensor_stiffness_N_per_m / mass_kg);
     const double force_N = sensor_stiffness_N_per_m;
     plant_state scales;
-    scales << 1.0, w, force_N, force_N * std::max(1.0, filter_w), 1.0, std::max(1.0, robot_w);
+    scales << 1.0, w, force_N, force_N * std::max(1.0, filter_w), 1.0, std::max(1.0, robot_w), 1.0,
+        std::max(1.0, second_w), 1.0, 1.0, force_N, force_N;
     return scales;
 }
 
@@ -44,6 +61,10 @@ plant_state plant::at_rest(double position_m) const
     state(object_position) = share * position_m;
     state(filter_output) = filter_order > 0 ? sensor_stiffness_N_per_m * (position_m - state(object_position)) : 0.0;
     state(robot_position) = has_transfer_behaviour ? position_m : 0.0;
+    state(second_position) = second_mass_kg > 0.0 ? state(object_position) : 0.0;
+    state(lagged_position) = robot_lag_s > 0.0 ? position_m : 0.0;
+    state(lagged_force) =
+        sensor_lag_s > 0.0 ? sensor_stiffness_N_per_m * (position_m - state(object_position)) : 0.0;
     return state;
 }
 
@@ -54,7 +75,7 @@ contact_mode plant::mode(const plant_state &state) const
 
 void plant::apply_reference_jump(plant_state &state, double jump_m) const
 {
-    if (has_transfer_behaviour) {
+    if (has_transfer_behaviour || robot_lag_s > 0.0) {
         return;
     }
     const double impulse_N_s = sensor_damping_N_s_per_m * jump_m;
@@ -63,6 +84,26 @@ void plant::apply_reference_jump(plant_state &state, double jump_m) const
         state(filter_rate) += filter_w * filter_w * impulse_N_s;
     } else if (filter_order == 1) {
         state(filter_output) += filter_w * impulse_N_s;
+    } else if (sensor_lag_s > 0.0) {
+        state(lagged_force) += impulse_N_s / sensor_lag_s;
+    }
+}
+
+void plant::add_linear_effects(plant_state &rate, const plant_state &state, const reference_line &line,
+                               double force_N) const
+{
+    if (second_mass_kg > 0.0) {
+        const double second_N = second_force_N(state);
+        rate(object_velocity) += second_N / mass_kg;
+        rate(second_position) = state(second_velocity);
+        rate(second_velocity) = -second_N / second_mass_kg;
+    }
+    if (robot_lag_s > 0.0) {
+        rate(lagged_position) = robot_velocity_m_per_s(state, line);
+    }
+    if (sensor_lag_s > 0.0) {
+        const double filtered_N = filter_order > 0 ? state(filter_output) : force_N;
+        rate(lagged_force) = (filtered_N - state(lagged_force)) / sensor_lag_s;
     }
 }
 

@@ -1,14 +1,18 @@
-/* The hardware as equations: robot transfer behaviour, sensor spring, object, force low-pass. Right-hand sides
- * and parameters only; who integrates them, and what discrete things happen in between, is told elsewhere.
+/* The hardware as equations: robot transfer behaviour, sensor spring, object, force low-pass, and the effects that
+ * are linear. Right-hand sides and parameters only; who integrates them, and what discrete things happen in between,
+ * is told elsewhere.
  *
  *   reference line     u(t), straight between setpoints
- *   robot              r'' = w^2 (u - r) - 2 z w r'          (or r = u without transfer behaviour)
+ *   robot              p'' = w^2 (u - p) - 2 z w p'          (or p = u without transfer behaviour)
+ *   its lag            tau_R r' = p - r                      (or r = p)
  *   sensor spring      F = k_S (r - x) + d_S (r' - x')
- *   gripped object     m x'' = F - d x' - k x
- *   tool in contact    m x'' = F - max(0, k (x - s) + d x') where x > s, else m x'' = F
+ *   gripped object     m x'' = F - d x' - k x + C
+ *   tool in contact    m x'' = F - max(0, k (x - s) + d x') + C where x > s, else m x'' = F + C
+ *   mass that hangs on it  m2 x2'' = -C = -m2 (w2^2 (x2 - x) + 2 z2 w2 (x2' - x'))   (or C = 0)
  *   force low-pass     y'' = w_L^2 (F - y) - 2 z_L w_L y'    (order 2)
  *                      y'  = w_L (F - y)                     (order 1)
  *                      y   = F                               (order 0)
+ *   sensor's lag       tau_S s' = y - s                      (or s = y)
  */
 #ifndef SIM_HAL_PLANT_PLANT_H
 #define SIM_HAL_PLANT_PLANT_H
@@ -22,14 +26,20 @@
 namespace berth
 {
 
-/* Places in the state. Without transfer behaviour the robot's two are unused and stay 0. */
+/* Places in the state, in pairs. What a rig does not have is unused and stays 0. */
 enum plant_index {
     object_position, /* x, m */
     object_velocity, /* x', m/s */
     filter_output,   /* y, N */
     filter_rate,     /* y', N/s; order 2 */
-    robot_position,  /* r, m */
-    robot_velocity,  /* r', m/s */
+    robot_position,  /* p, m */
+    robot_velocity,  /* p', m/s */
+    second_position, /* x2, m */
+    second_velocity, /* x2', m/s */
+    lagged_position, /* r, m */
+    no_state_behind_lagged_position,
+    lagged_force, /* s, N */
+    no_state_behind_lagged_force,
     plant_state_count
 };
 
@@ -60,6 +70,16 @@ struct plant {
     std::int64_t filter_order;
     double filter_w = 0.0; /* rad/s */
     double filter_z = 0.0;
+    double robot_lag_s;
+    double sensor_lag_s;
+    double second_mass_kg;
+    double second_w; /* rad/s */
+    double second_z;
+
+    bool has_linear_effects() const { return robot_lag_s > 0.0 || sensor_lag_s > 0.0 || second_mass_kg > 0.0; }
+
+    /* The robot is where it is told to be, the force as it leaves the low-pass, the object alone. */
+    void leave_out_linear_effects() { robot_lag_s = sensor_lag_s = second_mass_kg = 0.0; }
 
     /* What each state reaches where the object swings by 1 m on the sensor spring: units in which the equations are
      * of one size. */
@@ -75,7 +95,10 @@ struct plant {
     /* F, N, before the low-pass. */
     double spring_force_N(const plant_state &state, const reference_line &line) const;
 
-    /* y, N: what the sensor samples. */
+    /* C, N. */
+    double second_force_N(const plant_state &state) const;
+
+    /* s, N: what the sensor samples. */
     double measured_force_N(const plant_state &state, const reference_line &line) const;
 
     /* Force of the elastic material or of the object's spring and damper on the mass, N; never pulls if one-sided.
@@ -87,20 +110,30 @@ struct plant {
     /* d(state)/dt with the reference on `line`. */
     plant_state derivative(const plant_state &state, const reference_line &line) const;
 
-    /* The reference jumps by `jump_m` ("hold"): without transfer behaviour the sensor's damper makes an impulse of
-     * it, d_S jump, which changes the object's velocity and the low-pass at once. */
+    /* The reference jumps by `jump_m` ("hold"): without transfer behaviour and lag the sensor's damper makes an
+     * impulse of it, d_S jump, which changes the object's velocity and the low-pass at once. */
     void apply_reference_jump(plant_state &state, double jump_m) const;
+
+  private:
+    void add_linear_effects(plant_state &rate, const plant_state &state, const reference_line &line,
+                            double force_N) const;
 };
 
 /* Inline, so that only what differs from 0 is left where they are asked for unit vectors. */
 
 inline double plant::robot_position_m(const plant_state &state, const reference_line &line) const
 {
-    return has_transfer_behaviour ? state(robot_position) : line.position_m;
+    return robot_lag_s > 0.0        ? state(lagged_position)
+           : has_transfer_behaviour ? state(robot_position)
+                                    : line.position_m;
 }
 
 inline double plant::robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const
 {
+    if (robot_lag_s > 0.0) {
+        const double goal_m = has_transfer_behaviour ? state(robot_position) : line.position_m;
+        return (goal_m - state(lagged_position)) / robot_lag_s;
+    }
     return has_transfer_behaviour ? state(robot_velocity) : line.velocity_m_per_s;
 }
 
@@ -112,7 +145,15 @@ inline double plant::spring_force_N(const plant_state &state, const reference_li
 
 inline double plant::measured_force_N(const plant_state &state, const reference_line &line) const
 {
-    return filter_order > 0 ? state(filter_output) : spring_force_N(state, line);
+    return sensor_lag_s > 0.0 ? state(lagged_force)
+           : filter_order > 0 ? state(filter_output)
+                              : spring_force_N(state, line);
+}
+
+inline double plant::second_force_N(const plant_state &state) const
+{
+    return second_mass_kg * (second_w * second_w * (state(second_position) - state(object_position)) +
+                             2.0 * second_z * second_w * (state(second_velocity) - state(object_velocity)));
 }
 
 inline double plant::object_force_N(const plant_state &state) const
@@ -139,6 +180,9 @@ inline plant_state plant::derivative(const plant_state &state, const reference_l
         rate(robot_position) = state(robot_velocity);
         rate(robot_velocity) = robot_w * robot_w * (line.position_m - state(robot_position)) -
                                2.0 * robot_z * robot_w * state(robot_velocity);
+    }
+    if (has_linear_effects()) {
+        add_linear_effects(rate, state, line, force_N);
     }
     return rate;
 }

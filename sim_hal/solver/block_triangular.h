@@ -75,6 +75,9 @@ block_triangular<count> operator*(const block_triangular<count> &a, const block_
     return product;
 }
 
+/* The same for a long chain, not unrolled: it is rare, and takes minutes to compile otherwise. */
+block_triangular<7> operator*(const block_triangular<7> &a, const block_triangular<7> &b);
+
 /* Largest sum of a column's magnitudes. */
 template <int count>
 double norm(const block_triangular<count> &a)

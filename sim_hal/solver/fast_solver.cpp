@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,9 @@ namespace berth
 namespace
 {
 
+/* Of object, low-pass and transfer behaviour. */
+constexpr int base_state_count = second_position;
+
 /* state(t + dt) = columns * (state, u, u', 1), with only the first `rows` states in use. */
 template <int rows>
 struct transition {
@@ -22,7 +26,7 @@ template <int rows>
 class exact_steps
 {
   public:
-    exact_steps(const plant &plant, contact_mode mode) : generator_(make_generator(plant, mode)) {}
+    exact_steps(const plant &plant, contact_mode mode) : generator_(smallest_generator(plant, mode)) {}
 
     void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns)
     {
@@ -58,24 +62,38 @@ class exact_steps
         transition<rows> &made = known_[next_];
         next_ = (next_ + 1) % known_.size();
         const Eigen::MatrixXd e = balanced_exponential(generator_ * (static_cast<double>(duration_ns) * 1e-9));
+        const Eigen::Index inputs = e.cols() - plant_input_count;
         made.duration_ns = duration_ns;
         for (int row = 0; row < rows; row++) {
             for (int column = 0; column < rows; column++) {
                 made.columns[column][row] = e(row, column);
             }
             for (int input = 0; input < plant_input_count; input++) {
-                made.columns[rows + input][row] = e(row, plant_state_count + input);
+                made.columns[rows + input][row] = e(row, inputs + input);
             }
         }
         return made;
     }
 
-    plant_generator generator_;
+    /* Without the states that no effect uses. */
+    static Eigen::MatrixXd smallest_generator(const plant &plant, contact_mode mode)
+    {
+        const plant_generator full = make_generator(plant, mode);
+        constexpr int states = std::max<int>(rows, base_state_count);
+        Eigen::MatrixXd a = Eigen::MatrixXd::Zero(states + plant_input_count, states + plant_input_count);
+        a.topLeftCorner(states, states) = full.topLeftCorner(states, states);
+        a.topRightCorner(states, plant_input_count) = full.block(0, plant_state_count, states, plant_input_count);
+        a.bottomRightCorner(plant_input_count, plant_input_count) =
+            full.bottomRightCorner<plant_input_count, plant_input_count>();
+        return a;
+    }
+
+    Eigen::MatrixXd generator_;
     std::array<transition<rows>, 64> known_{};
     std::size_t next_ = 0;
 };
 
-/* Rows: 4 without the robot's transfer behaviour, else 6. */
+/* Rows: 4 without the robot's transfer behaviour, else 6; all with linear effects. */
 template <int rows>
 class linear_solver final : public solver
 {
@@ -151,7 +169,10 @@ std::unique_ptr<solver> make(const rig &rig)
 
 std::unique_ptr<solver> make_fast_solver(const rig &rig)
 {
-    return rig.has_transfer_behaviour() ? make<6>(rig) : make<4>(rig);
+    if (plant(rig).has_linear_effects()) {
+        return make<plant_state_count>(rig);
+    }
+    return rig.has_transfer_behaviour() ? make<base_state_count>(rig) : make<4>(rig);
 }
 
 } // namespace berth

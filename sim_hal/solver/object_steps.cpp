@@ -10,11 +10,14 @@ namespace berth
 namespace
 {
 
-rig without_transfer(const rig &original)
+/* What moves is the robot itself already, and effects are stages. */
+plant object_alone(const rig &original)
 {
-    rig made = original; /* the motion is that of the robot already */
+    rig made = original;
     made.robot.transfer_frequency_Hz = unlimited;
-    return made;
+    plant object(made);
+    object.leave_out_linear_effects();
+    return object;
 }
 
 object_steps::step_map make_map(const plant &original, object_steps::grip grip, double step_s)
@@ -56,8 +59,8 @@ int object_steps_a_tick(const rig &rig)
 }
 
 object_steps::object_steps(const rig &rig)
-    : plant_(without_transfer(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
-      impact_damping_s_per_m_(value_of_effect(rig, "object.impact_damping_s_per_m"))
+    : plant_(object_alone(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
+      impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0)
 {
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../../firmware/inverse_filter.h"
+#include "../effects/effect.h"
 #include "hardware_period.h"
 #include "spectrum.h"
 
@@ -42,7 +43,7 @@ double robot_delay_s(const rig &rig)
                              ? 2.0 * robot.transfer_damping_ratio / (two_pi * robot.transfer_frequency_Hz)
                              : 0.0;
     const double held_s = robot.interpolation == interpolation::hold ? 0.5 * config_period_s(&rig.firmware) : 0.0;
-    return dead_time_s + lag_s + held_s;
+    return dead_time_s + lag_s + 1e-3 * value_of(rig, "robot.lag_ms") + held_s;
 }
 
 } // namespace
@@ -52,8 +53,8 @@ double loop_delay_s(const rig &rig)
     const double period_s = config_period_s(&rig.firmware);
     const double sample_age_s = period_s * hardware_period(rig).sample_age_ticks() -
                                 1e-9 * static_cast<double>(ns_from_ms(rig.sensor.sample_phase_ms));
-    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + low_pass_delay_s(rig.sensor) + sample_age_s +
-           0.5 * period_s;
+    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + low_pass_delay_s(rig.sensor) +
+           1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + 0.5 * period_s;
 }
 
 double first_order_damping_limit(const rig &rig)

@@ -1,16 +1,44 @@
 #include "hardware_chain.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 
 namespace berth
 {
 
-hardware_chain::hardware_chain(const rig &rig) : plant_(rig), gain_(gain_when_small(rig))
+namespace
+{
+
+/* Orthogonal q, so that q^T a q is block upper triangular, of 2x2 blocks. Schur's form is, unless a pair of complex
+ * eigenvalues comes to stand in its middle, between two real ones: then the pair's own plane comes first. */
+Eigen::Matrix4d block_triangular_basis(const Eigen::Matrix4d &a)
+{
+    const Eigen::RealSchur<Eigen::Matrix4d> schur(a);
+    const Eigen::Matrix4d &t = schur.matrixT();
+    if (t(2, 1) == 0.0) {
+        return schur.matrixU();
+    }
+    const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
+    const Eigen::Matrix4d vanishes_there =
+        a * a - pair.trace() * a + pair.determinant() * Eigen::Matrix4d::Identity();
+    const Eigen::JacobiSVD<Eigen::Matrix4d> svd(vanishes_there, Eigen::ComputeFullV);
+    Eigen::Matrix4d basis;
+    basis << svd.matrixV().rightCols<2>(), svd.matrixV().leftCols<2>();
+    return basis;
+}
+
+} // namespace
+
+hardware_chain::hardware_chain(const rig &rig)
+    : plant_(rig), gain_(gain_when_small(rig)), scales_(plant_.natural_scales())
 {
     if (rig.object.kind == object_kind::contact) {
-        throw input_error("object.kind: one-sided contact has no eigenvalues; look at a gripped object of the same "
-                          "stiffness, or at the growth that `berth run` measures");
+        throw input_error(
+            "object.kind: one-sided contact has no eigenvalues for small motions; give an --amplitude, look "
+            "at a gripped object of the same stiffness, or at the growth that `berth run` measures");
     }
     const auto use = [&](int first, int count) {
         for (int i = 0; i < count; i++) {
@@ -18,16 +46,54 @@ hardware_chain::hardware_chain(const rig &rig) : plant_(rig), gain_(gain_when_sm
         }
     };
     const auto link = [&](int pair) { pairs_[static_cast<std::size_t>(link_count_++)] = pair; };
+    if (plant_.sensor_lag_s > 0.0) {
+        link(sensor_lag_pair);
+    }
     if (plant_.filter_order > 0) {
         link(filter_pair);
     }
     use(object_position, 2);
     link(object_pair);
+    if (plant_.second_mass_kg > 0.0) {
+        use(second_position, 2);
+        link(second_pair);
+        separate_second_mass();
+    }
+    if (plant_.robot_lag_s > 0.0) {
+        use(lagged_position, 1);
+        link(robot_lag_pair);
+    }
     if (plant_.has_transfer_behaviour) {
         use(robot_position, 2);
         link(robot_pair);
     }
     use(filter_output, static_cast<int>(plant_.filter_order));
+    if (plant_.sensor_lag_s > 0.0) {
+        use(lagged_force, 1);
+    }
+}
+
+/* In natural units, which the links' states keep. */
+void hardware_chain::separate_second_mass()
+{
+    constexpr std::array<int, 4> places{object_position, object_velocity, second_position, second_velocity};
+    Eigen::Matrix4d a;
+    Eigen::Vector4d scales;
+    for (int column = 0; column < 4; column++) {
+        const plant_state rate = plant_.derivative(plant_state::Unit(places[static_cast<std::size_t>(column)]), {});
+        scales(column) = scales_(places[static_cast<std::size_t>(column)]);
+        for (int row = 0; row < 4; row++) {
+            a(row, column) = rate(places[static_cast<std::size_t>(row)]);
+        }
+    }
+    const Eigen::Matrix4d basis =
+        block_triangular_basis(scales.cwiseInverse().asDiagonal() * a * scales.asDiagonal());
+    into_links_ = basis.transpose() * scales.cwiseInverse().asDiagonal();
+    out_of_links_ = scales.asDiagonal() * basis;
+    for (const int place : places) {
+        scales_(place) = 1.0;
+    }
+    has_second_mass_ = true;
 }
 
 void hardware_chain::set_transition(transition &made, double duration_s) const
@@ -37,8 +103,10 @@ void hardware_chain::set_transition(transition &made, double duration_s) const
         return set_blocks<2>(made, duration_s);
     case 2:
         return set_blocks<3>(made, duration_s);
-    default:
+    case 3:
         return set_blocks<4>(made, duration_s);
+    default:
+        return set_blocks<links_max + 1>(made, duration_s);
     }
 }
 
@@ -47,27 +115,35 @@ void hardware_chain::set_transition(transition &made, double duration_s) const
 template <int count>
 void hardware_chain::set_blocks(transition &made, double duration_s) const
 {
-    constexpr int inputs = count - 1;
+    const int inputs = count <= 4 ? count - 1 : link_count_; /* what comes behind them stays 0 */
     const plant_state zero = plant_state::Zero();
-    const plant_state natural = plant_.natural_scales();
     std::array<pair_vector, count> scales;
+    scales.fill(pair_vector{1.0, 1.0});
     for (int i = 0; i < inputs; i++) {
-        scales[static_cast<std::size_t>(i)] = pair_of(natural, link_pair(i));
+        scales[static_cast<std::size_t>(i)] = pair_of(scales_, link_pair(i));
     }
-    scales[inputs] = pair_vector{1.0, 1.0 / duration_s}; /* the slope counts in metres per part */
+    scales[static_cast<std::size_t>(inputs)] =
+        pair_vector{1.0, 1.0 / duration_s}; /* the slope counts in metres per part */
 
-    block_triangular<count> generator;
+    block_triangular<count> generator{};
+    const auto in_links = [&](plant_state rate) {
+        turn(rate, into_links_);
+        return rate;
+    };
     const auto set_column = [&](int column, int side, const plant_state &rate) {
         for (int row = 0; row <= std::min(column, inputs - 1); row++) {
             generator.at(row, column).columns[static_cast<std::size_t>(side)] = pair_of(rate, link_pair(row));
         }
     };
     for (int i = 0; i < inputs; i++) {
-        set_column(i, 0, plant_.derivative(plant_state::Unit(first_state(link_pair(i))), {}));
-        set_column(i, 1, plant_.derivative(plant_state::Unit(first_state(link_pair(i)) + 1), {}));
+        for (int side = 0; side < 2; side++) {
+            plant_state state = plant_state::Unit(first_state(link_pair(i)) + side);
+            turn(state, out_of_links_);
+            set_column(i, side, in_links(plant_.derivative(state, {})));
+        }
     }
-    set_column(inputs, 0, plant_.derivative(zero, {1.0, 0.0}));
-    set_column(inputs, 1, plant_.derivative(zero, {0.0, 1.0}));
+    set_column(inputs, 0, in_links(plant_.derivative(zero, {1.0, 0.0})));
+    set_column(inputs, 1, in_links(plant_.derivative(zero, {0.0, 1.0})));
     generator.at(inputs, inputs) = {pair_vector{0.0, 0.0}, pair_vector{1.0, 0.0}}; /* u grows by its slope */
 
     std::array<pair_vector, count> inverse_scales;

@@ -1,5 +1,6 @@
-/* The hardware between events as a chain of links of up to two states, low-pass first, each driven by those after
- * it: the plant's equations, solved exactly for one straight line of the reference. */
+/* The hardware between events as a chain of links of up to two states, sensor first, each driven by those after it:
+ * the plant's equations, solved exactly for one straight line of the reference. A mass that hangs on the object
+ * makes two links with it that drive each other: they are turned so that only one drives the other. */
 #ifndef SIM_HAL_STABILITY_HARDWARE_CHAIN_H
 #define SIM_HAL_STABILITY_HARDWARE_CHAIN_H
 
@@ -14,7 +15,7 @@ namespace berth
 class hardware_chain
 {
   public:
-    static constexpr int links_max = 3;
+    static constexpr int links_max = 6;
 
     /* Change of the links over a duration, driven by each other and by (u, u') behind the last link. */
     using transition = block_triangular<links_max + 1>;
@@ -32,13 +33,19 @@ class hardware_chain
     int state(int i) const { return states_[static_cast<std::size_t>(i)]; }
 
     int link_count() const { return link_count_; }
-    bool link_has_two_states(int link) const { return link_pair(link) != filter_pair || plant_.filter_order == 2; }
+    bool link_has_two_states(int link) const
+    {
+        const int pair = link_pair(link);
+        return pair != robot_lag_pair && pair != sensor_lag_pair &&
+               (pair != filter_pair || plant_.filter_order == 2);
+    }
 
     void set_transition(transition &made, double duration_s) const;
 
     void advance(plant_state &state, const transition &change, const reference_line &line) const
     {
         const pair_vector inputs{line.position_m, line.velocity_m_per_s};
+        turn(state, into_links_);
         for (int row = 0; row < link_count_; row++) { /* those behind it have not moved yet */
             pair_vector sum = change.at(row, link_count_) * inputs;
             for (int column = row; column < link_count_; column++) {
@@ -47,6 +54,7 @@ class hardware_chain
             state(first_state(link_pair(row))) += sum[0];
             state(first_state(link_pair(row)) + 1) += sum[1];
         }
+        turn(state, out_of_links_);
     }
 
   private:
@@ -54,6 +62,22 @@ class hardware_chain
     static constexpr int object_pair = object_position / 2;
     static constexpr int filter_pair = filter_output / 2;
     static constexpr int robot_pair = robot_position / 2;
+    static constexpr int second_pair = second_position / 2;
+    static constexpr int robot_lag_pair = lagged_position / 2;
+    static constexpr int sensor_lag_pair = lagged_force / 2;
+
+    /* Object and second mass, from the plant's states into those of the links or back. */
+    void turn(plant_state &state, const Eigen::Matrix4d &turned) const
+    {
+        if (has_second_mass_) {
+            Eigen::Vector4d both;
+            both << state.segment<2>(object_position), state.segment<2>(second_position);
+            both = (turned * both).eval();
+            state.segment<2>(object_position) = both.head<2>();
+            state.segment<2>(second_position) = both.tail<2>();
+        }
+    }
+    void separate_second_mass();
 
     int link_pair(int link) const { return pairs_[static_cast<std::size_t>(link)]; }
     static Eigen::Index first_state(int pair) { return 2 * static_cast<Eigen::Index>(pair); }
@@ -71,6 +95,10 @@ class hardware_chain
     int state_count_ = 0;
     std::array<int, links_max> pairs_{};
     int link_count_ = 0;
+    bool has_second_mass_ = false;
+    Eigen::Matrix4d into_links_;
+    Eigen::Matrix4d out_of_links_;
+    plant_state scales_; /* of the links' states */
 };
 
 } // namespace berth

@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "../effects/effect.h"
 #include "critical_zero.h"
 #include "dominant_root.h"
 #include "first_order_limit.h"
@@ -24,8 +25,8 @@ constexpr double bisection_tolerance = 1e-11;
 /* |z| just beyond a limit is 1 but for the width of the bisection's last bracket, unless it jumps. */
 constexpr double jump_least = 1e-6;
 
-/* A mode within this share of the coupled frequency is the slow mode of the map's axes. */
-constexpr double slow_mode_band = 0.35;
+/* Dead time alone turns the loop over at half a period of a mode: up to here it is what swings without dead time. */
+constexpr double slow_mode_periods = 1.0 / 3.0;
 
 enum class scale { mass, stiffness, damping, ratio, frequency, delay };
 
@@ -44,11 +45,16 @@ constexpr physical_parameter parameters[] = {
     {"robot.dead_time_ms", scale::delay},
     {"robot.transfer_frequency_Hz", scale::frequency},
     {"robot.transfer_damping_ratio", scale::ratio},
+    {"robot.lag_ms", scale::delay},
     {"sensor.stiffness_N_per_m", scale::stiffness},
     {"sensor.damping_ratio", scale::ratio},
     {"sensor.low_pass_frequency_Hz", scale::frequency},
     {"sensor.low_pass_damping_ratio", scale::ratio},
     {"sensor.delay_ms", scale::delay},
+    {"sensor.lag_ms", scale::delay},
+    {"object.second_mass_kg", scale::mass},
+    {"object.second_frequency_Hz", scale::frequency},
+    {"object.second_damping_ratio", scale::ratio},
 };
 
 scale scale_of(std::string_view key)
@@ -73,9 +79,9 @@ std::optional<rig> with_value(const rig &original, const rig_key &key, double va
     return changed;
 }
 
-bool is_stable_loop(const rig &rig)
+bool is_stable_loop(const rig &rig, const linear_view &linear)
 {
-    return has_no_zero_inside(make_loop_equation(rig), 1.0);
+    return has_no_zero_inside(make_loop_equation(linear(rig)), 1.0);
 }
 
 /* A size to search around where the rig's own value is 0. */
@@ -123,7 +129,7 @@ double longest_step(const rig &rig, scale kind, double range)
 
 /* Values to look at, rising: a logarithmic grid, finer for delays, the permitted smallest value, and the rig's own.
  */
-std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, double own)
+std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, double own, double share)
 {
     const auto is_permitted = [&](double value) { return with_value(rig, key, value).has_value(); };
     const double centre = own > 0.0 ? own : usual_value(rig, kind);
@@ -138,10 +144,10 @@ std::vector<double> scan_grid(const rig &rig, const rig_key &key, scale kind, do
     }
     const double step_max = longest_step(rig, kind, centre * factor);
     std::vector<double> grid{low};
-    double value = low > 0.0 ? low * (1.0 + scan_step) : centre / factor;
+    double value = low > 0.0 ? low * (1.0 + share) : centre / factor;
     while (value < centre * factor) {
         grid.push_back(value);
-        value += std::min(scan_step * value, step_max);
+        value += std::min(share * value, step_max);
     }
     grid.push_back(centre * factor);
     grid.push_back(own);
@@ -193,20 +199,19 @@ std::vector<stable_interval> intervals_between(const std::vector<double> &grid, 
 
 std::string name_of(const mode &mode, const rig &rig)
 {
-    const double coupled_Hz = coupled_spectrum(rig).modes.front().frequency_Hz;
     const double half_rate_Hz = 0.5 / config_period_s(&rig.firmware);
-    if (std::abs(mode.frequency_Hz - coupled_Hz) <= slow_mode_band * coupled_Hz) {
-        return "slow mode: manipulator and object together";
-    }
+    const double periods = mode.frequency_Hz * loop_delay_s(rig);
     if (mode.frequency_Hz == 0.0) {
         return "drift without oscillation";
     }
     if (mode.frequency_Hz >= half_rate_Hz * (1.0 - 1e-9)) {
         return "fast mode: alternates from tick to tick";
     }
+    if (periods < slow_mode_periods) {
+        return "slow mode: manipulator and object together";
+    }
     char text[80];
-    std::snprintf(text, sizeof text, "dead-time mode: %.2f periods of it fit into the loop's delay",
-                  mode.frequency_Hz * loop_delay_s(rig));
+    std::snprintf(text, sizeof text, "dead-time mode: %.2f periods of it fit into the loop's delay", periods);
     return text;
 }
 
@@ -232,9 +237,9 @@ double refined(const crossing &c, std::complex<double> w, const std::function<lo
     return value;
 }
 
-stability_limit describe(const crossing &c, const rig &original, const rig_key &key)
+stability_limit describe(const crossing &c, const rig &original, const rig_key &key, const linear_view &linear)
 {
-    const rig beyond = *with_value(original, key, c.unstable);
+    const rig beyond = linear(*with_value(original, key, c.unstable));
     const std::complex<double> w = zero_next_to_unit_circle(make_loop_equation(beyond));
     const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
@@ -242,7 +247,7 @@ stability_limit describe(const crossing &c, const rig &original, const rig_key &
     if (!limit.is_jump) {
         limit.value = refined(c, w, [&](double value) {
             const auto changed = with_value(original, key, value);
-            return make_loop_equation(changed ? *changed : beyond);
+            return make_loop_equation(changed ? linear(*changed) : beyond);
         });
     }
     return limit;
@@ -299,6 +304,8 @@ std::vector<std::string_view> physical_parameters(const rig &rig)
     for (const physical_parameter &parameter : parameters) {
         const std::string_view key = parameter.key;
         const bool is_absent = (key.find("robot.transfer") == 0 && !rig.has_transfer_behaviour()) ||
+                               ((key == "robot.lag_ms" || key == "sensor.lag_ms") && value_of(rig, key) == 0.0) ||
+                               (key.find("object.second") == 0 && value_of(rig, "object.second_mass_kg") == 0.0) ||
                                (key == "sensor.low_pass_frequency_Hz" && rig.sensor.low_pass_order == 0) ||
                                (key == "sensor.low_pass_damping_ratio" && rig.sensor.low_pass_order < 2);
         if (!is_absent) {
@@ -308,17 +315,17 @@ std::vector<std::string_view> physical_parameters(const rig &rig)
     return keys;
 }
 
-parameter_limits find_limits(const rig &original, std::string_view key_path)
+parameter_limits find_limits(const rig &original, std::string_view key_path, const linear_view &linear, double share)
 {
     const scale kind = scale_of(key_path);
     const rig_key &key = *find_key(key_path);
     rig copy = original;
     const double own = *static_cast<double *>(key.member(copy));
-    const std::vector<double> grid = scan_grid(original, key, kind, own);
+    const std::vector<double> grid = scan_grid(original, key, kind, own, share);
 
     const auto is_stable = [&](double value) {
         const auto changed = with_value(original, key, value);
-        return changed && is_stable_loop(*changed);
+        return changed && is_stable_loop(*changed, linear);
     };
     const auto is_stable_to_first_order = [&](double value) {
         const auto changed = with_value(original, key, value);
@@ -327,7 +334,7 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
 
     parameter_limits result{key.path, own, grid.front(), grid.back(), {}, {}, {}};
     for (const crossing &c : find_crossings(grid, is_stable)) {
-        result.limits.push_back(describe(c, original, key));
+        result.limits.push_back(describe(c, original, key, linear));
     }
     std::vector<double> ends;
     for (const stability_limit &limit : result.limits) {
@@ -340,12 +347,13 @@ parameter_limits find_limits(const rig &original, std::string_view key_path)
     return result;
 }
 
-std::vector<stable_interval> stable_within(const rig &original, std::string_view key_path, double from, double to)
+std::vector<stable_interval> stable_within(const rig &original, std::string_view key_path, double from, double to,
+                                           const linear_view &linear)
 {
     const rig_key &key = *find_key(key_path);
     const auto is_stable = [&](double value) {
         const auto changed = with_value(original, key, value);
-        return changed && is_stable_loop(*changed);
+        return changed && is_stable_loop(*changed, linear);
     };
     const double step_max = std::min(scan_step * to, longest_step(original, scale_of(key_path), to - from));
     const auto steps = static_cast<int>(std::ceil((to - from) / step_max));
@@ -360,16 +368,17 @@ std::vector<stable_interval> stable_within(const rig &original, std::string_view
     return intervals_between(grid, is_stable(from), ends);
 }
 
-std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time)
+std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time,
+                                          const linear_view &linear)
 {
     const stability_limit *const limit = dead_time.nearest_above();
-    if (limit == nullptr || !is_stable_loop(rig)) {
+    if (limit == nullptr || !is_stable_loop(rig, linear)) {
         return {};
     }
     return limit->value - dead_time.value;
 }
 
-std::vector<rate_verdict> judge_rates(const rig &original)
+std::vector<rate_verdict> judge_rates(const rig &original, const linear_view &linear)
 {
     std::vector<double> rates_Hz{10,  20,  25,  40,   50,   80,   100,  125,  160,  200,  250,  320,  400,
                                  500, 625, 800, 1000, 1250, 1600, 2000, 2500, 3125, 4000, 5000, 8000, 10000};
@@ -385,7 +394,7 @@ std::vector<rate_verdict> judge_rates(const rig &original)
         if (const auto error = complete_and_check(changed)) {
             verdict.refusal = error->key + ": " + error->message;
         } else {
-            verdict.is_stable = is_stable_loop(changed);
+            verdict.is_stable = is_stable_loop(changed, linear);
         }
         verdicts.push_back(verdict);
     }

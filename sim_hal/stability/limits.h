@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_STABILITY_LIMITS_H
 #define SIM_HAL_STABILITY_LIMITS_H
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,15 +53,26 @@ constexpr double scan_step = 0.005;
 /* Keys of the physical parameters that this rig has. */
 std::vector<std::string_view> physical_parameters(const rig &rig);
 
-/* All else stays as it is; damping ratios that the rig names stay, too. */
-parameter_limits find_limits(const rig &rig, std::string_view key);
+/* The linear loop of a rig: the rig itself, or what is equivalent to it at an amplitude. */
+using linear_view = std::function<rig(const rig &)>;
+inline rig as_it_is(const rig &rig)
+{
+    return rig;
+}
+
+/* All else stays as it is; damping ratios that the rig names stay, too. `share` of the value from grid point to grid
+ * point. */
+parameter_limits find_limits(const rig &rig, std::string_view key, const linear_view &linear = as_it_is,
+                             double share = scan_step);
 
 /* The stable parts of from..to, by rising value; parts narrower than `scan_step` of `to` may be overlooked. */
-std::vector<stable_interval> stable_within(const rig &rig, std::string_view key, double from, double to);
+std::vector<stable_interval> stable_within(const rig &rig, std::string_view key, double from, double to,
+                                           const linear_view &linear = as_it_is);
 
 /* How many ms longer the robot's dead time may be; nothing: no limit within ten times its length, or the loop is
  * unstable as it is. */
-std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time);
+std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time,
+                                          const linear_view &linear = as_it_is);
 
 /* A rate of the loop, everything else in seconds as it is. */
 struct rate_verdict {
@@ -70,7 +82,7 @@ struct rate_verdict {
 };
 
 /* Common rates that divide 1e9, and the rig's own. */
-std::vector<rate_verdict> judge_rates(const rig &rig);
+std::vector<rate_verdict> judge_rates(const rig &rig, const linear_view &linear = as_it_is);
 
 } // namespace berth
 

@@ -188,7 +188,7 @@ loop_equation loop_equation_maker::make(const rig &rig)
         made.a_factors[static_cast<std::size_t>(made.a_factor_count++)] = poles;
     };
     made.a.coefficients[0] = 1.0;
-    std::array<short_factor, 3> poles{};
+    std::array<short_factor, hardware_chain::links_max> poles{};
     for (int i = 0; i < hardware.link_count(); i++) {
         const block change = hardware.link_change(i);
         add_poles(hardware.link_has_two_states(i) ? poles_of(change) : pole_of(change(0, 0)));

@@ -13,13 +13,14 @@
 #include <complex>
 
 #include "../../hal/rig/rig.h"
+#include "hardware_chain.h"
 
 namespace berth
 {
 
 /* Coefficients by rising powers of w. */
 struct short_polynomial {
-    static constexpr int capacity = 12;
+    static constexpr int capacity = 16;
     std::array<double, capacity> coefficients{};
     int degree = 0;
 };
@@ -35,7 +36,7 @@ struct loop_equation {
     int delay = 0;
 
     /* A is the product of its factors; B that of two. */
-    std::array<slow_factor, 5> a_factors;
+    std::array<slow_factor, hardware_chain::links_max + 2> a_factors;
     int a_factor_count = 0;
     slow_factor b_factor{1.0, 0.0, 0.0};
     short_polynomial b_rest;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <thread>
 
-#include "dominant_root.h"
+#include "equivalent_loop.h"
 
 namespace berth
 {
@@ -26,12 +26,24 @@ void set_number(rig &rig, const rig_key &key, double value)
 
 /* What goes along a row from point to point. */
 struct row_worker {
-    explicit row_worker(const map_request &request) : setter(request) {}
+    explicit row_worker(const map_request &request)
+        : setter(request), amplitude_m(request.amplitude_m), equivalent(amplitude_m)
+    {
+    }
+
+    void start_row(const dominant_root_finder &known)
+    {
+        finder = known;
+        equivalent = equivalent_finder(amplitude_m); /* rows must not know of each other */
+    }
 
     double value(double x, double y)
     {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
+        }
+        if (amplitude_m > 0.0) {
+            return std::abs(equivalent.find(setter.rig()).z);
         }
         return finder.spectral_radius(maker.make(setter.rig()));
     }
@@ -39,6 +51,8 @@ struct row_worker {
     map_point_setter setter;
     loop_equation_maker maker;
     dominant_root_finder finder;
+    double amplitude_m;
+    equivalent_finder equivalent;
 };
 
 /* A row starts with the modes that its first possible point has, as the row before knows them. Going up that column
@@ -107,7 +121,7 @@ map_result compute_map(const map_request &request, int threads, const std::funct
     const auto work = [&](bool reports) {
         row_worker worker(request);
         for (int row = next_row++; row < request.y.count; row = next_row++) {
-            worker.finder = finders[static_cast<std::size_t>(row)];
+            worker.start_row(finders[static_cast<std::size_t>(row)]);
             const double y = request.y.value(row);
             double *const values =
                 &result.spectral_radius[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];

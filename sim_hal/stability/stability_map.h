@@ -36,6 +36,7 @@ struct map_request {
     map_kind kind = map_kind::elasticity;
     map_axis x;
     map_axis y;
+    double amplitude_m = 0.0; /* greater than 0: effects of size are replaced by what is equivalent at each point */
 
     std::size_t points() const { return static_cast<std::size_t>(x.count) * static_cast<std::size_t>(y.count); }
 };

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <thread>
 
+#include "equivalent_loop.h"
 #include "lyapunov.h"
 
 namespace berth
@@ -33,25 +34,29 @@ std::vector<double> compute_varying_map(const map_request &request, const wake_h
                                         std::int64_t ticks, int threads, const std::function<void(int)> &rows_done)
 {
     std::vector<double> exponents(request.points(), std::numeric_limits<double>::quiet_NaN());
-    const bool has_one_timeline = keeps_timing(request.x) && keeps_timing(request.y);
+    const bool has_one_timeline = keeps_timing(request.x) && keeps_timing(request.y) && request.amplitude_m == 0.0;
     const loop_timeline common = has_one_timeline ? make_timeline(request.rig, histogram, ticks) : loop_timeline{};
     std::atomic<int> next_row{0};
     std::atomic<int> done{0};
     const auto work = [&](bool reports) {
         map_point_setter setter(request);
         exponent_finder finder;
+        const auto linear_rig = [&](equivalent_finder &equivalent) {
+            return request.amplitude_m > 0.0 ? equivalent.find(setter.rig()).linear : setter.rig();
+        };
         for (int row = next_row++; row < request.y.count; row = next_row++) {
             double *const values =
                 &exponents[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];
+            equivalent_finder equivalent(request.amplitude_m);
             for (int i = 0; i < request.x.count; i++) {
                 const bool is_possible =
                     setter.set(request.x.value(i), request.y.value(row)) == point_state::possible &&
                     fits_period(histogram, setter.rig());
                 if (is_possible) {
-                    values[i] =
-                        has_one_timeline
-                            ? finder.along(setter.rig(), common).growth_per_s
-                            : finder.along(setter.rig(), make_timeline(setter.rig(), histogram, ticks)).growth_per_s;
+                    const rig at_point = linear_rig(equivalent);
+                    values[i] = has_one_timeline
+                                    ? finder.along(at_point, common).growth_per_s
+                                    : finder.along(at_point, make_timeline(at_point, histogram, ticks)).growth_per_s;
                 }
             }
             done++;

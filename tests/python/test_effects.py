@@ -102,15 +102,57 @@ def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tm
     assert run.returncode == 0, run.stderr
     eigen = command("eigen", extended, "--json", text=True)
     assert eigen.returncode == 0, eigen.stderr
-    is_left_out = effect in ("robot.backlash", "robot.dead_time_drift")
-    assert (effect in eigen.stderr) == is_left_out
-    assert len(json.loads(eigen.stdout)["left_out"]) == is_left_out
+    told = json.loads(eigen.stdout)
+    drifts = effect == "robot.dead_time_drift"
+    assert (effect in eigen.stderr) == drifts
+    assert len(told["left_out"]) == drifts
+    replaced = [part["effect"] for part in (told["describing_function"] or {"effects": []})["effects"]]
+    assert replaced == ([effect] if effect in ("robot.backlash", "object.cubic_stiffness") else [])
     assert command("map", extended, "--vary", "mass", "--grid", "4x4", "--out", tmp_path).returncode == 0
 
 
-@pytest.mark.parametrize("keys", [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]])
-def test_what_the_equations_lack_is_refused_by_name(keys):
-    for what in ("eigen", "limits"):
-        refused = command(what, "ess", *settings(keys), text=True)
-        assert refused.returncode != 0
-        assert "berth run" in refused.stderr and next(iter(keys)).split(".")[0] in refused.stderr
+LINEAR = [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]]
+OF_SIZE = [{"robot.backlash_m": 5e-4}, {"robot.deadband_m": 5e-4}, {"robot.velocity_limit_m_per_s": 0.03},
+           {"robot.acceleration_limit_m_per_s2": 0.2}, {"object.coulomb_friction_N": 2},
+           {"object.cubic_stiffness_N_per_m3": 2e7}, {"object.quadratic_stiffness_N_per_m2": 2e5},
+           {"object.backlash_m": 2e-3}, EFFECTS["object.hysteresis"], {"object.grip_force_N": 5},
+           {"manipulator.coulomb_friction_N": 2}, {"manipulator.cubic_stiffness_N_per_m3": 2e7},
+           {"manipulator.backlash_m": 2e-3}, {"manipulator.quadratic_stiffness_N_per_m2": 2e5},
+           {"sensor.resolution_N": 5}, {"sensor.saturation_N": 10}]
+WITHOUT_EFFECTS_per_s = -0.298369
+
+
+@pytest.mark.parametrize("keys", LINEAR + OF_SIZE, ids=lambda keys: next(iter(keys)))
+def test_every_effect_is_in_eigenvalues_limits_and_maps(keys, tmp_path):
+    eigen, limits, mapped = (command(what, "ess", *settings(keys), *more, "--json", text=True) for what, more in
+                             (("eigen", ()), ("limits", ()),
+                              ("map", ("--vary", "mass", "--grid", "4x3", "--out", tmp_path))))
+    for done in (eigen, limits, mapped):
+        assert (done.returncode, done.stderr) == (0, "")
+    told = json.loads(eigen.stdout)
+    assert abs(told["growth_per_s"] - WITHOUT_EFFECTS_per_s) > 1e-4
+    assert json.loads(limits.stdout)["growth_per_s"] == pytest.approx(told["growth_per_s"], rel=1e-6)
+    assert json.loads(mapped.stdout)["own"]["growth_per_s"] == pytest.approx(told["growth_per_s"], rel=1e-6)
+    if keys in OF_SIZE:
+        assert told["describing_function"]["amplitude_m"] == 0.01 and told["describing_function"]["settled"]
+    else:
+        assert told["describing_function"] is None
+
+
+def test_the_amplitude_is_said_and_can_be_chosen(tmp_path):
+    keys = settings({"robot.backlash_m": 1e-3})
+    small = command("eigen", "ess", *keys, "--amplitude", "0", text=True)
+    assert "robot.backlash has no linearisation" in small.stderr
+    assert f"growth {WITHOUT_EFFECTS_per_s:+.6f} /s" in small.stdout
+    assert "describing function at 0.005 m" in command("eigen", "ess", *keys, "--amplitude", "0.005", text=True).stdout
+    assert "describing function at 0.01 m" in command("map", "ess", *keys, "--vary", "mass", "--grid", "2x2", "--out",
+                                                      tmp_path, text=True).stdout
+    for wrong in ("-1", "nan", "inf", "far"):
+        refused = command("eigen", "ess", *keys, f"--amplitude={wrong}", text=True)
+        assert refused.returncode == 2 and "--amplitude" in refused.stderr
+
+
+def test_an_empty_robot_is_refused():
+    for what in ("eigen", "limits", "run"):
+        refused = command(what, "ess", "--robot", "", text=True)
+        assert refused.returncode == 2 and "--robot" in refused.stderr

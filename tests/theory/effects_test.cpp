@@ -100,6 +100,7 @@ std::vector<double> free_object(const std::vector<std::string> &overrides, doubl
     virtual_rig hardware(ess(all));
     plant_state state = hardware.state();
     state(object_position) = 0.1;
+    state(second_position) = 0.1;
     hardware.set_state(state);
     std::vector<double> positions_m;
     for (int i = 0; i * step_s <= duration_s; i++) {
@@ -248,7 +249,7 @@ TEST_CASE("effects: a second mass swings with the two frequencies of the coupled
         worst_m = std::max(worst_m, std::abs(motion[i] - both));
     }
     MESSAGE("largest difference " << worst_m << " m of 0.1 m over 20 s");
-    CHECK(worst_m < 2e-3);
+    CHECK(worst_m < 1e-6);
 }
 
 TEST_CASE("effects: hysteresis loses 4 Fh A a cycle where the way is long")
@@ -390,12 +391,8 @@ TEST_CASE("effects: an effect too small to act leaves the loop as it is")
     CHECK(worst_m < 1e-10);
 }
 
-TEST_CASE("effects: what has no eigenvalues says so")
+TEST_CASE("effects: what has no linearisation says so")
 {
-    CHECK_THROWS_AS(loop_spectrum(load_rig("ess", {"robot.lag_ms=1"})), input_error);
-    CHECK_THROWS_AS(loop_spectrum(load_rig("ess", {"sensor.lag_ms=1"})), input_error);
-    CHECK_THROWS_AS(loop_spectrum(load_rig("ess", {"object.second_mass_kg=1", "object.second_frequency_Hz=5"})),
-                    input_error);
     CHECK(left_out_when_small(load_rig("ess", {"robot.backlash_m=1e-4"})).size() == 1);
     CHECK(left_out_when_small(load_rig("ess", {"object.cubic_stiffness_N_per_m3=1"})).empty());
     CHECK_THROWS_AS(virtual_rig(load_rig("ess", {"robot.backlash_m=1e-4", "solver.kind=cvode"})), input_error);

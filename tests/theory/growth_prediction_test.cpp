@@ -7,6 +7,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "../../sim_hal/effects/effect.h"
 #include "../../sim_hal/hil/random.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
@@ -116,6 +117,20 @@ double measured_growth_per_s(const std::vector<double> &position_m, double perio
     return growth_per_s;
 }
 
+/* Relative difference between measured and predicted growth. */
+double growth_error(const rig &rig, random_stream &random, const std::string &name)
+{
+    const spectrum predicted = loop_spectrum(rig);
+    const std::vector<double> x = run_free(rig, predicted.growth_per_s, random);
+    const double measured_per_s = measured_growth_per_s(x, config_period_s(&rig.firmware));
+    INFO(name, ": ", rig.firmware.loop.rate_Hz, " Hz, ", x.size(), " ticks; predicted ", predicted.growth_per_s,
+         " /s, measured ", measured_per_s, " /s; modes predicted next ", predicted.modes[1].growth_per_s, ", ",
+         predicted.modes[2].growth_per_s, " /s");
+    const double error = std::abs(measured_per_s / predicted.growth_per_s - 1.0);
+    CHECK(error < 1e-2);
+    return error;
+}
+
 } // namespace
 
 TEST_CASE("200 random rigs grow in a run as the eigenvalues say, within 1 %")
@@ -127,18 +142,37 @@ TEST_CASE("200 random rigs grow in a run as the eigenvalues say, within 1 %")
     double worst = 0.0;
     for (int i = 0; i < rig_count; i++) {
         const rig rig = rigs.draw();
-        const spectrum predicted = loop_spectrum(rig);
-        unstable += !predicted.is_stable;
-        const std::vector<double> x = run_free(rig, predicted.growth_per_s, random);
-        const double measured_per_s = measured_growth_per_s(x, config_period_s(&rig.firmware));
-        const double error = std::abs(measured_per_s / predicted.growth_per_s - 1.0);
-        worst = std::max(worst, error);
-        INFO("rig ", i, ": ", rig.firmware.loop.rate_Hz, " Hz, ", x.size(), " ticks; predicted ",
-             predicted.growth_per_s, " /s, measured ", measured_per_s, " /s; modes predicted next ",
-             predicted.modes[1].growth_per_s, ", ", predicted.modes[2].growth_per_s, " /s");
-        CHECK(error < 1e-2);
+        unstable += !loop_spectrum(rig).is_stable;
+        worst = std::max(worst, growth_error(rig, random, "rig " + std::to_string(i)));
     }
     MESSAGE(unstable << " of " << rig_count << " unstable; largest relative difference " << worst);
+}
+
+TEST_CASE("random rigs with linear effects grow in a run as the eigenvalues say, within 1 %")
+{
+    REPRODUCIBLE();
+    constexpr int rigs_each = 5;
+    rig_draw rigs(test_seed());
+    random_stream random(test_seed(), 5);
+    const auto between = [&](double low, double high) { return low * std::pow(high / low, random.uniform()); };
+    double worst = 0.0;
+    for (int i = 0; i < 4 * rigs_each; i++) {
+        rig rig = rigs.draw();
+        const int kind = i % 4; /* robot's lag, sensor's lag, second mode, all of them */
+        if (kind == 0 || kind == 3) {
+            set_number(rig, "robot.lag_ms", between(1.0, 30.0));
+        }
+        if (kind == 1 || kind == 3) {
+            set_number(rig, "sensor.lag_ms", between(1.0, 30.0));
+        }
+        if (kind >= 2) {
+            set_number(rig, "object.second_mass_kg", rig.object.mass_kg * between(0.03, 0.5));
+            set_number(rig, "object.second_frequency_Hz", between(1.0, 20.0));
+            set_number(rig, "object.second_damping_ratio", between(0.01, 0.3));
+        }
+        worst = std::max(worst, growth_error(rig, random, "kind " + std::to_string(kind)));
+    }
+    MESSAGE("largest relative difference " << worst);
 }
 
 } // namespace berth

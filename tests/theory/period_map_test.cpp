@@ -170,6 +170,7 @@ const std::vector<map_case> &cases()
 {
     static const std::string linear = "robot.interpolation=linear";
     static const std::string hold = "robot.interpolation=hold";
+    static const std::string second_mass = "object.second_mass_kg=15";
     static const std::vector<map_case> all{
         {"ess", {}},
         {"50 Hz", {"loop.rate_Hz=50", "robot.dead_time_ms=40", "sensor.delay_ms=20"}},
@@ -189,6 +190,19 @@ const std::vector<map_case> &cases()
          {"sensor.sample_phase_ms=1.3", "robot.dead_time_ms=8.8", "sensor.delay_ms=3"}},
         {"sample at the tick, one tick of dead time", {"robot.dead_time_ms=2.5"}},
         {"coarse integrator", {"manipulator.integrator=semi_implicit_euler", "manipulator.substeps=2"}},
+        {"gain of the sensor", {"sensor.gain_error=-0.2"}}, /* the robot's is in other units, eigenvalues the same */
+        {"lag of the robot", {"robot.lag_ms=7", "robot.dead_time_ms=8.8"}},
+        {"lag of the robot, hold", {hold, "robot.lag_ms=7", "robot.dead_time_ms=8.8"}},
+        {"lag behind transfer behaviour", {"robot.lag_ms=30", "robot.transfer_frequency_Hz=12"}},
+        {"lag of the sensor", {"sensor.lag_ms=5"}},
+        {"lag of the sensor behind order 1", {"sensor.lag_ms=20", "sensor.low_pass_order=1"}},
+        {"lag of the sensor instead of a low-pass, hold", {hold, "sensor.lag_ms=2", "sensor.low_pass_order=0"}},
+        {"second mode", {second_mass, "object.second_frequency_Hz=5", "object.second_damping_ratio=0.02"}},
+        {"second mode, overdamped",
+         {second_mass, "object.second_frequency_Hz=40", "object.second_damping_ratio=1.7"}},
+        {"all that is linear",
+         {hold, second_mass, "object.second_frequency_Hz=8", "object.second_damping_ratio=0.05", "sensor.lag_ms=3",
+          "robot.lag_ms=4", "robot.transfer_frequency_Hz=12", "inverse_filter.enabled=true"}},
     };
     return all;
 }

@@ -1,0 +1,25 @@
+/* --amplitude: the size of the motion at which effects that depend on it are taken. */
+#ifndef SIM_HAL_CLI_AMPLITUDE_H
+#define SIM_HAL_CLI_AMPLITUDE_H
+
+#include <nlohmann/json.hpp>
+
+#include "../stability/equivalent_loop.h"
+#include "commands.h"
+
+namespace berth
+{
+
+/* In m; 0 where nothing in the rig depends on it, or small motions are asked for. Throws input_error. */
+double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig);
+
+/* The rig, or what is equivalent to it at an amplitude greater than 0. */
+rig linear_at(const rig &rig, double amplitude_m);
+
+/* What replaced the effects, and where the loop swings for ever; null at amplitude 0. */
+nlohmann::json describing_function_json(const rig &rig, double amplitude_m);
+void print_describing_function(const nlohmann::json &told);
+
+} // namespace berth
+
+#endif
