@@ -3,8 +3,9 @@
 
 usage: run.py [--arch arm64|amd64] [--icount] [--results DIRECTORY] [--timeout SECONDS] COMMAND...
 
-In the guest the repository is read-only at /src, which is the working directory, and DIRECTORY is /results. can0 and
-can1 are two emulated SJA1000 controllers on one bus, vcan0 is there, gpio-sim is loaded.
+In the guest the repository is read-only at /src, which is the working directory, and DIRECTORY is /results. There are
+two CAN buses with an emulated SJA1000 controller at each end, can0 to can2 and can1 to can3, and two virtual ones,
+vcan0 and vcan1; gpio-sim is loaded.
 --icount: virtual time, one instruction a nanosecond, independent of what else this machine does.
 
 Exit code: the command's, 124 timeout, 125 the guest died, 126 there is no guest.
@@ -30,7 +31,8 @@ MACHINES = {
     "arm64": (["qemu-system-aarch64", "-M", "virt,gic-version=3", "-cpu", "cortex-a72"], "ttyAMA0"),
     "amd64": (["qemu-system-x86_64", "-M", "q35", "-cpu", "max"], "ttyS0"),
 }
-CAN_CARDS = ["-object", "can-bus,id=bus", "-device", "kvaser_pci,canbus=bus", "-device", "kvaser_pci,canbus=bus"]
+CAN_CARDS = ["-object", "can-bus,id=robot", "-object", "can-bus,id=sensor"] + 2 * [
+    "-device", "kvaser_pci,canbus=robot", "-device", "kvaser_pci,canbus=sensor"]
 
 
 class NoGuest(Exception):
