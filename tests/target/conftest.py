@@ -1,0 +1,73 @@
+"""Tests on a real kernel: a guest is booted once for each architecture and runs the steps of tests/target/steps, and
+what they leave is judged here, on the host.
+
+Run from the repository root: make target, or .venv/bin/python -m pytest -q tests/target
+A step on its own: scripts/guest/run.py --icount sh tests/target/run_steps.sh /src/PROGRAMS /src/tests/target/steps/STEP.sh
+"""
+
+import json
+import pathlib
+import shutil
+import sys
+from dataclasses import dataclass
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts" / "guest"))
+import run as guest_run  # noqa: E402
+
+PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
+STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "scenarios"]
+TIMEOUT_s = 900  # of the host's time, for a machine that is busy with other things
+
+
+@dataclass
+class Step:
+    """What a step has left."""
+
+    folder: pathlib.Path
+
+    def text(self, name):
+        return (self.folder / name).read_text(errors="replace")
+
+    def lines(self, name):
+        return self.text(name).splitlines()
+
+    def json(self, name):
+        return json.loads(self.text(name))
+
+    def number(self, name):
+        return int(self.text(name))
+
+    def path(self, name):
+        return self.folder / name
+
+    def check_done(self):
+        assert self.number("exit_code") == 0, f"{self.folder.name}: {self.text('stdout')}{self.text('stderr')}"
+
+
+def boot(arch, results):
+    """Runs all steps in a guest."""
+    shutil.rmtree(results, ignore_errors=True)
+    results.mkdir(parents=True)
+    steps = " ".join(f"/src/tests/target/steps/{name}.sh" for name in STEPS)
+    with (results / "console").open("w") as console:
+        code = guest_run.run(f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {steps}\n", arch=arch, icount=True,
+                             results=results, timeout_s=TIMEOUT_s, output=console)
+    assert code == 0, f"the guest ended with {code}:\n" + (results / "console").read_text()
+
+
+@pytest.fixture(scope="session", params=PROGRAMS)
+def guest(request):
+    """A function STEP -> what it has left in a guest of this architecture, which is booted once."""
+    results = guest_run.CACHE / "results" / request.param
+    boot(request.param, results)
+
+    def step(name):
+        found = Step(results / name)
+        assert found.folder.is_dir(), f"the guest has not run {name}"
+        return found
+
+    step.arch = request.param
+    return step
