@@ -5,7 +5,7 @@
 
 #include "../../firmware/app.h"
 #include "../../hal/rig/rig_file.h"
-#include "../version.h"
+#include "../../hal/version.h"
 #include "rig_record.h"
 #include "wake_histogram.h"
 
