@@ -205,7 +205,7 @@ build/%/include:
 	@mkdir -p $@
 	@ln -sfn /usr/include/eigen3/Eigen $@/Eigen
 	@ln -sfn /usr/include/eigen3/unsupported $@/unsupported
-	@for library in toml++ CLI nlohmann; do ln -sfn /usr/include/$$library $@/$$library; done
+	@for library in toml++ CLI nlohmann doctest; do ln -sfn /usr/include/$$library $@/$$library; done
 
 # --- the codec, committed as generated ----------------------------------------------------------------------------
 codec: setup
