@@ -20,9 +20,12 @@ endif
 # --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
 FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
+EFFECTS := sim_hal/effects/library.cpp
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
 	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
+TARGET := $(wildcard hal/linux/*.cpp) # and gpio_v1.c or gpio_v2.c, see below
+FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
 BENCH := tests/bench/tick_bench.cpp
 RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
@@ -34,6 +37,7 @@ ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_R
 WARNINGS := -Wall -Wextra -Wshadow -Werror
 COMMON := -O2 -g $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
 LIBRARIES :=
+PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
 # SUNDIALS and zlib are for the host only.
 COMMON += -isystem /usr/include/eigen3
@@ -41,9 +45,19 @@ SIM += sim_hal/solver/cvode_solver.cpp
 SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB
 LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz
 else
+# libgpiod for the target is unpacked beside the objects.
+SYSROOT := $(abspath $(BUILD)/sysroot)
+PKG_CONFIG := PKG_CONFIG_LIBDIR=$(SYSROOT)/usr/lib/$(CROSS_COMPILE:%-=%)/pkgconfig PKG_CONFIG_SYSROOT_DIR=$(SYSROOT) pkg-config
 COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
+# GPIOD_PREFIX: another libgpiod than the system's, as scripts/libgpiod.sh makes it.
+ifneq ($(GPIOD_PREFIX),)
+PKG_CONFIG := PKG_CONFIG_PATH=$(abspath $(GPIOD_PREFIX)) pkg-config
+endif
+# Its major version decides: gpio_v1.c or gpio_v2.c.
+GPIOD_MAJOR = $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libgpiod 2>/dev/null)))
+GPIO = $(if $(GPIOD_MAJOR),hal/linux/gpio_v$(GPIOD_MAJOR).c,$(error libgpiod is missing: scripts/setup.sh test))
 ifneq ($(SANITIZE),)
 COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS += -fsanitize=address,undefined
@@ -57,6 +71,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include
+.SECONDEXPANSION:
 .PHONY: all readme run test quick-test lint format codec bench map figures diagnose setup setup-test clean help
 .DEFAULT_GOAL := help
 
@@ -139,6 +154,14 @@ $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
+$(BUILD)/berth-target: $$(call object,firmware/main.c $$(FIRMWARE) $$(HAL) $$(TARGET) $$(GPIO) $$(EFFECTS) build/rigs.cpp)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) -pthread
+
+$(BUILD)/berth-rig: $(call object,$(FAR_END)) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
 $(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
@@ -170,8 +193,8 @@ $(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-r
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
-$(BUILD)/obj/sim_hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'
-$(BUILD)/obj/sim_hal/version.cpp.o: $(BUILD)/commit
+$(BUILD)/obj/hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'
+$(BUILD)/obj/hal/version.cpp.o: $(BUILD)/commit
 $(BUILD)/commit: FORCE
 	@mkdir -p $(@D)
 	@echo '$(COMMIT)' | cmp -s - $@ || echo '$(COMMIT)' > $@
