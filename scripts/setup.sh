@@ -16,7 +16,7 @@ if [ "$task" != run ]; then
         valgrind shellcheck can-utils python3-dev mount chromium)
 fi
 if [ "$task" = target ]; then
-    packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils libgpiod-dev)
+    packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils libgpiod-dev rt-tests)
 fi
 
 missing=()

@@ -84,7 +84,7 @@ copy_modules() {
 
 pack_initramfs() {
     local root=$guest/root
-    rm -rf "$root"/usr/share "$root"/usr/include "$root"/usr/lib/*/{gconv,engines-*} "$root"/var
+    rm -rf "${root:?}"/{var,usr/share,usr/include,usr/lib/*/gconv,usr/lib/*/engines-*}
     find "$root" -name '*.a' -delete
     mkdir -p "$root"/{proc,sys,dev,tmp,run,root,etc,src,results}
     (cd "$root" && find . | cpio -o -H newc --quiet | gzip -6) >"$guest/initramfs.gz.part"

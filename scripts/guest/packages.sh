@@ -32,7 +32,7 @@ package_depends() {
 
 package_file() {
     (cd "$guest_cache/apt/cache/archives" && private_apt apt-get download "$1" >&2)
-    ls -t "$guest_cache/apt/cache/archives/${1%%:*}"_*.deb | head -1
+    find "$guest_cache/apt/cache/archives" -name "${1%%:*}_*.deb" | sort -V | tail -1
 }
 
 package_trees() {

@@ -9,6 +9,7 @@ import json
 import pathlib
 import shutil
 import sys
+import tomllib
 from dataclasses import dataclass
 
 import pytest
@@ -18,7 +19,8 @@ sys.path.insert(0, str(ROOT / "scripts" / "guest"))
 import run as guest_run  # noqa: E402
 
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
-STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "scenarios"]
+STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime"]
+SCENARIOS = {path.stem: tomllib.loads(path.read_text()) for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 TIMEOUT_s = 900  # of the host's time, for a machine that is busy with other things
 
 
@@ -47,11 +49,22 @@ class Step:
         assert self.number("exit_code") == 0, f"{self.folder.name}: {self.text('stdout')}{self.text('stderr')}"
 
 
+def write_scenario(path, scenario):
+    """The step that plays a scenario."""
+    start = f"scenario_start {scenario.get('buses', 'real')} {scenario.get('log', 'disk')}"
+    events = [f"at {event['at_s']} {event['do']}" for event in scenario["events"]]
+    lines = [". /src/tests/target/actions.sh", start, *events, "scenario_end"]
+    path.write_text("\n".join(lines) + "\n")
+
+
 def boot(arch, results):
-    """Runs all steps in a guest."""
+    """Runs all steps and scenarios in a guest."""
     shutil.rmtree(results, ignore_errors=True)
-    results.mkdir(parents=True)
-    steps = " ".join(f"/src/tests/target/steps/{name}.sh" for name in STEPS)
+    (results / "scenarios").mkdir(parents=True)
+    for name, scenario in SCENARIOS.items():
+        write_scenario(results / "scenarios" / f"{name}.sh", scenario)
+    steps = " ".join([*(f"/src/tests/target/steps/{name}.sh" for name in STEPS),
+                      *(f"/results/scenarios/{name}.sh" for name in SCENARIOS)])
     with (results / "console").open("w") as console:
         code = guest_run.run(f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {steps}\n", arch=arch, icount=True,
                              results=results, timeout_s=TIMEOUT_s, output=console)

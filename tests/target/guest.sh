@@ -64,14 +64,17 @@ loop_wait() {
     echo "$loop_code" >loop.exit_code
 }
 
-# The simulated rig on the other ends of the buses.
+# The simulated rig on the other ends of the buses; it ends with the loop.
 rig_start() {
-    berth-rig --robot can2 --sensor can3 "$@" >>rig.stdout 2>>rig.stderr &
+    berth-rig "$@" >>rig.stdout 2>>rig.stderr &
     rig=$!
     sleep 0.3
 }
 
-rig_stop() { kill "$rig" && wait "$rig"; }
+rig_wait() {
+    kill "$rig" 2>/dev/null || true
+    wait "$rig" || true
+}
 
 uptime_cs() { sed 's/^\([0-9]*\)\.\([0-9]*\) .*/\1\2/' /proc/uptime; }
 

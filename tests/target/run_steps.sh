@@ -3,7 +3,7 @@
 # host: /results/STEP with its files, stdout, stderr and exit_code.
 #
 #   run_steps.sh PROGRAMS STEP...    PROGRAMS: folder of the programs built for the guest
-export PROGRAMS=$1
+export PROGRAMS="$1"
 export TOOLS=/src/tests/target/guest.sh
 shift
 # shellcheck source=tests/target/guest.sh

@@ -16,7 +16,7 @@ def machine(guest):
 
 def test_the_kernel_is_real_time(guest, machine):
     assert machine.number("realtime") == 1
-    assert re.search(rf"PREEMPT_RT .*{MACHINE[guest.arch]}", machine.text("uname"))
+    assert re.search(rf"PREEMPT_RT .*{MACHINE[guest.arch]}", machine.text("kernel"))
 
 
 @pytest.mark.parametrize("name", ["can0", "can1", "can2", "can3"])

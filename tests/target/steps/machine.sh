@@ -1,7 +1,8 @@
+#!/bin/sh
 # The machine itself, with other people's tools: kernel, buses, lines, and how late it wakes a thread when idle.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
-uname -a >uname
+uname -a >kernel
 cat /sys/kernel/realtime >realtime
 /bin/ip -details -json link >links.json
 
@@ -13,7 +14,7 @@ for pair in can0:can2 can2:can0 can1:can3 can3:can1; do
     wait $receiver
 done
 
-gpioinfo >gpioinfo
+gpioinfo >lines
 gpiomon --num-events=4 "$(gpiofind EMERGENCY_STOP | cut -d' ' -f1)" 0 >edges &
 monitor=$!
 sleep 0.2
