@@ -26,6 +26,7 @@ CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
+TARGET_TESTS := $(wildcard tests/linux/*.cpp) tests/contract/hal_test.cpp tests/unit/main.cpp
 BENCH := tests/bench/tick_bench.cpp
 RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 
@@ -151,6 +152,10 @@ $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
+# What both the simulated rig at the far end and the loop's own side are made of.
+FAR_END_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) \
+	build/rigs.cpp)
+
 $(BUILD)/berth-target: $(call object,firmware/main.c $(FIRMWARE) $(HAL) $(TARGET) build/rigs.cpp) $(EFFECTS) $(BUILD)/obj/gpio.o
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) -pthread
@@ -164,9 +169,14 @@ $(BUILD)/obj/gpio.o: hal/linux/gpio_v1.c hal/linux/gpio_v2.c hal/linux/gpio_line
 build/%/sysroot:
 	@scripts/sysroot.sh $@ $*
 
-$(BUILD)/berth-rig: $(call object,$(FAR_END) $(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) build/rigs.cpp)
+$(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/target_tests: $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(BUILD)/obj/gpio.o \
+		$(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) $(LIBRARIES) -pthread
 
 $(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
 	@echo "link $@"
