@@ -20,13 +20,13 @@ endif
 # --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
 FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
-EFFECTS := sim_hal/effects/library.cpp
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
 	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
-TARGET := $(wildcard hal/linux/*.cpp) # and gpio_v1.c or gpio_v2.c, see below
+TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
+TARGET_TESTS := $(wildcard tests/linux/*.cpp) tests/contract/hal_test.cpp tests/unit/main.cpp
 BENCH := tests/bench/tick_bench.cpp
 RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 
@@ -36,6 +36,7 @@ RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC
 WARNINGS := -Wall -Wextra -Wshadow -Werror
 COMMON := -O2 -g $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
+EFFECTS = $(call object,$(filter sim_hal/effects/%,$(SIM)))
 LIBRARIES :=
 PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
@@ -46,18 +47,16 @@ SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB
 LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz
 else
 # libgpiod for the target is unpacked beside the objects.
-SYSROOT := $(abspath $(BUILD)/sysroot)
-PKG_CONFIG := PKG_CONFIG_LIBDIR=$(SYSROOT)/usr/lib/$(CROSS_COMPILE:%-=%)/pkgconfig PKG_CONFIG_SYSROOT_DIR=$(SYSROOT) pkg-config
+SYSROOT := $(BUILD)/sysroot
+PKG_CONFIG := PKG_CONFIG_LIBDIR=$(SYSROOT)/usr/lib/$(CROSS_COMPILE:%-=%)/pkgconfig PKG_CONFIG_SYSROOT_DIR=$(abspath $(SYSROOT)) \
+	pkg-config
 COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
-# GPIOD_PREFIX: another libgpiod than the system's, as scripts/libgpiod.sh makes it.
-ifneq ($(GPIOD_PREFIX),)
-PKG_CONFIG := PKG_CONFIG_PATH=$(abspath $(GPIOD_PREFIX)) pkg-config
+# Another libgpiod than that, as scripts/libgpiod2.sh makes it.
+ifneq ($(GPIOD),)
+PKG_CONFIG := PKG_CONFIG_LIBDIR=$(abspath $(GPIOD)) pkg-config
 endif
-# Its major version decides: gpio_v1.c or gpio_v2.c.
-GPIOD_MAJOR = $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libgpiod 2>/dev/null)))
-GPIO = $(if $(GPIOD_MAJOR),hal/linux/gpio_v$(GPIOD_MAJOR).c,$(error libgpiod is missing: scripts/setup.sh test))
 ifneq ($(SANITIZE),)
 COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS += -fsanitize=address,undefined
@@ -70,8 +69,7 @@ LDFLAGS += -O2 -flto=auto
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
-.PRECIOUS: build/%/include
-.SECONDEXPANSION:
+.PRECIOUS: build/%/include build/%/sysroot
 .PHONY: all readme run test quick-test lint format codec bench map figures diagnose setup setup-test clean help
 .DEFAULT_GOAL := help
 
@@ -154,13 +152,31 @@ $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
-$(BUILD)/berth-target: $$(call object,firmware/main.c $$(FIRMWARE) $$(HAL) $$(TARGET) $$(GPIO) $$(EFFECTS) build/rigs.cpp)
+# What both the simulated rig at the far end and the loop's own side are made of.
+FAR_END_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) \
+	build/rigs.cpp)
+
+$(BUILD)/berth-target: $(call object,firmware/main.c $(FIRMWARE) $(HAL) $(TARGET) build/rigs.cpp) $(EFFECTS) $(BUILD)/obj/gpio.o
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) -pthread
 
-$(BUILD)/berth-rig: $(call object,$(FAR_END)) $(LOOP_OBJECTS)
+# libgpiod's major version decides.
+$(BUILD)/obj/gpio.o: hal/linux/gpio_v1.c hal/linux/gpio_v2.c hal/linux/gpio_lines.h | $(SYSROOT)
+	@mkdir -p $(@D)
+	@version=$$($(PKG_CONFIG) --modversion libgpiod) && file=hal/linux/gpio_v$${version%%.*}.c && echo "cc   $$file" && \
+		$(COMPILED_C) $$($(PKG_CONFIG) --cflags libgpiod) -c $$file -o $@
+
+build/%/sysroot:
+	@scripts/sysroot.sh $@ $*
+
+$(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/target_tests: $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(BUILD)/obj/gpio.o \
+		$(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) $(LIBRARIES) -pthread
 
 $(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
 	@echo "link $@"

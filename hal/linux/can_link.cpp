@@ -71,8 +71,8 @@ void read_link_info(const rtattr *attribute, can_link &link)
 {
     const std::uint16_t type = attribute->rta_type;
     if (type == IFLA_INFO_KIND) {
-        link.is_virtual = std::strncmp(static_cast<const char *>(RTA_DATA(attribute)), "can",
-                                       RTA_PAYLOAD(attribute)) != 0;
+        link.is_virtual =
+            std::strncmp(static_cast<const char *>(RTA_DATA(attribute)), "can", RTA_PAYLOAD(attribute)) != 0;
     } else if (type == IFLA_INFO_DATA) {
         for_each_within(attribute, [&](const rtattr *inner) { read_controller(inner, link); });
     }

@@ -74,7 +74,8 @@ int open_socket(const std::string &interface)
     sockaddr_can address{};
     address.can_family = AF_CAN;
     address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-    if (address.can_ifindex == 0 || bind(socket, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
+    if (address.can_ifindex == 0 ||
+        bind(socket, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
         const int error = errno;
         close(socket);
         fail_hardware(interface + ": no such CAN interface", error,

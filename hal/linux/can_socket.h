@@ -1,5 +1,5 @@
-/* One CAN bus through SocketCAN: exact identifiers only, error frames, the kernel's receive stamps. Nothing here waits:
- * frames are drained once a tick and a frame that finds no room is dropped. */
+/* One CAN bus through SocketCAN: exact identifiers only, error frames, the kernel's receive stamps. Nothing here
+ * waits: frames are drained once a tick and a frame that finds no room is dropped. */
 #ifndef HAL_LINUX_CAN_SOCKET_H
 #define HAL_LINUX_CAN_SOCKET_H
 
@@ -17,9 +17,9 @@ namespace berth
 struct can_counts {
     std::uint64_t received = 0;
     std::uint64_t sent = 0;
-    std::uint64_t confirmed = 0;      /* sent frames that the driver reports to be on the wire */
-    std::uint64_t not_sent = 0;       /* transmit queue full or interface down: dropped, never retried */
-    std::uint64_t socket_lost = 0;    /* the socket's own buffer overflowed (SO_RXQ_OVFL) */
+    std::uint64_t confirmed = 0;       /* sent frames that the driver reports to be on the wire */
+    std::uint64_t not_sent = 0;        /* transmit queue full or interface down: dropped, never retried */
+    std::uint64_t socket_lost = 0;     /* the socket's own buffer overflowed (SO_RXQ_OVFL) */
     std::uint64_t controller_lost = 0; /* the controller's receive buffer overflowed */
     std::uint64_t error_passive = 0;
     std::uint64_t bus_off = 0;

@@ -64,8 +64,8 @@ static struct gpiod_line_request *request(struct gpiod_chip *chip, const struct 
     struct gpiod_line_config *lines = gpiod_line_config_new();
     struct gpiod_request_config *consumer = gpiod_request_config_new();
     if (settings != NULL && lines != NULL && consumer != NULL) {
-        gpiod_line_settings_set_direction(
-            settings, wanted->direction == GPIO_OUT ? GPIOD_LINE_DIRECTION_OUTPUT : GPIOD_LINE_DIRECTION_INPUT);
+        gpiod_line_settings_set_direction(settings, wanted->direction == GPIO_OUT ? GPIOD_LINE_DIRECTION_OUTPUT
+                                                                                  : GPIOD_LINE_DIRECTION_INPUT);
         gpiod_line_settings_set_active_low(settings, wanted->active_low);
         if (wanted->direction == GPIO_IN_WITH_EDGES) {
             gpiod_line_settings_set_edge_detection(settings, GPIOD_LINE_EDGE_BOTH);
@@ -101,8 +101,7 @@ static int find_and_request(void *context, struct gpiod_chip *chip)
 struct gpio_line *gpio_line_open(const char *chip, const char *name, enum gpio_direction direction, int active_low,
                                  char *error, size_t error_bytes)
 {
-    struct wanted_line wanted = {
-        .chip_name = chip, .name = name, .direction = direction, .active_low = active_low};
+    struct wanted_line wanted = {.chip_name = chip, .name = name, .direction = direction, .active_low = active_low};
     for_each_chip(find_and_request, &wanted);
     if (!wanted.is_found) {
         snprintf(error, error_bytes, "no GPIO line is called \"%s\"; `gpioinfo` lists names", name);

@@ -1,4 +1,5 @@
-/* A bus, a line or a clock that does not do what it should: one line for a person. Ends the program with exit code 3. */
+/* A bus, a line or a clock that does not do what it should: one line for a person. Ends the program with exit
+ * code 3. */
 #ifndef HAL_LINUX_HARDWARE_ERROR_H
 #define HAL_LINUX_HARDWARE_ERROR_H
 

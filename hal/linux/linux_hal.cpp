@@ -41,7 +41,7 @@ struct hal {
     berth::target_options options;
     berth::timing_setting timing_setting;
     berth::loop_timing timing;
-    std::unique_ptr<berth::can_socket> buses[HAL_BUS_COUNT];
+    std::unique_ptr<berth::can_socket> buses[HAL_BUS_COUNT]; /* none: without buses */
     berth::lines lines;
     berth::real_time real_time;
     bool may_move;
@@ -52,7 +52,7 @@ struct hal {
     std::optional<berth::tick_clock> clock; /* from the first tick on */
     std::int64_t end_ns;
     hal_tick tick{};
-    bool was_pressed = false; /* between two ticks */
+    bool was_pressed = false;                /* between two ticks */
     std::int64_t setpoint_tick_ns[256] = {}; /* of the newest setpoint with this counter */
     std::optional<std::int64_t> newest_force_ns;
 };
@@ -108,15 +108,19 @@ void catch_stop_signals()
     std::signal(SIGPIPE, SIG_IGN);
 }
 
-void open_buses(struct hal &hal)
+std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_options &options)
 {
-    const std::vector<std::uint32_t> operator_and_robot = {
-        BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, BERTH_CAN_OPERATOR_MOTION_FRAME_ID, BERTH_CAN_OPERATOR_FORCE_FRAME_ID};
-    hal.buses[HAL_BUS_ROBOT] = std::make_unique<can_socket>(
-        HAL_BUS_ROBOT, hal.rig.target.robot_interface, operator_and_robot,
-        std::vector<std::uint32_t>{BERTH_CAN_SETPOINT_FRAME_ID});
-    hal.buses[HAL_BUS_SENSOR] = std::make_unique<can_socket>(HAL_BUS_SENSOR, hal.rig.target.sensor_interface,
-                                                             std::vector<std::uint32_t>{BERTH_CAN_FORCE_FRAME_ID});
+    using ids = std::vector<std::uint32_t>;
+    if (options.without_buses) {
+        return nullptr;
+    }
+    if (bus == HAL_BUS_SENSOR) {
+        return std::make_unique<can_socket>(bus, rig.target.sensor_interface, ids{BERTH_CAN_FORCE_FRAME_ID});
+    }
+    return std::make_unique<can_socket>(bus, rig.target.robot_interface,
+                                        ids{BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, BERTH_CAN_OPERATOR_MOTION_FRAME_ID,
+                                            BERTH_CAN_OPERATOR_FORCE_FRAME_ID},
+                                        ids{BERTH_CAN_SETPOINT_FRAME_ID});
 }
 
 void note_confirmations(struct hal &hal)
@@ -171,11 +175,18 @@ void end_tick(struct hal &hal)
         return;
     }
     hal.clock.emplace(config_period_ns(&hal.rig.firmware));
-    for (auto &bus : hal.buses) {
-        if (bus != nullptr) {
-            bus->flush();
-        }
-    }
+}
+
+/* What the kernel kept from before the run is not of it. */
+bool receive(struct hal &hal, hal_bus bus, hal_frame &frame)
+{
+    const std::int64_t zero_ns = hal.clock->zero_ns();
+    bool is_received = false;
+    do {
+        is_received = hal.buses[bus] != nullptr && hal.buses[bus]->receive(zero_ns + hal.tick.woke_ns, frame);
+    } while (is_received && frame.time_ns < zero_ns);
+    frame.time_ns -= zero_ns;
+    return is_received;
 }
 
 void say_bus_trouble(const can_socket &bus)
@@ -222,17 +233,16 @@ enum hal_status open_hal(struct hal **hal, int argc, char **argv, struct app_con
 } // namespace berth
 
 hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc, char **argv)
-    : rig(wanted), options(given), lines(berth::wiring(wanted, given)),
-      real_time(wanted.target), may_move(real_time.is_real_time() || given.without_realtime),
+    : rig(wanted), options(given), buses{berth::open_bus(HAL_BUS_ROBOT, wanted, given),
+                                         berth::open_bus(HAL_BUS_SENSOR, wanted, given)},
+      lines(berth::wiring(wanted, given)), real_time(wanted.target),
+      may_move(real_time.is_real_time() || given.without_realtime),
       log(given.log_path.empty() ? wanted.target.log_path : given.log_path,
           berth::header_of(wanted, given, real_time), real_time.other_cpus()),
       watchdog(wanted.target.watchdog_device, ticks, real_time.other_cpus()),
       end_ns(given.until_stopped || wanted.run.duration_s > 9e9 ? INT64_MAX - berth::rest_within_ns
                                                                 : ns_from_ms(1e3 * wanted.run.duration_s))
 {
-    if (!given.without_buses) {
-        berth::open_buses(*this);
-    }
     if (!may_move) {
         std::fprintf(stderr,
                      "no real-time scheduling: motion stays disabled, as if the enable line were off\n"
@@ -323,11 +333,9 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
 
 enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_frame *frame)
 {
-    const std::int64_t zero_ns = hal->clock ? hal->clock->zero_ns() : 0;
-    if (hal->buses[bus] == nullptr || !hal->buses[bus]->receive(zero_ns + hal->tick.woke_ns, *frame)) {
+    if (!hal->clock || !berth::receive(*hal, bus, *frame)) {
         return HAL_EMPTY;
     }
-    frame->time_ns -= zero_ns;
     if (frame->id == BERTH_CAN_FORCE_FRAME_ID && frame->flags == 0) {
         hal->newest_force_ns = frame->time_ns;
     }

@@ -1,5 +1,5 @@
-/* The loop's time: CLOCK_MONOTONIC, counted from tick 0. Ticks lie at whole multiples of the period of that clock, so
- * programs on one machine agree on them without a word, and a step of the calendar's clock changes nothing.
+/* The loop's time: CLOCK_MONOTONIC, counted from tick 0. Ticks lie at whole multiples of the period of that clock,
+ * so programs on one machine agree on them without a word, and a step of the calendar's clock changes nothing.
  *
  * The kernel stamps frames by the calendar's clock (CLOCK_REALTIME), which may be stepped while they wait. */
 #ifndef HAL_LINUX_LOOP_TIME_H
@@ -62,9 +62,9 @@ class stamp_clock
     }
 
   private:
-    static constexpr std::int64_t step_ns = 1000000;       /* slewing moves it by at most 0.5 us a ms */
-    static constexpr std::int64_t oldest_ns = 2000000000;  /* that a frame may wait, at a loop that was stopped */
-    static constexpr std::int64_t tolerance_ns = 100000;   /* between the two readings of update() */
+    static constexpr std::int64_t step_ns = 1000000;      /* slewing moves it by at most 0.5 us a ms */
+    static constexpr std::int64_t oldest_ns = 2000000000; /* that a frame may wait, at a loop that was stopped */
+    static constexpr std::int64_t tolerance_ns = 100000;  /* between the two readings of update() */
 
     bool is_plausible(std::int64_t stamp_ns) const
     {

@@ -110,7 +110,8 @@ void write_timing(const std::string &path, const loop_timing &timing, const timi
     std::ofstream file(path);
     file << all.dump(1) << "\n";
     if (!file.flush()) {
-        throw input_error(path + ": the histograms cannot be written; is the folder writable and the disk not full?");
+        throw input_error(path +
+                          ": the histograms cannot be written; is the folder writable and the disk not full?");
     }
 }
 

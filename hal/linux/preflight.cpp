@@ -42,10 +42,10 @@ void check_kernel(findings &found)
                           kernel() + (has_realtime_kernel() ? "" : ": not PREEMPT_RT, wakes late by milliseconds"),
                           "install linux-image-rt-amd64 or linux-image-rt-arm64"));
     const std::string runtime_us = first_line_of("/proc/sys/kernel/sched_rt_runtime_us");
-    found.push_back(judge(runtime_us == "-1", verdict::warning, "throttling",
-                          runtime_us == "-1" ? "off"
-                                             : "real-time threads may run " + runtime_us + " us of every second",
-                          "sysctl kernel.sched_rt_runtime_us=-1"));
+    found.push_back(
+        judge(runtime_us == "-1", verdict::warning, "throttling",
+              runtime_us == "-1" ? "off" : "real-time threads may run " + runtime_us + " us of every second",
+              "sysctl kernel.sched_rt_runtime_us=-1"));
 }
 
 void check_cpu(const target_rig &target, findings &found)
@@ -136,15 +136,17 @@ void check_bus(const std::string &key, const std::string &interface, const rig &
                           "ip link set " + interface + " type can bitrate " + std::to_string(wanted_bit_per_s) +
                               " restart-ms 100 && ip link set " + interface + " up"));
     if (!link->is_virtual && link->bit_rate_bit_per_s != static_cast<std::uint32_t>(wanted_bit_per_s)) {
-        found.push_back({verdict::warning, interface + " bit rate",
-                         std::to_string(link->bit_rate_bit_per_s) + " bit/s, the rig says " +
-                             std::to_string(wanted_bit_per_s),
-                         "make both the same: bus.bit_rate_bit_per_s"});
+        found.push_back(
+            {verdict::warning, interface + " bit rate",
+             std::to_string(link->bit_rate_bit_per_s) + " bit/s, the rig says " + std::to_string(wanted_bit_per_s),
+             "make both the same: bus.bit_rate_bit_per_s"});
     }
     const std::uint32_t queue = link->transmit_queue_frames;
     found.push_back(judge(queue >= 4 && queue <= 100, verdict::warning, interface + " queue",
                           std::to_string(queue) + " frames" +
-                              (queue > 100 ? ": setpoints would grow old in it" : queue < 4 ? ": too few" : ""),
+                              (queue > 100 ? ": setpoints would grow old in it"
+                               : queue < 4 ? ": too few"
+                                           : ""),
                           "ip link set " + interface + " txqueuelen 10"));
     check_controller(interface, *link, rig.target, found);
 }
@@ -178,8 +180,9 @@ void check_lines(const target_rig &target, findings &found)
             static_cast<std::vector<seen_line> *>(context)->push_back({chip, name, is_used != 0});
         },
         &seen);
-    found.push_back({verdict::fine, "GPIO", std::to_string(chips) + " chips with " + std::to_string(seen.size()) +
-                                                " lines, libgpiod " + gpio_library_version(),
+    found.push_back({verdict::fine, "GPIO",
+                     std::to_string(chips) + " chips with " + std::to_string(seen.size()) + " lines, libgpiod " +
+                         gpio_library_version(),
                      ""});
     for (const line_wiring &wiring : wiring_of(target)) {
         if (wiring.name.empty()) {
@@ -190,11 +193,12 @@ void check_lines(const target_rig &target, findings &found)
             return one.name == wiring.name && (target.gpio_chip.empty() || target.gpio_chip == one.chip);
         });
         const bool is_there = line != seen.end();
-        found.push_back(judge(is_there && !line->is_used, verdict::missing, wiring.key,
-                              !is_there       ? "no line is called " + wiring.name
-                              : line->is_used ? wiring.name + " on " + line->chip + " is held by another program"
-                                              : wiring.name + " on " + line->chip,
-                              is_there ? "stop that program" : "name a line that `gpioinfo` lists, or \"\" for none"));
+        found.push_back(
+            judge(is_there && !line->is_used, verdict::missing, wiring.key,
+                  !is_there       ? "no line is called " + wiring.name
+                  : line->is_used ? wiring.name + " on " + line->chip + " is held by another program"
+                                  : wiring.name + " on " + line->chip,
+                  is_there ? "stop that program" : "name a line that `gpioinfo` lists, or \"\" for none"));
     }
 }
 

@@ -38,6 +38,10 @@ real_time::real_time(const target_rig &target)
 
 real_time::~real_time()
 {
+    const sched_param ordinary{};
+    sched_setscheduler(0, SCHED_OTHER, &ordinary);
+    sched_setaffinity(0, sizeof other_cpus_, &other_cpus_);
+    munlockall();
     if (latency_file_ >= 0) {
         close(latency_file_);
     }

@@ -17,6 +17,9 @@ namespace
 
 constexpr int wait_slice_ms = 100;
 
+/* A loop that sends nothing for so long, not even its status, has ended. */
+constexpr std::int64_t silence_ns = 3000000000;
+
 /* Good to have: without it frames are late now and then, and that is counted. */
 void become_real_time(std::int64_t priority)
 {
@@ -38,9 +41,8 @@ void sleep_until(std::int64_t monotonic_ns)
 } // namespace
 
 far_end::far_end(const berth::rig &rig, const far_end_options &options)
-    : rig_(rig), options_(options),
-      robot_bus_(HAL_BUS_ROBOT, options.robot_interface,
-                 {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID}),
+    : rig_(rig), options_(options), robot_bus_(HAL_BUS_ROBOT, options.robot_interface,
+                                               {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID}),
       sensor_bus_(HAL_BUS_SENSOR, options.sensor_interface, {}), period_ns_(config_period_ns(&rig.firmware)),
       frame_ns_(frame_time_ns(rig.bus, 8))
 {
@@ -75,10 +77,11 @@ void far_end::receive()
         if (frame.flags & HAL_FRAME_ERROR) {
             continue;
         }
+        heard_ns_ = frame.time_ns;
         if (frame.id == BERTH_CAN_LOOP_STATUS_FRAME_ID) {
             berth_can_loop_status_t raw;
-            loop_has_stopped_ |= berth_can_loop_status_unpack(&raw, frame.data, frame.length) >= 0 &&
-                                 raw.state == SUPERVISOR_STOPPED;
+            loop_has_stopped_ |=
+                berth_can_loop_status_unpack(&raw, frame.data, frame.length) >= 0 && raw.state == SUPERVISOR_STOPPED;
             continue;
         }
         result_.setpoints++;
@@ -110,9 +113,13 @@ far_end_result far_end::run(const std::atomic<bool> &stop)
     } else if (!wait_for_loop(stop)) {
         return result_;
     }
+    heard_ns_ = zero_ns_;
     const std::int64_t lead_ns = std::min(1000 * options_.lead_us, period_ns_ / 2);
     for (std::int64_t period = 1; !stop && !loop_has_stopped_; period++) {
         const std::int64_t tick_ns = period * period_ns_;
+        if (options_.waits_for_loop && zero_ns_ + tick_ns > heard_ns_ + silence_ns) {
+            break;
+        }
         sleep_until(zero_ns_ + tick_ns - lead_ns);
         receive();
         rig_.advance_to(tick_ns);

@@ -1,9 +1,9 @@
 /* The simulated rig at the other end of real buses, in real time: robot, object, sensor and operator of a rig file,
  * for a loop that runs in another process over the kernel's CAN stack.
  *
- * Its periods lie where the loop's ticks lie, at whole multiples of the period of CLOCK_MONOTONIC. A little before each
- * it moves on to that instant and sends what has arrived there by then; a setpoint counts from the kernel's receive
- * stamp, so a tick that sends late is passed late, as in the simulation. */
+ * Its periods lie where the loop's ticks lie, at whole multiples of the period of CLOCK_MONOTONIC. A little before
+ * each it moves on to that instant and sends what has arrived there by then; a setpoint counts from the kernel's
+ * receive stamp, so a tick that sends late is passed late, as in the simulation. */
 #ifndef SIM_HAL_FAR_END_FAR_END_H
 #define SIM_HAL_FAR_END_FAR_END_H
 
@@ -19,9 +19,9 @@ namespace berth
 struct far_end_options {
     std::string robot_interface;
     std::string sensor_interface;
-    bool waits_for_loop = true;  /* time starts with the first frame of a loop; else at once */
-    std::int64_t lead_us = 400;  /* how long before a tick its frames are sent */
-    std::int64_t priority = 70;  /* SCHED_FIFO; 0: as it is */
+    bool waits_for_loop = true; /* time starts with the first frame of a loop; else at once */
+    std::int64_t lead_us = 400; /* how long before a tick its frames are sent */
+    std::int64_t priority = 70; /* SCHED_FIFO; 0: as it is */
 };
 
 struct far_end_result {
@@ -38,7 +38,7 @@ class far_end
     /* Throws hardware_error. */
     far_end(const rig &rig, const far_end_options &options);
 
-    /* Until `stop`, or until the loop says that it has stopped. */
+    /* Until `stop`, or until the loop says that it has stopped, or says nothing any more. */
     far_end_result run(const std::atomic<bool> &stop);
 
   private:
@@ -53,7 +53,8 @@ class far_end
     stamp_clock stamps_;
     std::int64_t period_ns_;
     std::int64_t frame_ns_;
-    std::int64_t zero_ns_ = 0; /* the rig's time 0 by CLOCK_MONOTONIC */
+    std::int64_t zero_ns_ = 0;  /* the rig's time 0 by CLOCK_MONOTONIC */
+    std::int64_t heard_ns_ = 0; /* the loop's newest frame */
     bool loop_has_stopped_ = false;
     far_end_result result_;
 };

@@ -1,6 +1,6 @@
 /* berth-rig: the simulated rig at the other end of real buses, see far_end.h. */
-#include <CLI/CLI.hpp>
 #include <atomic>
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 
