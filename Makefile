@@ -70,7 +70,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include build/%/sysroot
-.PHONY: all readme run test quick-test lint format codec bench map figures diagnose setup setup-test clean help
+.PHONY: all readme run test quick-test lint format codec bench map figures diagnose target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -82,6 +82,9 @@ help:
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
 	@echo "                    build/diagnosis"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
+	@echo "make target         the loop on real-time kernels in QEMU, arm64 and amd64, over real CAN and GPIO drivers"
+	@echo "make jitter         how late this machine wakes the loop, beside cyclictest; picture in build/jitter"
+	@echo "make CROSS_COMPILE=aarch64-linux-gnu- target-image    Debian package of the loop for a board"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
 	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
@@ -118,6 +121,18 @@ figures: setup
 	@$(MAKE) all
 	@$(PYTHON) scripts/figures.py
 
+target: setup-target
+	@$(MAKE) target-programs
+	@$(PYTHON) -m pytest -q -ra -p no:cacheprovider tests/target
+
+# Lines from the terminal run in the guest, until exit.
+guest-shell: setup-target
+	@scripts/guest/run.py --shell --arch $(or $(ARCH),arm64)
+
+jitter: setup-target
+	@$(MAKE) build/berth-target
+	@scripts/jitter.sh
+
 # The example: the robot of the run has a transfer behaviour that the rig `ess` knows nothing of.
 RECORD ?= build/diagnosis/example/ess.ulg
 RIG ?= ess
@@ -133,6 +148,9 @@ endif
 
 setup:
 	@scripts/setup.sh run
+
+setup-target:
+	@scripts/setup.sh target
 
 setup-test:
 	@scripts/setup.sh test
@@ -177,6 +195,17 @@ $(BUILD)/target_tests: $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/f
 		$(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) $(LIBRARIES) -pthread
+
+# What the guests run, for both architectures of `make target`.
+GUEST_TRIPLETS := aarch64-linux-gnu x86_64-linux-gnu
+target-programs:
+	@$(MAKE) $(BUILD)/berth
+	@for triplet in $(GUEST_TRIPLETS); do $(MAKE) CROSS_COMPILE=$$triplet- guest-programs || exit; done
+
+guest-programs: $(BUILD)/berth-target $(BUILD)/berth-rig $(BUILD)/target_tests target-image
+
+target-image: $(BUILD)/berth-target
+	@CROSS_COMPILE=$(CROSS_COMPILE) scripts/target_image.sh $(BUILD)
 
 $(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
 	@echo "link $@"

@@ -1,13 +1,17 @@
 #!/usr/bin/env bash
 # Makes the Debian package of the loop for a target: program, service, DBC, example rig, access to lines and real time.
 #
-#   target_image.sh BUILD ARCHITECTURE     as build/aarch64-linux-gnu arm64; leaves BUILD/berth_VERSION_ARCHITECTURE.deb
+#   target_image.sh BUILD     as build/aarch64-linux-gnu, with CROSS_COMPILE; leaves BUILD/berth_VERSION_ARCHITECTURE.deb
 set -euo pipefail
 cd "$(dirname "$0")/.."
-build=${1:?usage: target_image.sh BUILD ARCHITECTURE}
-architecture=${2:?usage: target_image.sh BUILD ARCHITECTURE}
+build=${1:?usage: target_image.sh BUILD}
+case $("${CROSS_COMPILE:-}gcc" -dumpmachine) in
+aarch64-*) architecture=arm64 ;;
+x86_64-*) architecture=amd64 ;;
+*) echo "target_image.sh: only for arm64 and amd64" >&2 && exit 2 ;;
+esac
 root=$build/image
-version=0~$(git log -1 --format=%cd --date=format:%Y%m%d%H%M 2>/dev/null || echo 0)+$(cat "$build/commit")
+version=0~$(git log -1 --format=%cd --date=format:%Y%m%d%H%M 2>/dev/null || echo 0)+$(tr - + <"$build/commit")
 
 rm -rf "$root"
 place() { install -D -m "$1" "$2" "$root/$3"; }

@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,6 +18,9 @@ namespace
 
 /* More than the loop's deepest call needs: 20 KB, of which most is the buffer of one reading of a bus. */
 constexpr std::size_t stack_bytes = 256 * 1024;
+
+/* Program, log ring and the stacks of the threads beside the loop, with room to spare. */
+constexpr rlim_t locked_bytes_min = 64 * 1024 * 1024;
 
 void prefault_stack()
 {
@@ -50,6 +54,13 @@ real_time::~real_time()
 /* Without this first page the rest is worth little: a page fault may wait for a disk. */
 void real_time::lock_memory()
 {
+    rlimit limit{};
+    getrlimit(RLIMIT_MEMLOCK, &limit);
+    if (geteuid() != 0 && limit.rlim_cur < locked_bytes_min) { /* what is locked now would leave none for later */
+        problem_ = "only " + std::to_string(limit.rlim_cur) +
+                   " bytes of memory may be locked: raise LimitMEMLOCK (systemd) or memlock (limits.d), or run as root";
+        return;
+    }
     mallopt(M_TRIM_THRESHOLD, -1);
     mallopt(M_MMAP_MAX, 0);
     if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {

@@ -2,11 +2,13 @@
 """Runs a command on a PREEMPT_RT Debian kernel with SocketCAN and simulated GPIO, in QEMU; ends with its exit code.
 
 usage: run.py [--arch arm64|amd64] [--icount] [--results DIRECTORY] [--timeout SECONDS] COMMAND...
+       run.py [--arch arm64|amd64] --shell
 
 In the guest the repository is read-only at /src, which is the working directory, and DIRECTORY is /results. There are
 two CAN buses with an emulated SJA1000 controller at each end, can0 to can2 and can1 to can3, and two virtual ones,
 vcan0 and vcan1; gpio-sim is loaded.
 --icount: virtual time, one instruction a nanosecond, independent of what else this machine does.
+--shell: lines typed here are run there, until exit.
 
 Exit code: the command's, 124 timeout, 125 the guest died, 126 there is no guest.
 """
@@ -31,6 +33,7 @@ MACHINES = {
     "arm64": (["qemu-system-aarch64", "-M", "virt,gic-version=3", "-cpu", "cortex-a72"], "ttyAMA0"),
     "amd64": (["qemu-system-x86_64", "-M", "q35", "-cpu", "max"], "ttyS0"),
 }
+SHELL = "stty -echo </dev/console; setsid -c sh -i </dev/console >/dev/console 2>&1\n"
 CAN_CARDS = ["-object", "can-bus,id=robot", "-object", "can-bus,id=sensor"] + 2 * [
     "-device", "kvaser_pci,canbus=robot", "-device", "kvaser_pci,canbus=sensor"]
 
@@ -76,7 +79,8 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
 
 
 def run(script, *, arch="arm64", icount=False, results, timeout_s=300, output=sys.stdout):
-    """Runs a shell script in the guest; its exit code. What it prints goes line by line to `output`."""
+    """Runs a shell script in the guest; its exit code. What it prints goes line by line to `output`; without one, the
+    guest has the terminal."""
     image = make_image(arch)
     results = Path(results).absolute()
     results.mkdir(parents=True, exist_ok=True)
@@ -85,6 +89,8 @@ def run(script, *, arch="arm64", icount=False, results, timeout_s=300, output=sy
         initramfs = initramfs_with(image, script, Path(folder))
         command = qemu_command(arch, image, initramfs, results, mark, icount)
         try:
+            if output is None:
+                return subprocess.run(command, check=False).returncode
             guest = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                      stderr=subprocess.STDOUT, text=True, errors="replace")
         except FileNotFoundError as missing:
@@ -130,13 +136,16 @@ def main():
     parser.add_argument("--icount", action="store_true")
     parser.add_argument("--results", type=Path, default=CACHE / "results")
     parser.add_argument("--timeout", type=float, default=300, metavar="SECONDS")
+    parser.add_argument("--shell", action="store_true")
     parser.add_argument("command", nargs=argparse.REMAINDER)
     given = parser.parse_args()
-    if not given.command:
-        parser.error("no COMMAND")
-    words = given.command[given.command[0] == "--":]
+    words = given.command[given.command[:1] == ["--"]:]
+    if bool(words) == given.shell:
+        parser.error("either COMMAND or --shell")
     script = words[0] if len(words) == 1 else shlex.join(words)
     try:
+        if given.shell:
+            return run(SHELL, arch=given.arch, results=given.results, output=None)
         return run(script + "\n", arch=given.arch, icount=given.icount, results=given.results,
                    timeout_s=given.timeout)
     except NoGuest as problem:

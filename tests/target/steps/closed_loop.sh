@@ -9,12 +9,10 @@ chrt -f 30 candump -L can3 >sensor.candump &
 sensor_dump=$!
 rig_start ess --robot can2 --sensor can3
 load_start
-cyclictest --quiet --mlockall --priority=80 --interval=2500 --affinity=0 --secaligned=1250 --duration=60 \
-    --histogram=20000 --json=cyclictest.json >cyclictest.stdout &
-cyclictest=$!
 loop_start ess run.ulg --jitter jitter.json --set target.cpu=0
+at 1 cyclictest --quiet --mlockall --priority=80 --interval=2500 --affinity=0 --secaligned=1250 --duration=56 \
+    --histogram=20000 --json=cyclictest.json >cyclictest.stdout
 loop_wait
-wait $cyclictest
 rig_wait
 kill $robot_dump $sensor_dump
 load_stop
