@@ -95,11 +95,13 @@ std::vector<std::int64_t> numbers_in(const std::string &file, std::size_t size_b
 
 TEST_CASE("contract: hal_open fills the configuration, or says what is wrong and leaves no hal")
 {
-    opened_hal good("ess");
-    CHECK(good.status == HAL_OK);
-    CHECK(good.hal != nullptr);
-    CHECK(config_validate(&good.config).key == nullptr);
-    CHECK(good.config.loop.rate_Hz == 400);
+    {
+        opened_hal good("ess");
+        CHECK(good.status == HAL_OK);
+        CHECK(good.hal != nullptr);
+        CHECK(config_validate(&good.config).key == nullptr);
+        CHECK(good.config.loop.rate_Hz == 400);
+    } /* closed: real lines have one owner */
 
     opened_hal bad("there-is-no-such-rig");
     CHECK(bad.status == HAL_INVALID);
