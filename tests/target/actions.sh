@@ -23,8 +23,14 @@ sensor_interface_up() { interface can1 up; }
 bus_off() { cansend vcan0 20000040#0000000000000000; }
 error_passive() { cansend vcan0 20000004#0010000000000000; }
 
-# The controller's buffer has 64 bytes, and the sender outruns the interrupt's thread.
-overflow_burst() { chrt -f 90 cangen can3 -n 20 -g 0 -I 7FF -L 8 -p 1; }
+# The controller's receive buffer has 64 bytes: eleven frames in a row, while the sending controller's interrupt goes
+# before the receiving one's.
+interrupt_priority() { ps | awk -v name="[i]rq/[0-9]*-$1" '$0 ~ name { print $1 }' | xargs chrt -f -p "$2"; }
+overflow_burst() {
+    interrupt_priority can3 60
+    chrt -f 59 cangen can3 -n 20 -g 0 -i -I 7FF -L 8
+    interrupt_priority can3 50
+}
 
 kill_rig() { kill -9 "$rig"; }
 restart_rig() { rig_start ess; }

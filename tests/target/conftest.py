@@ -21,7 +21,7 @@ import run as guest_run  # noqa: E402
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
 STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "image"]
 SCENARIOS = {path.stem: tomllib.loads(path.read_text()) for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
-TIMEOUT_s = 900  # of the host's time, for a machine that is busy with other things
+TIMEOUT_s = 600  # of the host's time, for a machine that is busy with other things
 
 
 @dataclass

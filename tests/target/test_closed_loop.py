@@ -158,5 +158,6 @@ def test_told_to_move_all_the_same_it_says_so_in_the_log(without_realtime):
 def test_without_real_time_scheduling_it_wakes_visibly_later(without_realtime, jitter):
     """Or the bounds above could not fail."""
     other = without_realtime.json("jitter.json")["berth"]
-    assert other["wake_up"]["max_us"] > 3 * jitter["berth"]["wake_up"]["max_us"]
-    assert other["wake_up"]["p99_us"] > 3 * jitter["berth"]["wake_up"]["p99_us"]
+    for share in ("p50_us", "p99_us", "p99_9_us"):
+        assert other["wake_up"][share] > 3 * jitter["berth"]["wake_up"][share]
+    assert other["wake_up"]["max_us"] > 2 * jitter["berth"]["wake_up"]["max_us"]
