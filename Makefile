@@ -53,10 +53,6 @@ PKG_CONFIG := PKG_CONFIG_LIBDIR=$(SYSROOT)/usr/lib/$(CROSS_COMPILE:%-=%)/pkgconf
 COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
-# Another libgpiod than that, as scripts/libgpiod2.sh makes it.
-ifneq ($(GPIOD),)
-PKG_CONFIG := PKG_CONFIG_LIBDIR=$(abspath $(GPIOD)) pkg-config
-endif
 ifneq ($(SANITIZE),)
 COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS += -fsanitize=address,undefined
@@ -191,10 +187,22 @@ $(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
-$(BUILD)/target_tests: $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(BUILD)/obj/gpio.o \
-		$(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
+TARGET_TEST_OBJECTS := $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
+$(BUILD)/target_tests: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio.o
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) $(LIBRARIES) -pthread
+
+# The same with libgpiod 2, whatever the system has.
+$(BUILD)/target_tests_gpiod2: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio2.o $(BUILD)/libgpiod2/libgpiod.a
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES) -pthread
+
+$(BUILD)/obj/gpio2.o: hal/linux/gpio_v2.c hal/linux/gpio_lines.h | $(BUILD)/libgpiod2/libgpiod.a
+	@echo "cc   $<"
+	@$(COMPILED_C) -isystem $(BUILD)/libgpiod2/include -c $< -o $@
+
+$(BUILD)/libgpiod2/libgpiod.a: scripts/libgpiod2.sh
+	@scripts/libgpiod2.sh $(@D) $(CROSS_COMPILE)
 
 # What the guests run, for both architectures of `make target`.
 GUEST_TRIPLETS := aarch64-linux-gnu x86_64-linux-gnu
@@ -202,7 +210,7 @@ target-programs:
 	@$(MAKE) $(BUILD)/berth
 	@for triplet in $(GUEST_TRIPLETS); do $(MAKE) CROSS_COMPILE=$$triplet- guest-programs || exit; done
 
-guest-programs: $(BUILD)/berth-target $(BUILD)/berth-rig $(BUILD)/target_tests target-image
+guest-programs: $(BUILD)/berth-target $(BUILD)/berth-rig $(BUILD)/target_tests $(BUILD)/target_tests_gpiod2 target-image
 
 target-image: $(BUILD)/berth-target
 	@CROSS_COMPILE=$(CROSS_COMPILE) scripts/target_image.sh $(BUILD)

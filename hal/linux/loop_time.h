@@ -5,6 +5,7 @@
 #ifndef HAL_LINUX_LOOP_TIME_H
 #define HAL_LINUX_LOOP_TIME_H
 
+#include <algorithm>
 #include <cstdint>
 #include <ctime>
 
@@ -39,40 +40,42 @@ class stamp_clock
 {
   public:
     /* Call before each reading of frames. */
-    void update()
+    void update() { update(read_clock_ns(CLOCK_MONOTONIC), read_clock_ns(CLOCK_REALTIME)); }
+
+    /* The same with two readings of one instant. */
+    void update(std::int64_t monotonic_ns, std::int64_t realtime_ns)
     {
-        window_begin_ns_ = now_ns_;
-        now_ns_ = read_clock_ns(CLOCK_MONOTONIC);
-        const std::int64_t offset_ns = read_clock_ns(CLOCK_REALTIME) - now_ns_;
-        if (offset_ns - offset_ns_ > step_ns || offset_ns_ - offset_ns > step_ns) {
-            old_offset_ns_ = offset_ns_;
-        }
+        last_reading_ns_ = now_ns_;
+        now_ns_ = monotonic_ns;
+        const std::int64_t offset_ns = realtime_ns - monotonic_ns;
+        was_stepped_ = offset_ns - offset_ns_ > step_ns || offset_ns_ - offset_ns > step_ns;
+        old_offset_ns_ = offset_ns_;
         offset_ns_ = offset_ns;
     }
 
-    /* A stamp that does not lie in the past by today's offset was taken before the clock was stepped. */
+    /* Where the clock was stepped since the reading before, a frame may carry either clock's stamp: the one by which
+     * it came since then is right. */
     std::int64_t monotonic_ns(std::int64_t realtime_ns) const
     {
         const std::int64_t by_new_ns = realtime_ns - offset_ns_;
         const std::int64_t by_old_ns = realtime_ns - old_offset_ns_;
-        if (is_plausible(by_new_ns)) {
-            return by_new_ns;
-        }
-        return is_plausible(by_old_ns) ? by_old_ns : now_ns_;
+        const bool is_old =
+            was_stepped_ && !came_since_last_reading(by_new_ns) && came_since_last_reading(by_old_ns);
+        return std::min(is_old ? by_old_ns : by_new_ns, now_ns_);
     }
 
   private:
-    static constexpr std::int64_t step_ns = 1000000;      /* slewing moves it by at most 0.5 us a ms */
-    static constexpr std::int64_t oldest_ns = 2000000000; /* that a frame may wait, at a loop that was stopped */
-    static constexpr std::int64_t tolerance_ns = 100000;  /* between the two readings of update() */
+    static constexpr std::int64_t step_ns = 1000000;     /* slewing moves it by at most 0.5 us a ms */
+    static constexpr std::int64_t tolerance_ns = 100000; /* between the two readings of update() */
 
-    bool is_plausible(std::int64_t stamp_ns) const
+    bool came_since_last_reading(std::int64_t time_ns) const
     {
-        return stamp_ns <= now_ns_ + tolerance_ns && stamp_ns >= window_begin_ns_ - oldest_ns;
+        return time_ns <= now_ns_ + tolerance_ns && time_ns >= last_reading_ns_ - tolerance_ns;
     }
 
     std::int64_t now_ns_ = 0;
-    std::int64_t window_begin_ns_ = 0;
+    std::int64_t last_reading_ns_ = 0;
+    bool was_stepped_ = false;
     std::int64_t offset_ns_ = 0;
     std::int64_t old_offset_ns_ = 0;
 };
