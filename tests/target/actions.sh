@@ -33,7 +33,8 @@ overflow_burst() {
 }
 
 kill_rig() { kill -9 "$rig"; }
-restart_rig() { rig_start ess; }
+# shellcheck disable=SC2086 # words
+restart_rig() { rig_start ess $ends; }
 
 clock_forward() { date -s "@$(($(date +%s) + 3600))"; }
 clock_back() { date -s "@$(($(date +%s) - 86400))"; }

@@ -10,7 +10,7 @@ shift
 . "$TOOLS"
 make_lines
 mkdir /tmp/programs
-for program in berth-target berth-rig target_tests; do
+for program in berth-target berth-rig target_tests target_tests_gpiod2; do
     if [ -e "$PROGRAMS/$program" ]; then
         cp "$PROGRAMS/$program" /tmp/programs
     fi
