@@ -37,10 +37,12 @@ std::uint8_t lines::get(rig_line line, std::uint8_t level_if_broken) const
     return level < 0 ? level_if_broken : static_cast<std::uint8_t>(level);
 }
 
-void lines::set(rig_line line, std::uint8_t level) const
+void lines::set(rig_line line, std::uint8_t level)
 {
-    if (of(line) != nullptr) {
+    std::uint8_t &set_level = set_levels_[static_cast<std::size_t>(line)];
+    if (of(line) != nullptr && level != set_level) {
         gpio_line_set(of(line), level);
+        set_level = level;
     }
 }
 

@@ -35,7 +35,8 @@ class lines
     /* `level_if_broken` where the line cannot be read. */
     std::uint8_t get(rig_line line, std::uint8_t level_if_broken) const;
 
-    void set(rig_line line, std::uint8_t level) const;
+    /* Costs a system call only where the level changes. */
+    void set(rig_line line, std::uint8_t level);
 
     bool next_edge(rig_line line, gpio_edge &edge) const;
 
@@ -47,6 +48,7 @@ class lines
     gpio_line *of(rig_line line) const { return lines_[static_cast<std::size_t>(line)].get(); }
 
     std::array<std::unique_ptr<gpio_line, closer>, rig_line_count> lines_;
+    std::array<std::uint8_t, rig_line_count> set_levels_{}; /* outputs start at 0 */
 };
 
 } // namespace berth

@@ -6,10 +6,12 @@ A step on its own: scripts/guest/run.py --icount sh tests/target/run_steps.sh /s
 """
 
 import json
+import os
 import pathlib
 import shutil
 import sys
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import pytest
@@ -21,6 +23,7 @@ import run as guest_run  # noqa: E402
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
 STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "image"]
 SCENARIOS = {path.stem: tomllib.loads(path.read_text()) for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
+GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
 TIMEOUT_s = 600  # of the host's time, for a machine that is busy with other things
 
 
@@ -68,14 +71,27 @@ def boot(arch, results):
     with (results / "console").open("w") as console:
         code = guest_run.run(f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {steps}\n", arch=arch, icount=True,
                              results=results, timeout_s=TIMEOUT_s, output=console)
-    assert code == 0, f"the guest ended with {code}:\n" + (results / "console").read_text()
+    assert code == 0, f"the {arch} guest ended with {code}:\n" + (results / "console").read_text()
+
+
+def results_of(arch):
+    return guest_run.CACHE / "results" / arch
+
+
+@pytest.fixture(scope="session")
+def booted(request):
+    """Boots the guests that the chosen tests ask for, side by side; {architecture: its outcome}."""
+    asked = {item.callspec.params["guest"] for item in request.session.items
+             if hasattr(item, "callspec") and "guest" in item.callspec.params}
+    with ThreadPoolExecutor(GUESTS_AT_ONCE) as pool:
+        return {arch: pool.submit(boot, arch, results_of(arch)) for arch in sorted(asked)}
 
 
 @pytest.fixture(scope="session", params=PROGRAMS)
-def guest(request):
+def guest(request, booted):
     """A function STEP -> what it has left in a guest of this architecture, which is booted once."""
-    results = guest_run.CACHE / "results" / request.param
-    boot(request.param, results)
+    booted[request.param].result()
+    results = results_of(request.param)
 
     def step(name):
         found = Step(results / name)
