@@ -265,7 +265,7 @@ codec: setup
 	@scripts/codec.sh firmware/can
 
 # --- care ---------------------------------------------------------------------------------------------------------
-OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch])
+OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
 OWN_CPP := $(wildcard firmware/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
 
 format: setup-test
