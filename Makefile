@@ -59,7 +59,7 @@ LDFLAGS += -fsanitize=address,undefined
 endif
 
 # What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
-TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
+TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
 LDFLAGS += -O2 -flto=auto
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
