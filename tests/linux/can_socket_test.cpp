@@ -115,21 +115,23 @@ TEST_CASE("bus: what the socket's buffer could not hold is counted, frame by fra
 {
     can_socket listener(HAL_BUS_SENSOR, "vcan0", {id});
     can_socket talker(HAL_BUS_SENSOR, "vcan0", {});
-    constexpr std::uint64_t flood = 5000;
+    constexpr int flood = 2000;
     std::uint64_t sent = 0;
-    for (std::uint64_t i = 0; i < flood; i++) {
-        sent += talker.send(frame_of(id)) == HAL_OK;
-    }
     std::uint64_t received = 0;
-    while (const std::size_t some = drain(listener).size()) {
-        CHECK(some <= 64); /* bounded: the rest is for the next tick */
-        received += some;
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < flood; i++) {
+            sent += talker.send(frame_of(id)) == HAL_OK;
+        }
+        while (const std::size_t some = drain(listener).size()) {
+            CHECK(some <= 64); /* bounded: the rest is for the next tick */
+            received += some;
+        }
+        sent += talker.send(frame_of(id)) == HAL_OK; /* brings the count of those lost before it */
+        received += drain(listener).size();
     }
-    sent += talker.send(frame_of(id)) == HAL_OK; /* brings the count of those lost before it */
-    received += drain(listener).size();
     CHECK(listener.counts().socket_lost > 0);
     CHECK(received + listener.counts().socket_lost == sent);
-    CHECK(sent + talker.counts().not_sent == flood + 1);
+    CHECK(sent + talker.counts().not_sent == 2 * (flood + 1));
 }
 
 TEST_CASE("bus: an interface that is down is a controller off the bus, once; up again, frames pass again")
