@@ -1,8 +1,12 @@
 /* can_socket against the kernel's own virtual CAN: two sockets on vcan0, where everyone hears everyone. */
 #include <linux/can.h>
 #include <linux/can/error.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
-#include <cstdlib>
+#include <cstring>
 #include <doctest/doctest.h>
 
 #include "../../hal/linux/can_socket.h"
@@ -19,6 +23,18 @@ constexpr std::int64_t end_of_time_ns = INT64_MAX;
 hal_frame frame_of(std::uint32_t frame_id, std::uint8_t first_byte = 0, std::uint8_t second_byte = 0)
 {
     return {0, frame_id, HAL_BUS_SENSOR, 8, 0, 0, {first_byte, second_byte}};
+}
+
+bool set_up(const char *interface, bool is_up)
+{
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    ifreq request{};
+    std::strncpy(request.ifr_name, interface, sizeof request.ifr_name - 1);
+    bool is_done = ioctl(socket, SIOCGIFFLAGS, &request) == 0;
+    request.ifr_flags = static_cast<short>(is_up ? request.ifr_flags | IFF_UP : request.ifr_flags & ~IFF_UP);
+    is_done = is_done && ioctl(socket, SIOCSIFFLAGS, &request) == 0;
+    close(socket);
+    return is_done;
 }
 
 std::vector<hal_frame> drain(can_socket &socket)
@@ -138,7 +154,7 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
 {
     can_socket loop(HAL_BUS_ROBOT, "vcan1", {id});
     can_socket other(HAL_BUS_ROBOT, "vcan1", {});
-    REQUIRE(std::system("ip link set vcan1 down") == 0);
+    REQUIRE(set_up("vcan1", false));
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     const std::vector<hal_frame> frames = drain(loop);
@@ -147,7 +163,7 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
     CHECK(loop.counts().down == 1);
     CHECK(loop.counts().not_sent == 2);
 
-    REQUIRE(std::system("ip link set vcan1 up") == 0);
+    REQUIRE(set_up("vcan1", true));
     drain(loop);
     drain(other);
     CHECK(loop.send(frame_of(0x10)) == HAL_OK);
