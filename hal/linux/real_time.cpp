@@ -57,8 +57,9 @@ void real_time::lock_memory()
     rlimit limit{};
     getrlimit(RLIMIT_MEMLOCK, &limit);
     if (geteuid() != 0 && limit.rlim_cur < locked_bytes_min) { /* what is locked now would leave none for later */
-        problem_ = "only " + std::to_string(limit.rlim_cur) +
-                   " bytes of memory may be locked: raise LimitMEMLOCK (systemd) or memlock (limits.d), or run as root";
+        problem_ =
+            "only " + std::to_string(limit.rlim_cur) +
+            " bytes of memory may be locked: raise LimitMEMLOCK (systemd) or memlock (limits.d), or run as root";
         return;
     }
     mallopt(M_TRIM_THRESHOLD, -1);
