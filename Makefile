@@ -59,7 +59,7 @@ LDFLAGS += -fsanitize=address,undefined
 endif
 
 # What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
-TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
+TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
 LDFLAGS += -O2 -flto=auto
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
@@ -265,7 +265,7 @@ codec: setup
 	@scripts/codec.sh firmware/can
 
 # --- care ---------------------------------------------------------------------------------------------------------
-OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch])
+OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
 OWN_CPP := $(wildcard firmware/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
 
 format: setup-test

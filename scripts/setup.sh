@@ -13,10 +13,10 @@ packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsund
     libcli11-dev nlohmann-json3-dev zlib1g-dev)
 if [ "$task" != run ]; then
     packages+=(doctest-dev clang-format clang-tidy gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        valgrind shellcheck can-utils python3-dev mount chromium)
+        valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
 fi
 if [ "$task" = target ]; then
-    packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils libgpiod-dev rt-tests)
+    packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils rt-tests)
 fi
 
 missing=()

@@ -15,7 +15,7 @@
 namespace berth
 {
 
-/* What recvmmsg() fills. */
+/* What recvmmsg() fills; made once, since that costs more than a reading. */
 struct can_socket::message_buffer {
     std::array<can_frame, frames_a_drain> frames;
     std::array<iovec, frames_a_drain> vectors;
@@ -30,9 +30,12 @@ struct can_socket::message_buffer {
             messages[i].msg_hdr.msg_iov = &vectors[i];
             messages[i].msg_hdr.msg_iovlen = 1;
             messages[i].msg_hdr.msg_control = controls[i].data();
-            messages[i].msg_hdr.msg_controllen = controls[i].size();
+            make_room_for_controls(i);
         }
     }
+
+    /* The kernel leaves there how much it has written. */
+    void make_room_for_controls(std::size_t i) { messages[i].msg_hdr.msg_controllen = controls[i].size(); }
 };
 
 namespace
@@ -89,7 +92,7 @@ int open_socket(const std::string &interface)
 
 can_socket::can_socket(hal_bus bus, const std::string &interface, const std::vector<std::uint32_t> &ids,
                        const std::vector<std::uint32_t> &sent_ids)
-    : bus_(bus), interface_(interface), socket_(open_socket(interface))
+    : bus_(bus), interface_(interface), socket_(open_socket(interface)), buffer_(std::make_unique<message_buffer>())
 {
     try {
         set_filters(socket_, interface, ids, sent_ids);
@@ -170,16 +173,15 @@ void can_socket::report_down()
     received_.push(frame);
 }
 
-void can_socket::take(const message_buffer &buffer, std::size_t number, unsigned message_flags,
-                      const stamp_clock &clock)
+void can_socket::take(std::size_t number, const stamp_clock &clock)
 {
-    const can_frame &raw = buffer.frames[number];
+    const can_frame &raw = buffer_->frames[number];
     hal_frame frame{};
     frame.id = raw.can_id & CAN_EFF_MASK;
     frame.bus = static_cast<std::uint8_t>(bus_);
     frame.length = raw.can_dlc;
     std::memcpy(frame.data, raw.data, sizeof frame.data);
-    msghdr header = buffer.messages[number].msg_hdr;
+    msghdr &header = buffer_->messages[number].msg_hdr;
     for (cmsghdr *control = CMSG_FIRSTHDR(&header); control != nullptr; control = CMSG_NXTHDR(&header, control)) {
         if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SCM_TIMESTAMPNS) {
             timespec stamp;
@@ -197,7 +199,7 @@ void can_socket::take(const message_buffer &buffer, std::size_t number, unsigned
         frame.flags = HAL_FRAME_ERROR;
         frame.flags |= (raw.can_id & CAN_ERR_BUSOFF) ? HAL_FRAME_BUS_OFF : 0;
     }
-    if (message_flags & MSG_CONFIRM) {
+    if (header.msg_flags & MSG_CONFIRM) {
         counts_.confirmed++;
         confirmed_.push(frame);
         return;
@@ -212,8 +214,8 @@ void can_socket::drain(const stamp_clock &clock)
     if (room == 0) {
         return; /* the loop does not keep up: the kernel's buffer counts what is lost */
     }
-    message_buffer buffer;
-    const int count = recvmmsg(socket_, buffer.messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
+    const int count =
+        recvmmsg(socket_, buffer_->messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
     if (count < 0) {
         if (errno == ENETDOWN || errno == ENODEV) {
             report_down();
@@ -222,7 +224,8 @@ void can_socket::drain(const stamp_clock &clock)
     }
     for (int i = 0; i < count; i++) {
         const auto number = static_cast<std::size_t>(i);
-        take(buffer, number, static_cast<unsigned>(buffer.messages[number].msg_hdr.msg_flags), clock);
+        take(number, clock);
+        buffer_->make_room_for_controls(number);
     }
 }
 

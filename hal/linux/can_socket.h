@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -71,13 +72,14 @@ class can_socket
     };
     struct message_buffer;
 
-    void take(const message_buffer &buffer, std::size_t number, unsigned message_flags, const stamp_clock &clock);
+    void take(std::size_t number, const stamp_clock &clock);
     void note_error(std::uint32_t error_class, const std::uint8_t data[8]);
     void report_down();
 
     hal_bus bus_;
     std::string interface_;
     int socket_ = -1;
+    std::unique_ptr<message_buffer> buffer_;
     bool is_down_ = false;
     std::uint32_t overflows_seen_ = 0;
     can_counts counts_;

@@ -33,7 +33,8 @@ using findings = std::vector<finding>;
 
 finding judge(bool is_fine, verdict otherwise, std::string subject, std::string text, std::string remedy)
 {
-    return {is_fine ? verdict::fine : otherwise, std::move(subject), std::move(text), is_fine ? "" : remedy};
+    return {is_fine ? verdict::fine : otherwise, std::move(subject), std::move(text),
+            is_fine ? "" : std::move(remedy)};
 }
 
 void check_kernel(findings &found)
@@ -96,7 +97,10 @@ std::string interrupt_cpus(const std::string &interface)
     while (std::getline(interrupts, line)) {
         const std::size_t name = line.rfind(' ');
         if (name != std::string::npos && line.substr(name + 1) == interface) {
-            return first_line_of("/proc/irq/" + std::to_string(std::atoi(line.c_str())) + "/smp_affinity_list");
+            return first_line_of(
+                "/proc/irq/" +
+                line.substr(line.find_first_not_of(' '), line.find(':') - line.find_first_not_of(' ')) +
+                "/smp_affinity_list");
         }
     }
     return "";

@@ -17,10 +17,10 @@ namespace
 {
 
 /* More than the loop's deepest call needs: 20 KB, of which most is the buffer of one reading of a bus. */
-constexpr std::size_t stack_bytes = 256 * 1024;
+constexpr std::size_t stack_bytes = std::size_t{256} * 1024;
 
 /* Program, log ring and the stacks of the threads beside the loop, with room to spare. */
-constexpr rlim_t locked_bytes_min = 64 * 1024 * 1024;
+constexpr rlim_t locked_bytes_min = rlim_t{64} * 1024 * 1024;
 
 void prefault_stack()
 {

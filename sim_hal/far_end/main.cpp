@@ -61,10 +61,10 @@ int run(int argc, char **argv)
     std::printf("%s: waits for a loop on %s\n", rig.name.c_str(), options.robot_interface.c_str());
     std::fflush(stdout);
     const berth::far_end_result result = far_end.run(stop_wanted);
+    const std::uint64_t not_sent = result.robot_bus.not_sent + result.sensor_bus.not_sent;
     std::printf("%s: %lld periods, %lld late; %llu setpoints; %llu frames not sent\n", rig.name.c_str(),
                 static_cast<long long>(result.periods), static_cast<long long>(result.late_periods),
-                static_cast<unsigned long long>(result.setpoints),
-                static_cast<unsigned long long>(result.robot_bus.not_sent + result.sensor_bus.not_sent));
+                static_cast<unsigned long long>(result.setpoints), static_cast<unsigned long long>(not_sent));
     return 0;
 }
 
@@ -80,5 +80,8 @@ int main(int argc, char **argv)
     } catch (const berth::hardware_error &error) {
         std::fprintf(stderr, "%s\n", error.what());
         return exit_hardware;
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "berth-rig: internal error: %s\n", error.what());
+        return 1;
     }
 }

@@ -38,7 +38,7 @@ class systemd_socket
     /* Empty: nothing came within `patience_ms`. */
     std::string next(int patience_ms) const
     {
-        const timeval patience{patience_ms / 1000, 1000 * (patience_ms % 1000)};
+        const timeval patience{patience_ms / 1000, 1000L * (patience_ms % 1000)};
         setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
         char text[100];
         const ssize_t bytes = recv(socket_, text, sizeof text, 0);
@@ -65,7 +65,7 @@ TEST_CASE("watchdog: ready with the first tick, fed while ticks go on, not fed w
     const temporary_folder folder;
     const systemd_socket systemd(folder / "notify");
     const std::string device = folder / "watchdog";
-    std::ofstream{device};
+    std::ofstream(device).close();
     std::atomic<std::uint64_t> ticks{0};
     {
         const watchdog guard(device, ticks, all_cpus());
