@@ -2,7 +2,7 @@
 what they leave is judged here, on the host.
 
 Run from the repository root: make target, or .venv/bin/python -m pytest -q tests/target
-A step on its own: scripts/guest/run.py --icount sh tests/target/run_steps.sh /src/PROGRAMS /src/tests/target/steps/STEP.sh
+A step on its own: scripts/guest/run.py --icount sh tests/target/run_steps.sh /src/PROGRAMS /src/STEP
 """
 
 import json
@@ -22,7 +22,8 @@ import run as guest_run  # noqa: E402
 
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
 STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "image"]
-SCENARIOS = {path.stem: tomllib.loads(path.read_text()) for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
+SCENARIOS = {path.stem: tomllib.loads(path.read_text())
+             for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
 TIMEOUT_s = 600  # of the host's time, for a machine that is busy with other things
 

@@ -1,5 +1,5 @@
-"""The reference case for 60 s over the kernel's CAN stack, under load: the same motion as in simulation, seen by other
-people's tools as well, and in time."""
+"""The reference case for 60 s over the kernel's CAN stack, under load: the same motion as in simulation, seen by
+other people's tools as well, and in time."""
 
 import json
 import subprocess
@@ -60,7 +60,7 @@ def frames_in_log(log, bus, direction):
             zip(frame["id"][chosen], frame["data"][chosen], frame["length"][chosen], strict=True)]
 
 
-# --- the motion -----------------------------------------------------------------------------------------------------
+# --- the motion --------------------------------------------------------------------------------------------------
 def test_it_grows_as_in_simulation(loop, tmp_path):
     simulated = berth("run", "ess", "--out", tmp_path)["growth_per_s"]
     displayed = berth("summary", loop.path("run.ulg"))["growth_per_s"]
@@ -80,7 +80,7 @@ def test_the_log_replays_bit_for_bit(loop):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-# --- the wire, by can-utils and cantools -------------------------------------------------------------------------------
+# --- the wire, by can-utils and cantools -------------------------------------------------------------------------
 def test_candump_saw_every_setpoint_that_the_loop_logged(loop, log, dbc):
     setpoint = dbc.get_message_by_name("setpoint").frame_id
     seen = [frame for frame in candump(loop.path("robot.candump")) if frame[0] == setpoint]
@@ -100,7 +100,8 @@ def test_cantools_decodes_the_positions_that_were_commanded(loop, log, dbc):
     message = dbc.get_message_by_name("setpoint")
     seen = np.array([message.decode(data)["position_m"] for identifier, data in candump(loop.path("robot.candump"))
                      if identifier == message.frame_id])
-    sends = ~np.isin(log.tick["state"], [number for number, name in state_names().items() if name in ("start", "stopped")])
+    silent = [number for number, name in state_names().items() if name in ("start", "stopped")]
+    sends = ~np.isin(log.tick["state"], silent)
     np.testing.assert_allclose(seen, log.tick["command_position_m"][sends], rtol=0, atol=1e-11)
 
 
@@ -133,7 +134,7 @@ def test_the_histogram_is_jitter_input_of_the_host_command(loop):
     assert told["stable"]
 
 
-# --- without real-time scheduling -----------------------------------------------------------------------------------
+# --- without real-time scheduling --------------------------------------------------------------------------------
 @pytest.fixture
 def without_realtime(guest):
     step = guest("without_realtime")

@@ -40,8 +40,8 @@ def test_nothing_recorded_is_lost(play, name):
     log.check_no_tick_is_missing()
     assert log.last_state() == "stopped"
     assert "0 not recorded" in step.text("loop.stdout")
-    replay = subprocess.run([ROOT / "build" / "berth", "replay", step.path("run.ulg")], capture_output=True, text=True,
-                            check=False)
+    command = [ROOT / "build" / "berth", "replay", step.path("run.ulg")]
+    replay = subprocess.run(command, capture_output=True, text=True, check=False)
     assert replay.returncode == 0, replay.stdout + replay.stderr
 
 
