@@ -61,7 +61,7 @@ py() {
 
 step "build" make all build/cpp_tests build/berth-target build/target_tests
 cpp "C++ tests" build/cpp_tests
-cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*'
+cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
 if [ "$mode" = full ]; then
     step "build for arm64" make CROSS_COMPILE=aarch64-linux-gnu- all
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
@@ -77,7 +77,7 @@ if [ "$mode" = full ]; then
     fi
     step "build with sanitizers" make SANITIZE=1 all build/sanitize/cpp_tests build/sanitize/target_tests
     cpp "C++ tests with sanitizers" build/sanitize/cpp_tests
-    cpp "C++ tests of the Linux side with sanitizers" build/sanitize/target_tests -tce='contract*'
+    cpp "C++ tests of the Linux side with sanitizers" build/sanitize/target_tests -tce='contract*,bus*'
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
 else
