@@ -11,7 +11,7 @@ mkdir -p "$out"
 
 policy=(--priority=80)
 [ "$(id -u)" = 0 ] || policy=(--policy=other)
-cyclictest --quiet --mlockall "${policy[@]}" --interval=2500 --affinity=0 --secaligned=1250 --duration="$duration_s" \
+cyclictest --quiet --mlockall "${policy[@]}" --interval=2500 --affinity=0 --secaligned=1000 --duration="$duration_s" \
     --histogram=20000 --json="$out/cyclictest.json" >"$out/cyclictest.txt" &
 build/berth-target ess --without-buses --without-realtime --set target.cpu=0 --set target.priority=80 \
     --set run.duration_s="$duration_s" --jitter "$out/berth.json" >"$out/berth.txt"
