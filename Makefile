@@ -23,7 +23,10 @@ HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
 	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
-CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp)
+TARGET := $(wildcard hal/linux/*.cpp)
+FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp
+CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp tests/scenarios/*.cpp)
+TARGET_TESTS := $(wildcard tests/linux/*.cpp) tests/contract/hal_test.cpp tests/unit/main.cpp
 BENCH := tests/bench/tick_bench.cpp
 RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 
@@ -33,7 +36,9 @@ RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
 ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC
 WARNINGS := -Wall -Wextra -Wshadow -Werror
 COMMON := -O2 -g $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
+EFFECTS = $(call object,$(filter sim_hal/effects/%,$(SIM)))
 LIBRARIES :=
+PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
 # SUNDIALS and zlib are for the host only.
 COMMON += -isystem /usr/include/eigen3
@@ -41,6 +46,10 @@ SIM += sim_hal/solver/cvode_solver.cpp
 SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB
 LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz
 else
+# libgpiod for the target is unpacked beside the objects.
+SYSROOT := $(BUILD)/sysroot
+PKG_CONFIG := PKG_CONFIG_LIBDIR=$(SYSROOT)/usr/lib/$(CROSS_COMPILE:%-=%)/pkgconfig PKG_CONFIG_SYSROOT_DIR=$(abspath $(SYSROOT)) \
+	pkg-config
 COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
@@ -50,14 +59,14 @@ LDFLAGS += -fsanitize=address,undefined
 endif
 
 # What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
-TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
+TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
 LDFLAGS += -O2 -flto=auto
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
-.PRECIOUS: build/%/include
-.PHONY: all readme run test quick-test lint format codec bench map figures diagnose setup setup-test clean help
+.PRECIOUS: build/%/include build/%/sysroot
+.PHONY: all readme run test quick-test lint format codec bench map figures diagnose target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -69,6 +78,9 @@ help:
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
 	@echo "                    build/diagnosis"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
+	@echo "make target         the loop on real-time kernels in QEMU, arm64 and amd64, over real CAN and GPIO drivers"
+	@echo "make jitter         how late this machine wakes the loop, beside cyclictest; picture in build/jitter"
+	@echo "make CROSS_COMPILE=aarch64-linux-gnu- target-image    Debian package of the loop for a board"
 	@echo "make all            build build/berth and build/berth-loop"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- all    the same for arm64 in build/aarch64-linux-gnu"
 	@echo "make codec          generate the CAN codec again from firmware/can/berth.dbc"
@@ -105,6 +117,18 @@ figures: setup
 	@$(MAKE) all
 	@$(PYTHON) scripts/figures.py
 
+target: setup-target
+	@$(MAKE) target-programs
+	@$(PYTHON) -m pytest -q -ra -p no:cacheprovider tests/target
+
+# Lines from the terminal run in the guest, until exit.
+guest-shell: setup-target
+	@scripts/guest/run.py --shell --arch $(or $(ARCH),arm64)
+
+jitter: setup-target
+	@$(MAKE) build/berth-target
+	@scripts/jitter.sh
+
 # The example: the robot of the run has a transfer behaviour that the rig `ess` knows nothing of.
 RECORD ?= build/diagnosis/example/ess.ulg
 RIG ?= ess
@@ -120,6 +144,9 @@ endif
 
 setup:
 	@scripts/setup.sh run
+
+setup-target:
+	@scripts/setup.sh target
 
 setup-test:
 	@scripts/setup.sh test
@@ -138,6 +165,55 @@ $(BUILD)/berth-loop: $(call object,firmware/main.c) $(LOOP_OBJECTS)
 $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+# What both the simulated rig at the far end and the loop's own side are made of.
+FAR_END_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) \
+	build/rigs.cpp)
+
+$(BUILD)/berth-target: $(call object,firmware/main.c $(FIRMWARE) $(HAL) $(TARGET) build/rigs.cpp) $(EFFECTS) $(BUILD)/obj/gpio.o
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) -pthread
+
+# libgpiod's major version decides.
+$(BUILD)/obj/gpio.o: hal/linux/gpio_v1.c hal/linux/gpio_v2.c hal/linux/gpio_lines.h | $(SYSROOT)
+	@mkdir -p $(@D)
+	@version=$$($(PKG_CONFIG) --modversion libgpiod) && file=hal/linux/gpio_v$${version%%.*}.c && echo "cc   $$file" && \
+		$(COMPILED_C) $$($(PKG_CONFIG) --cflags libgpiod) -c $$file -o $@
+
+build/%/sysroot:
+	@scripts/sysroot.sh $@ $*
+
+$(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+TARGET_TEST_OBJECTS := $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(filter-out %/sim_hal.cpp.o,$(FAR_END_OBJECTS))
+$(BUILD)/target_tests: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio.o
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $$($(PKG_CONFIG) --libs libgpiod) $(LIBRARIES) -pthread
+
+# The same with libgpiod 2, whatever the system has.
+$(BUILD)/target_tests_gpiod2: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio2.o $(BUILD)/libgpiod2/libgpiod.a
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES) -pthread
+
+$(BUILD)/obj/gpio2.o: hal/linux/gpio_v2.c hal/linux/gpio_lines.h | $(BUILD)/libgpiod2/libgpiod.a
+	@echo "cc   $<"
+	@$(COMPILED_C) -isystem $(BUILD)/libgpiod2/include -c $< -o $@
+
+$(BUILD)/libgpiod2/libgpiod.a: scripts/libgpiod2.sh
+	@scripts/libgpiod2.sh $(@D) $(CROSS_COMPILE)
+
+# What the guests run, for both architectures of `make target`.
+GUEST_TRIPLETS := aarch64-linux-gnu x86_64-linux-gnu
+target-programs:
+	@$(MAKE) $(BUILD)/berth
+	@for triplet in $(GUEST_TRIPLETS); do $(MAKE) CROSS_COMPILE=$$triplet- guest-programs || exit; done
+
+guest-programs: $(BUILD)/berth-target $(BUILD)/berth-rig $(BUILD)/target_tests $(BUILD)/target_tests_gpiod2 target-image
+
+target-image: $(BUILD)/berth-target
+	@CROSS_COMPILE=$(CROSS_COMPILE) scripts/target_image.sh $(BUILD)
 
 $(BUILD)/tick_bench: $(call object,$(BENCH)) $(LOOP_OBJECTS)
 	@echo "link $@"
@@ -170,8 +246,8 @@ $(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-r
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
-$(BUILD)/obj/sim_hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'
-$(BUILD)/obj/sim_hal/version.cpp.o: $(BUILD)/commit
+$(BUILD)/obj/hal/version.cpp.o: COMMON += -DBERTH_COMMIT='"$(COMMIT)"'
+$(BUILD)/obj/hal/version.cpp.o: $(BUILD)/commit
 $(BUILD)/commit: FORCE
 	@mkdir -p $(@D)
 	@echo '$(COMMIT)' | cmp -s - $@ || echo '$(COMMIT)' > $@
@@ -182,14 +258,14 @@ build/%/include:
 	@mkdir -p $@
 	@ln -sfn /usr/include/eigen3/Eigen $@/Eigen
 	@ln -sfn /usr/include/eigen3/unsupported $@/unsupported
-	@for library in toml++ CLI nlohmann; do ln -sfn /usr/include/$$library $@/$$library; done
+	@for library in toml++ CLI nlohmann doctest; do ln -sfn /usr/include/$$library $@/$$library; done
 
 # --- the codec, committed as generated ----------------------------------------------------------------------------
 codec: setup
 	@scripts/codec.sh firmware/can
 
 # --- care ---------------------------------------------------------------------------------------------------------
-OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch])
+OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
 OWN_CPP := $(wildcard firmware/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
 
 format: setup-test

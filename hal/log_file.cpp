@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -14,7 +15,11 @@ namespace berth
 namespace
 {
 
-constexpr std::size_t ring_bytes = std::size_t{1} << 18; /* stays in a second-level cache */
+/* Of a counter that one thread alone changes: no locked instruction. */
+void count(std::atomic<std::uint64_t> &counter)
+{
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+}
 
 void append_message(std::string &bytes, char type, const std::string &content)
 {
@@ -56,7 +61,7 @@ std::string ulog_header(const log_header &header)
     return bytes;
 }
 
-log_file::log_file(const std::string &path, const log_header &header) : storage_(ring_bytes)
+log_file::log_file(const std::string &path, const log_header &header, std::size_t ring_bytes) : storage_(ring_bytes)
 {
     log_ring_start(&ring_, storage_.data(), storage_.size());
     if (path.empty()) {
@@ -83,20 +88,23 @@ log_file::~log_file()
 
 bool log_file::push(const void *bytes, std::size_t size_bytes)
 {
-    if (!log_ring_push(&ring_, bytes, size_bytes)) {
-        dropped_records_++;
-        if (trouble_.empty()) {
-            trouble_ = "more in one tick than the ring holds";
-        }
-        return false;
+    count(begun_records_);
+    const bool is_pushed = log_ring_push(&ring_, bytes, size_bytes) != 0;
+    if (!is_pushed) {
+        count(refused_records_);
     }
-    records_in_ring_++;
-    return true;
+    count(pushed_records_);
+    return is_pushed;
+}
+
+const char *log_file::trouble() const
+{
+    return error_ != 0 ? std::strerror(error_) : refused_records_.load() > 0 ? "the ring was full" : "";
 }
 
 void log_file::drain_if_due()
 {
-    if (log_ring_fill(&ring_) >= ring_bytes / 2) {
+    if (log_ring_fill(&ring_) >= storage_.size() / 2) {
         drain();
     }
 }
@@ -109,9 +117,7 @@ bool log_file::write_all(const std::uint8_t *bytes, std::size_t size_bytes)
             continue;
         }
         if (written <= 0) {
-            if (trouble_.empty()) {
-                trouble_ = std::strerror(errno);
-            }
+            error_ = error_ != 0 ? error_ : written < 0 ? errno : ENOSPC;
             return false;
         }
         bytes += written;
@@ -120,45 +126,57 @@ bool log_file::write_all(const std::uint8_t *bytes, std::size_t size_bytes)
     return true;
 }
 
-void log_file::drop_ring()
+/* Takes `size_bytes` out of the ring and, as long as that goes well, to the file. */
+bool log_file::empty_ring(std::size_t size_bytes, bool is_written)
 {
     const std::uint8_t *bytes = nullptr;
-    while (const std::size_t size = log_ring_peek(&ring_, &bytes)) {
-        log_ring_take(&ring_, size);
+    while (size_bytes > 0) {
+        const std::size_t part = std::min(log_ring_peek(&ring_, &bytes), size_bytes);
+        is_written = is_written && write_all(bytes, part);
+        log_ring_take(&ring_, part);
+        size_bytes -= part;
     }
+    return is_written;
+}
+
+/* What has been pushed so far. A push that is under way would show in one number and not yet in another, so that
+ * moment is let pass. */
+log_file::progress log_file::pushed_so_far() const
+{
+    progress now{};
+    std::uint64_t pushes = 0;
+    do {
+        pushes = pushed_records_.load();
+        now.refused_records = refused_records_.load();
+        now.ring_bytes = log_ring_fill(&ring_);
+    } while (begun_records_.load() != pushes);
+    now.records = pushes - now.refused_records;
+    return now;
 }
 
 void log_file::drain()
 {
-    const std::uint8_t *bytes = nullptr;
+    const progress now = pushed_so_far();
+    const std::uint64_t drops = now.refused_records + unwritten_records_;
     bool is_written = whole_bytes_ > 0; /* without a header no record can be read */
-    std::int64_t size_bytes = 0;
-    if (is_written && dropped_records_ > reported_drops_) {
+    auto size_bytes = static_cast<std::int64_t>(now.ring_bytes);
+    if (is_written && drops > reported_drops_) {
         std::string dropout;
         append_message(dropout, 'O', std::string(2, '\0'));
         is_written = write_all(reinterpret_cast<const std::uint8_t *>(dropout.data()), dropout.size());
         size_bytes += static_cast<std::int64_t>(dropout.size());
     }
-    while (is_written) {
-        const std::size_t size = log_ring_peek(&ring_, &bytes);
-        if (size == 0) {
-            break;
-        }
-        is_written = write_all(bytes, size);
-        log_ring_take(&ring_, size);
-        size_bytes += static_cast<std::int64_t>(size);
-    }
+    is_written = empty_ring(now.ring_bytes, is_written);
     if (is_written) {
         whole_bytes_ += size_bytes;
-        reported_drops_ = dropped_records_;
+        reported_drops_ = drops;
     } else if (file_ >= 0) {
-        dropped_records_ += records_in_ring_;
+        unwritten_records_ += now.records - drained_records_;
         if (ftruncate(file_, whole_bytes_) == 0) {
             lseek(file_, whole_bytes_, SEEK_SET);
         }
     }
-    drop_ring();
-    records_in_ring_ = 0;
+    drained_records_ = now.records;
 }
 
 } // namespace berth

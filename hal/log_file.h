@@ -1,8 +1,11 @@
 /* A ULog file: header and topics once, then whatever the ring holds. A disk that is full or gone costs records,
- * which are counted, never the run; the file always ends with a whole record. */
+ * which are counted, never the run; the file always ends with a whole record.
+ *
+ * One thread may push while another drains: neither ever waits for the other. */
 #ifndef HAL_LOG_FILE_H
 #define HAL_LOG_FILE_H
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -30,8 +33,10 @@ std::string ulog_header(const log_header &header);
 class log_file
 {
   public:
+    static constexpr std::size_t default_ring_bytes = std::size_t{1} << 18; /* stays in a second-level cache */
+
     /* An empty path: records are taken and forgotten. Throws input_error if the file cannot be made. */
-    log_file(const std::string &path, const log_header &header);
+    log_file(const std::string &path, const log_header &header, std::size_t ring_bytes = default_ring_bytes);
     ~log_file();
     log_file(const log_file &) = delete;
     log_file &operator=(const log_file &) = delete;
@@ -45,21 +50,35 @@ class log_file
     /* Brings all of it to the file. */
     void drain();
 
-    std::uint64_t dropped_records() const { return dropped_records_; }
-    const std::string &trouble() const { return trouble_; } /* what failed first, or empty */
+    std::uint64_t dropped_records() const { return refused_records_.load() + unwritten_records_; }
+    const char *trouble() const; /* what failed first, or empty */
 
   private:
+    struct progress {
+        std::uint64_t records; /* taken by the ring, ever */
+        std::uint64_t refused_records;
+        std::size_t ring_bytes; /* waiting, the last of these records included */
+    };
+
     bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);
-    void drop_ring();
+    bool empty_ring(std::size_t size_bytes, bool is_written);
+    progress pushed_so_far() const;
 
     std::vector<std::uint8_t> storage_;
     log_ring ring_;
+
+    /* The pushing thread's. */
+    std::atomic<std::uint64_t> begun_records_{0};
+    std::atomic<std::uint64_t> pushed_records_{0};  /* refused ones included */
+    std::atomic<std::uint64_t> refused_records_{0}; /* the ring was full */
+
+    /* The draining thread's. */
     int file_ = -1;
     std::int64_t whole_bytes_ = 0; /* length of the file up to its last whole record */
-    std::uint64_t records_in_ring_ = 0;
-    std::uint64_t dropped_records_ = 0;
+    std::uint64_t drained_records_ = 0;
+    std::uint64_t unwritten_records_ = 0; /* the file did not take them */
     std::uint64_t reported_drops_ = 0;
-    std::string trouble_;
+    int error_ = 0; /* errno of the first failed write */
 };
 
 } // namespace berth

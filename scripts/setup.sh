@@ -1,19 +1,22 @@
 #!/usr/bin/env bash
 # Sees to it that the Debian packages and the Python environment for a task are there.
 #
-#   setup.sh run|test
+#   setup.sh run|test|target
 #
 # Root installs what is missing; anyone else gets the one line to run. Installs nothing, and needs no network, if
 # everything is there already.
 set -euo pipefail
-task=${1:?usage: setup.sh run|test}
+task=${1:?usage: setup.sh run|test|target}
 top=$(cd "$(dirname "$0")/.." && pwd)
 
 packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsundials-dev libtomlplusplus-dev
     libcli11-dev nlohmann-json3-dev zlib1g-dev)
-if [ "$task" = test ]; then
+if [ "$task" != run ]; then
     packages+=(doctest-dev clang-format clang-tidy gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        valgrind shellcheck can-utils python3-dev mount chromium)
+        valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
+fi
+if [ "$task" = target ]; then
+    packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils rt-tests)
 fi
 
 missing=()

@@ -3,7 +3,8 @@
 #
 #   test.sh quick    C++ and Python tests
 #   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
-#                    qemu-user; the committed codec is what the DBC gives; lint
+#                    qemu-user; real-time kernels with real CAN and GPIO drivers in QEMU, arm64 and amd64; the
+#                    committed codec is what the DBC gives; lint
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
 unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
@@ -58,20 +59,29 @@ py() {
     fi
 }
 
-step "build" make all build/cpp_tests
+step "build" make all build/cpp_tests build/berth-target build/target_tests
 cpp "C++ tests" build/cpp_tests
+cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
 if [ "$mode" = full ]; then
     step "build for arm64" make CROSS_COMPILE=aarch64-linux-gnu- all
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
-    py "Python tests" tests
-    step "build with sanitizers" make SANITIZE=1 all build/sanitize/cpp_tests
+    py "Python tests" tests/python
+    if scripts/setup.sh target; then
+        step "build for the guests" make target-programs
+        py "tests on real-time kernels in QEMU" tests/target
+    else
+        echo "SKIPPED: the tests on real-time kernels (tests/target): their packages cannot be installed, see above"
+        skipped=$((skipped + 1))
+    fi
+    step "build with sanitizers" make SANITIZE=1 all build/sanitize/cpp_tests build/sanitize/target_tests
     cpp "C++ tests with sanitizers" build/sanitize/cpp_tests
+    cpp "C++ tests of the Linux side with sanitizers" build/sanitize/target_tests -tce='contract*,bus*'
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
 else
-    py "Python tests" -m "not arm64" tests
+    py "Python tests" -m "not arm64" tests/python
 fi
 
 for name in "${failures[@]}"; do

@@ -181,6 +181,24 @@ static std::vector<rig_key> make_own_keys()
         KEY("solver.absolute_tolerance_m", solver.absolute_tolerance_m, r::positive,
             "cvode; of the object's position, other states in proportion"),
         KEY("solver.contact_step_us", solver.contact_step_us, r::positive, "fast solver, object.kind = \"contact\""),
+
+        KEY("target.robot_interface", target.robot_interface, r::any, "CAN interface of the robot's bus"),
+        KEY("target.sensor_interface", target.sensor_interface, r::any, "CAN interface of the sensor's bus"),
+        KEY("target.gpio_chip", target.gpio_chip, r::any, "that has the lines, as gpiochip0; empty: look on all"),
+        KEY("target.emergency_stop_line", target.emergency_stop_line, r::any, "in, by name; empty: not wired"),
+        KEY("target.emergency_stop_active_low", target.emergency_stop_active_low, r::any,
+            "low means pressed, so that a broken wire is a pressed button"),
+        KEY("target.enable_line", target.enable_line, r::any, "in, by name; empty: not wired, always enabled"),
+        KEY("target.enable_active_low", target.enable_active_low, r::any, "low means enabled"),
+        KEY("target.heartbeat_line", target.heartbeat_line, r::any, "out, toggles every tick; empty: not wired"),
+        KEY("target.tick_line", target.tick_line, r::any,
+            "out, high from wake-up to the end of the tick; empty: not wired"),
+        KEY("target.fault_line", target.fault_line, r::any,
+            "out, high while the supervisor is in fault; empty: not wired"),
+        KEY("target.cpu", target.cpu, r::any, "that the loop is bound to; negative: any"),
+        KEY("target.priority", target.priority, r::positive, "SCHED_FIFO priority of the loop, 1 to 98"),
+        KEY("target.watchdog_device", target.watchdog_device, r::any, "as /dev/watchdog; empty: none"),
+        KEY("target.log_path", target.log_path, r::any, "where the log goes if the command line names none"),
     };
 }
 

@@ -28,6 +28,8 @@ std::string near_rates(double rate_Hz)
 constexpr std::int64_t robot_frames_a_tick = 3;
 constexpr std::int64_t status_frames_a_second = 10;
 
+constexpr std::size_t interface_bytes = 16; /* IFNAMSIZ */
+
 std::optional<rig_error> check_bus(const rig &rig)
 {
     const auto frames_a_second =
@@ -127,6 +129,20 @@ std::optional<rig_error> check_sizes(const rig &rig)
     return {};
 }
 
+std::optional<rig_error> check_target(const rig &rig)
+{
+    if (rig.target.robot_interface.empty() || rig.target.robot_interface.size() >= interface_bytes) {
+        return rig_error{"target.robot_interface", "must be the name of a CAN interface, as can0"};
+    }
+    if (rig.target.sensor_interface.empty() || rig.target.sensor_interface.size() >= interface_bytes) {
+        return rig_error{"target.sensor_interface", "must be the name of a CAN interface, as can1"};
+    }
+    if (rig.target.priority > 98) {
+        return rig_error{"target.priority", "must be from 1 to 98: 99 is the kernel's own"};
+    }
+    return {};
+}
+
 std::optional<rig_error> check_others(const rig &rig)
 {
     const double ticks = rig.run.duration_s * rig.firmware.loop.rate_Hz;
@@ -180,7 +196,7 @@ std::optional<rig_error> complete_and_check(rig &rig)
                              rig.firmware.loop.rate_Hz <= 1e6;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
     }
-    for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_others}) {
+    for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others}) {
         if (auto found = check(rig)) {
             return found;
         }

@@ -109,6 +109,25 @@ struct solver_rig {
     double contact_step_us = 25.0;       /* fast solver, contact only */
 };
 
+/* [target]: how the loop is wired to real buses and lines; a simulated rig does not ask. Empty line names are not
+ * wired. */
+struct target_rig {
+    std::string robot_interface = "can0";
+    std::string sensor_interface = "can1";
+    std::string gpio_chip;
+    std::string emergency_stop_line = "EMERGENCY_STOP";
+    bool emergency_stop_active_low = true;
+    std::string enable_line = "ENABLE";
+    bool enable_active_low = false;
+    std::string heartbeat_line = "HEARTBEAT";
+    std::string tick_line = "TICK";
+    std::string fault_line = "FAULT";
+    std::int64_t cpu = -1;
+    std::int64_t priority = 80;
+    std::string watchdog_device;
+    std::string log_path;
+};
+
 /* `mass_kg = { value = 100, tolerance = 0.05 }`: the value is known to 5 %. */
 struct tolerance {
     std::string key;
@@ -147,6 +166,7 @@ struct rig {
     object_rig object;
     bus_rig bus;
     solver_rig solver;
+    target_rig target;
 
     /* Parameters of the effects that have no member of their own above; 0: the effect is not there. Which is which
      * stands in the key table. */

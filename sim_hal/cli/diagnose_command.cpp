@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../diagnosis/diagnosis.h"
-#include "../version.h"
+#include "../../hal/version.h"
 #include "atomic_file.h"
 #include "commands.h"
 

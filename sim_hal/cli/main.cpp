@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "../version.h"
+#include "../../hal/version.h"
 #include "commands.h"
 
 namespace

@@ -13,7 +13,7 @@
 #include "../hil/profile.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
-#include "../version.h"
+#include "../../hal/version.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "run_result.h"

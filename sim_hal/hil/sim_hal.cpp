@@ -5,7 +5,7 @@
 
 #include "../../firmware/app.h"
 #include "../../hal/rig/rig_file.h"
-#include "../version.h"
+#include "../../hal/version.h"
 #include "rig_record.h"
 #include "wake_histogram.h"
 
@@ -135,7 +135,7 @@ enum hal_status hal_close(struct hal *hal)
     const bool is_complete = hal->log.dropped_records() == 0;
     if (!is_complete) {
         std::fprintf(stderr, "the log is incomplete: %llu records dropped (%s)\n",
-                     static_cast<unsigned long long>(hal->log.dropped_records()), hal->log.trouble().c_str());
+                     static_cast<unsigned long long>(hal->log.dropped_records()), hal->log.trouble());
     }
     delete hal;
     return is_complete ? HAL_OK : HAL_INVALID;

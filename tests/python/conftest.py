@@ -1,6 +1,6 @@
 """What the tests of the programs share. They see the programs from outside only: command line, files, exit codes.
 
-Run from the repository root: .venv/bin/python -m pytest -q tests
+Run from the repository root: .venv/bin/python -m pytest -q tests/python
 """
 
 import json

@@ -1,0 +1,263 @@
+#include "can_socket.h"
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "hardware_error.h"
+
+namespace berth
+{
+
+/* What recvmmsg() fills; made once, since that costs more than a reading. */
+struct can_socket::message_buffer {
+    std::array<can_frame, frames_a_drain> frames;
+    std::array<iovec, frames_a_drain> vectors;
+    std::array<mmsghdr, frames_a_drain> messages;
+    alignas(cmsghdr) std::array<std::array<char, 128>, frames_a_drain> controls;
+
+    message_buffer()
+    {
+        for (std::size_t i = 0; i < frames_a_drain; i++) {
+            vectors[i] = {&frames[i], sizeof frames[i]};
+            messages[i] = {};
+            messages[i].msg_hdr.msg_iov = &vectors[i];
+            messages[i].msg_hdr.msg_iovlen = 1;
+            messages[i].msg_hdr.msg_control = controls[i].data();
+            make_room_for_controls(i);
+        }
+    }
+
+    /* The kernel leaves there how much it has written. */
+    void make_room_for_controls(std::size_t i) { messages[i].msg_hdr.msg_controllen = controls[i].size(); }
+};
+
+namespace
+{
+
+template <typename T>
+void set_option(int socket, const std::string &interface, int level, int name, const T &value, const char *what)
+{
+    if (setsockopt(socket, level, name, &value, sizeof value) != 0) {
+        fail_hardware(interface + ": " + what, errno, "this kernel's SocketCAN is too old");
+    }
+}
+
+void set_filters(int socket, const std::string &interface, const std::vector<std::uint32_t> &ids,
+                 const std::vector<std::uint32_t> &sent_ids)
+{
+    std::vector<can_filter> filters;
+    for (const std::vector<std::uint32_t> *list : {&ids, &sent_ids}) {
+        for (const std::uint32_t id : *list) {
+            filters.push_back({id, CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_SFF_MASK});
+        }
+    }
+    if (setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(),
+                   static_cast<socklen_t>(filters.size() * sizeof filters[0])) != 0) {
+        fail_hardware(interface + ": filters cannot be set", errno, "this kernel's SocketCAN is too old");
+    }
+}
+
+int open_socket(const std::string &interface)
+{
+    const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW);
+    if (socket < 0 && errno == EAFNOSUPPORT) {
+        fail_hardware("this kernel has no SocketCAN", errno,
+                      "load the modules can and can-raw, or use a kernel that has them");
+    }
+    if (socket < 0) {
+        fail_hardware("no CAN socket", errno, "load the modules can and can-raw");
+    }
+    sockaddr_can address{};
+    address.can_family = AF_CAN;
+    address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
+    if (address.can_ifindex == 0 ||
+        bind(socket, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
+        const int error = errno;
+        close(socket);
+        fail_hardware(interface + ": no such CAN interface", error,
+                      "`ip link` lists what there is; name them in the rig: target.robot_interface, "
+                      "target.sensor_interface");
+    }
+    return socket;
+}
+
+} // namespace
+
+can_socket::can_socket(hal_bus bus, const std::string &interface, const std::vector<std::uint32_t> &ids,
+                       const std::vector<std::uint32_t> &sent_ids)
+    : bus_(bus), interface_(interface), socket_(open_socket(interface)), buffer_(std::make_unique<message_buffer>())
+{
+    try {
+        set_filters(socket_, interface, ids, sent_ids);
+        set_option(socket_, interface, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK},
+                   "error frames cannot be had");
+        set_option(socket_, interface, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, int{!sent_ids.empty()},
+                   "no confirmation of sent frames");
+        set_option(socket_, interface, SOL_SOCKET, SO_TIMESTAMPNS, int{1}, "no receive stamps");
+        set_option(socket_, interface, SOL_SOCKET, SO_RXQ_OVFL, int{1}, "no count of lost frames");
+    } catch (...) {
+        close(socket_);
+        throw;
+    }
+}
+
+can_socket::~can_socket()
+{
+    close(socket_);
+}
+
+bool can_socket::frame_queue::push(const hal_frame &frame)
+{
+    if (count == frames.size()) {
+        return false;
+    }
+    frames[(first + count++) % frames.size()] = frame;
+    return true;
+}
+
+bool can_socket::frame_queue::pop(hal_frame &frame)
+{
+    if (count == 0) {
+        return false;
+    }
+    frame = frames[first];
+    first = (first + 1) % frames.size();
+    count--;
+    return true;
+}
+
+void can_socket::flush()
+{
+    can_frame frame;
+    while (recv(socket_, &frame, sizeof frame, MSG_DONTWAIT) >= 0) {
+    }
+}
+
+void can_socket::wait(int timeout_ms) const
+{
+    pollfd poll_socket{socket_, POLLIN, 0};
+    poll(&poll_socket, 1, timeout_ms);
+}
+
+void can_socket::note_error(std::uint32_t error_class, const std::uint8_t data[8])
+{
+    counts_.bus_off += (error_class & CAN_ERR_BUSOFF) != 0;
+    counts_.restarted += (error_class & CAN_ERR_RESTARTED) != 0;
+    if (error_class & CAN_ERR_CRTL) {
+        counts_.controller_lost += (data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0;
+        counts_.error_passive += (data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0;
+    }
+}
+
+/* For the loop an interface that is down is a controller that has left the bus. */
+void can_socket::report_down()
+{
+    if (is_down_) {
+        return;
+    }
+    is_down_ = true;
+    counts_.down++;
+    hal_frame frame{};
+    frame.time_ns = read_clock_ns(CLOCK_MONOTONIC);
+    frame.id = CAN_ERR_BUSOFF;
+    frame.bus = static_cast<std::uint8_t>(bus_);
+    frame.length = CAN_ERR_DLC;
+    frame.flags = HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF;
+    received_.push(frame);
+}
+
+void can_socket::take(std::size_t number, const stamp_clock &clock)
+{
+    const can_frame &raw = buffer_->frames[number];
+    hal_frame frame{};
+    frame.id = raw.can_id & CAN_EFF_MASK;
+    frame.bus = static_cast<std::uint8_t>(bus_);
+    frame.length = raw.can_dlc;
+    std::memcpy(frame.data, raw.data, sizeof frame.data);
+    msghdr &header = buffer_->messages[number].msg_hdr;
+    for (cmsghdr *control = CMSG_FIRSTHDR(&header); control != nullptr; control = CMSG_NXTHDR(&header, control)) {
+        if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SCM_TIMESTAMPNS) {
+            timespec stamp;
+            std::memcpy(&stamp, CMSG_DATA(control), sizeof stamp);
+            frame.time_ns = clock.monotonic_ns(ns_of(stamp));
+        } else if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SO_RXQ_OVFL) {
+            std::uint32_t overflows = 0;
+            std::memcpy(&overflows, CMSG_DATA(control), sizeof overflows);
+            counts_.socket_lost += overflows - overflows_seen_;
+            overflows_seen_ = overflows;
+        }
+    }
+    if (raw.can_id & CAN_ERR_FLAG) {
+        note_error(raw.can_id & CAN_ERR_MASK, raw.data);
+        frame.flags = HAL_FRAME_ERROR;
+        frame.flags |= (raw.can_id & CAN_ERR_BUSOFF) ? HAL_FRAME_BUS_OFF : 0;
+    }
+    if (header.msg_flags & MSG_CONFIRM) {
+        counts_.confirmed++;
+        confirmed_.push(frame);
+        return;
+    }
+    counts_.received++;
+    received_.push(frame);
+}
+
+void can_socket::drain(const stamp_clock &clock)
+{
+    const std::size_t room = std::min(frames_a_drain, queue_frames - received_.count);
+    if (room == 0) {
+        return; /* the loop does not keep up: the kernel's buffer counts what is lost */
+    }
+    const int count =
+        recvmmsg(socket_, buffer_->messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
+    if (count < 0) {
+        if (errno == ENETDOWN || errno == ENODEV) {
+            report_down();
+        }
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        const auto number = static_cast<std::size_t>(i);
+        take(number, clock);
+        buffer_->make_room_for_controls(number);
+    }
+}
+
+bool can_socket::receive(std::int64_t now_ns, hal_frame &frame)
+{
+    if (received_.count == 0 || received_.frames[received_.first].time_ns > now_ns) {
+        return false;
+    }
+    return received_.pop(frame);
+}
+
+bool can_socket::next_confirmation(hal_frame &frame)
+{
+    return confirmed_.pop(frame);
+}
+
+hal_status can_socket::send(const hal_frame &frame)
+{
+    can_frame raw{};
+    raw.can_id = frame.id;
+    raw.can_dlc = frame.length;
+    std::memcpy(raw.data, frame.data, sizeof raw.data);
+    if (::send(socket_, &raw, sizeof raw, MSG_DONTWAIT) == static_cast<ssize_t>(sizeof raw)) {
+        counts_.sent++;
+        is_down_ = false;
+        return HAL_OK;
+    }
+    if (errno == ENETDOWN || errno == ENODEV) {
+        report_down();
+    }
+    counts_.not_sent++;
+    return HAL_NO_BUFFER;
+}
+
+} // namespace berth

@@ -1,0 +1,56 @@
+/* The five lines of [target], or none of them. */
+#ifndef HAL_LINUX_LINES_H
+#define HAL_LINUX_LINES_H
+
+#include <array>
+#include <memory>
+
+#include "../rig/rig.h"
+#include "gpio_lines.h"
+
+namespace berth
+{
+
+enum class rig_line { emergency_stop, enable, heartbeat, tick, fault };
+constexpr std::size_t rig_line_count = 5;
+
+/* What a line is called in the rig, and what it is. */
+struct line_wiring {
+    const char *key;
+    std::string name; /* empty: not wired */
+    gpio_direction direction;
+    bool is_active_low;
+};
+
+std::array<line_wiring, rig_line_count> wiring_of(const target_rig &target);
+
+class lines
+{
+  public:
+    /* Throws hardware_error. */
+    explicit lines(const target_rig &target);
+
+    bool is_wired(rig_line line) const { return of(line) != nullptr; }
+
+    /* `level_if_broken` where the line cannot be read. */
+    std::uint8_t get(rig_line line, std::uint8_t level_if_broken) const;
+
+    /* Costs a system call only where the level changes. */
+    void set(rig_line line, std::uint8_t level);
+
+    bool next_edge(rig_line line, gpio_edge &edge) const;
+
+  private:
+    struct closer {
+        void operator()(gpio_line *line) const { gpio_line_close(line); }
+    };
+
+    gpio_line *of(rig_line line) const { return lines_[static_cast<std::size_t>(line)].get(); }
+
+    std::array<std::unique_ptr<gpio_line, closer>, rig_line_count> lines_;
+    std::array<std::uint8_t, rig_line_count> set_levels_{}; /* outputs start at 0 */
+};
+
+} // namespace berth
+
+#endif

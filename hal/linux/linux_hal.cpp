@@ -1,0 +1,379 @@
+/* hal.h on real buses and lines. */
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "../../firmware/can/berth_can.h"
+#include "../hal.h"
+#include "../rig/rig_file.h"
+#include "../version.h"
+#include "can_socket.h"
+#include "hardware_error.h"
+#include "line_record.h"
+#include "lines.h"
+#include "log_writer.h"
+#include "loop_timing.h"
+#include "machine.h"
+#include "preflight.h"
+#include "real_time.h"
+#include "tick_clock.h"
+#include "watchdog.h"
+
+namespace
+{
+
+volatile std::sig_atomic_t stop_signal = 0;
+
+extern "C" void on_stop_signal(int signal)
+{
+    stop_signal = signal;
+}
+
+} // namespace
+
+/* In the order in which things are opened; closing goes backwards. */
+struct hal {
+    hal(const berth::rig &wanted, const berth::target_options &given, int argc, char **argv);
+
+    berth::rig rig;
+    berth::target_options options;
+    berth::timing_setting timing_setting;
+    berth::loop_timing timing;
+    std::unique_ptr<berth::can_socket> buses[HAL_BUS_COUNT]; /* none: without buses */
+    berth::lines lines;
+    berth::real_time real_time;
+    bool may_move;
+    berth::log_writer log;
+    std::atomic<std::uint64_t> ticks{0};
+    berth::watchdog watchdog;
+    berth::stamp_clock stamps;
+    std::optional<berth::tick_clock> clock; /* from the first tick on */
+    std::int64_t end_ns;
+    hal_tick tick{};
+    bool was_pressed = false;                /* between two ticks */
+    std::int64_t setpoint_tick_ns[256] = {}; /* of the newest setpoint with this counter */
+    std::optional<std::int64_t> newest_force_ns;
+};
+
+namespace berth
+{
+
+namespace
+{
+
+/* A loop that is asked to stop leads the robot to rest first; one that cannot ends after this. */
+constexpr std::int64_t rest_within_ns = 5 * NS_PER_S;
+
+target_rig wiring(const rig &rig, const target_options &options)
+{
+    target_rig target = rig.target;
+    if (options.without_buses) {
+        for (std::string *line : {&target.emergency_stop_line, &target.enable_line, &target.heartbeat_line,
+                                  &target.tick_line, &target.fault_line}) {
+            line->clear();
+        }
+    }
+    return target;
+}
+
+log_header header_of(const rig &rig, const target_options &options, const real_time &real_time)
+{
+#define FORMAT_FIELD(type, name) #type " " #name ";"
+    log_header header = {{{"sys_name", "berth"},
+                          {"ver_sw", version()},
+                          {"berth_config_hash", config_hash(rig)},
+                          {"berth_config", print_rig(rig)}},
+                         {{ULOG_TICK_ID, "tick", tick_record_format},
+                          {ULOG_FRAME_ID, "can_frame", frame_record_format},
+                          {ulog_line_id, "line", "line:" LINE_RECORD_FIELDS(FORMAT_FIELD)}}};
+    for (auto &fact : facts_for_log(rig.target)) {
+        header.infos.push_back(std::move(fact));
+    }
+    header.infos.emplace_back("berth_scheduling", real_time.is_real_time()
+                                                      ? real_time.description()
+                                                      : "not real-time: " + real_time.problem());
+    header.infos.emplace_back("berth_without_realtime", options.without_realtime ? "allowed by option" : "refused");
+    return header;
+}
+
+void catch_stop_signals()
+{
+    struct sigaction action = {};
+    action.sa_handler = on_stop_signal;
+    sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGINT, &action, nullptr);
+    std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk: write() says so */
+    std::signal(SIGPIPE, SIG_IGN);
+}
+
+std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_options &options)
+{
+    using ids = std::vector<std::uint32_t>;
+    if (options.without_buses) {
+        return nullptr;
+    }
+    if (bus == HAL_BUS_SENSOR) {
+        return std::make_unique<can_socket>(bus, rig.target.sensor_interface, ids{BERTH_CAN_FORCE_FRAME_ID});
+    }
+    return std::make_unique<can_socket>(bus, rig.target.robot_interface,
+                                        ids{BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, BERTH_CAN_OPERATOR_MOTION_FRAME_ID,
+                                            BERTH_CAN_OPERATOR_FORCE_FRAME_ID},
+                                        ids{BERTH_CAN_SETPOINT_FRAME_ID});
+}
+
+void note_confirmations(struct hal &hal)
+{
+    hal_frame frame;
+    while (hal.buses[HAL_BUS_ROBOT]->next_confirmation(frame)) {
+        const std::int64_t tick_ns = hal.setpoint_tick_ns[frame.data[7]];
+        hal.timing.tick_to_wire.add(frame.time_ns - hal.clock->zero_ns() - tick_ns);
+    }
+}
+
+void read_buses(struct hal &hal)
+{
+    if (hal.options.without_buses) {
+        return;
+    }
+    hal.stamps.update();
+    for (auto &bus : hal.buses) {
+        bus->drain(hal.stamps);
+    }
+    note_confirmations(hal);
+}
+
+/* A press that is shorter than a tick is a press. */
+void read_edges(struct hal &hal)
+{
+    gpio_edge edge;
+    hal.was_pressed = false;
+    while (hal.lines.next_edge(rig_line::emergency_stop, edge)) {
+        hal.was_pressed |= edge.level == 1;
+        const line_message message{sizeof(line_message) - 3,
+                                   'D',
+                                   ulog_line_id,
+                                   static_cast<std::uint64_t>(hal.tick.scheduled_ns) / 1000,
+                                   edge.time_ns - hal.clock->zero_ns(),
+                                   HAL_LINE_EMERGENCY_STOP,
+                                   static_cast<std::uint8_t>(edge.level)};
+        hal.log.push(&message, sizeof message);
+    }
+}
+
+/* From the second tick on: what the one before has cost. */
+void end_tick(struct hal &hal)
+{
+    if (hal.clock) {
+        hal.lines.set(rig_line::tick, 0);
+        const std::int64_t now_ns = read_clock_ns(CLOCK_MONOTONIC) - hal.clock->zero_ns();
+        hal.timing.execution.add(now_ns - hal.tick.woke_ns);
+        if (hal.newest_force_ns) {
+            hal.timing.force_age.add(hal.tick.scheduled_ns - *hal.newest_force_ns);
+        }
+        return;
+    }
+    hal.clock.emplace(config_period_ns(&hal.rig.firmware));
+}
+
+/* What the kernel kept from before the run is not of it. */
+bool receive(struct hal &hal, hal_bus bus, hal_frame &frame)
+{
+    const std::int64_t zero_ns = hal.clock->zero_ns();
+    bool is_received = false;
+    do {
+        is_received = hal.buses[bus] != nullptr && hal.buses[bus]->receive(zero_ns + hal.tick.woke_ns, frame);
+    } while (is_received && frame.time_ns < zero_ns);
+    frame.time_ns -= zero_ns;
+    return is_received;
+}
+
+void say_bus_trouble(const can_socket &bus)
+{
+    const can_counts &counts = bus.counts();
+    const struct {
+        std::uint64_t count;
+        const char *what;
+    } troubles[] = {
+        {counts.not_sent, "frames not sent: the transmit queue was full or the interface down"},
+        {counts.socket_lost, "frames lost: the socket's buffer overflowed"},
+        {counts.controller_lost, "overflows of the controller's receive buffer"},
+        {counts.error_passive, "times error-passive"},
+        {counts.bus_off, "times bus-off"},
+        {counts.restarted, "restarts of the controller"},
+        {counts.down, "times down"},
+    };
+    for (const auto &trouble : troubles) {
+        if (trouble.count > 0) {
+            std::printf("%s: %llu %s\n", bus.interface().c_str(), static_cast<unsigned long long>(trouble.count),
+                        trouble.what);
+        }
+    }
+}
+
+enum hal_status open_hal(struct hal **hal, int argc, char **argv, struct app_config *config)
+{
+    const target_options options = parse_options(argc, argv);
+    if (options.is_done) {
+        return HAL_END;
+    }
+    const rig rig = load_rig(options.rig, options.overrides);
+    if (options.check_only) {
+        return print_preflight(rig) ? HAL_END : HAL_HARDWARE;
+    }
+    *config = rig.firmware;
+    catch_stop_signals();
+    *hal = new struct hal(rig, options, argc, argv);
+    return HAL_OK;
+}
+
+} // namespace
+
+} // namespace berth
+
+hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc, char **argv)
+    : rig(wanted), options(given), buses{berth::open_bus(HAL_BUS_ROBOT, wanted, given),
+                                         berth::open_bus(HAL_BUS_SENSOR, wanted, given)},
+      lines(berth::wiring(wanted, given)), real_time(wanted.target),
+      may_move(real_time.is_real_time() || given.without_realtime),
+      log(given.log_path.empty() ? wanted.target.log_path : given.log_path,
+          berth::header_of(wanted, given, real_time), real_time.other_cpus()),
+      watchdog(wanted.target.watchdog_device, ticks, real_time.other_cpus()),
+      end_ns(given.until_stopped || wanted.run.duration_s > 9e9 ? INT64_MAX - berth::rest_within_ns
+                                                                : ns_from_ms(1e3 * wanted.run.duration_s))
+{
+    if (!may_move) {
+        std::fprintf(stderr,
+                     "no real-time scheduling: motion stays disabled, as if the enable line were off\n"
+                     "  %s\n  or give --without-realtime to move all the same\n",
+                     real_time.problem().c_str());
+    }
+    timing_setting = {berth::command_line(argc, argv),
+                      real_time.is_real_time() ? real_time.description() : real_time.problem(),
+                      wanted.target.cpu,
+                      real_time.is_real_time() ? wanted.target.priority : 0,
+                      config_period_ns(&wanted.firmware) / 1000,
+                      berth::date_now()};
+}
+
+extern "C" {
+
+enum hal_status hal_open(struct hal **hal, int argc, char **argv, struct app_config *config)
+{
+    *hal = nullptr;
+    try {
+        return berth::open_hal(hal, argc, argv, config);
+    } catch (const berth::input_error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return HAL_INVALID;
+    } catch (const berth::hardware_error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return HAL_HARDWARE;
+    }
+}
+
+enum hal_status hal_close(struct hal *hal)
+{
+    const std::unique_ptr<struct hal> closing(hal);
+    enum hal_status status = HAL_OK;
+    hal->log.finish();
+    const berth::log_file &log = hal->log.file();
+    if (log.dropped_records() > 0) {
+        std::fprintf(stderr, "the log is incomplete: %llu records dropped (%s)\n",
+                     static_cast<unsigned long long>(log.dropped_records()), log.trouble());
+        status = HAL_INVALID;
+    }
+    for (const auto &bus : hal->buses) {
+        if (bus != nullptr) {
+            berth::say_bus_trouble(*bus);
+        }
+    }
+    if (hal->timing.wake_up.count() > 0) {
+        berth::print_timing(hal->timing);
+    }
+    if (hal->options.jitter_path.empty()) {
+        return status;
+    }
+    try {
+        berth::write_timing(hal->options.jitter_path, hal->timing, hal->timing_setting);
+    } catch (const berth::input_error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        status = HAL_INVALID;
+    }
+    return status;
+}
+
+enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
+{
+    if (hal->tick.scheduled_ns >= hal->end_ns + berth::rest_within_ns) {
+        return HAL_END;
+    }
+    berth::end_tick(*hal);
+    std::int64_t late_ns = 0;
+    try {
+        hal->tick = hal->clock->wait(&late_ns);
+    } catch (const berth::hardware_error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return HAL_HARDWARE;
+    }
+    hal->lines.set(berth::rig_line::tick, 1);
+    hal->timing.wake_up.add(late_ns);
+    hal->timing.overruns += hal->tick.missed;
+    hal->ticks.fetch_add(1, std::memory_order_relaxed);
+    if (stop_signal != 0) {
+        hal->end_ns = std::min(hal->end_ns, hal->tick.scheduled_ns);
+    }
+    hal->tick.stop = hal->tick.scheduled_ns >= hal->end_ns;
+    berth::read_buses(*hal);
+    berth::read_edges(*hal);
+    *tick = hal->tick;
+    return HAL_OK;
+}
+
+enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_frame *frame)
+{
+    if (!hal->clock || !berth::receive(*hal, bus, *frame)) {
+        return HAL_EMPTY;
+    }
+    if (frame->id == BERTH_CAN_FORCE_FRAME_ID && frame->flags == 0) {
+        hal->newest_force_ns = frame->time_ns;
+    }
+    return HAL_OK;
+}
+
+enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
+{
+    berth::can_socket *const bus = hal->buses[frame->bus].get();
+    if (bus == nullptr) {
+        return HAL_OK;
+    }
+    if (frame->id == BERTH_CAN_SETPOINT_FRAME_ID) {
+        hal->setpoint_tick_ns[frame->data[7]] = hal->tick.scheduled_ns;
+    }
+    return bus->send(*frame);
+}
+
+enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level)
+{
+    if (line == HAL_LINE_EMERGENCY_STOP) {
+        const bool is_wired = hal->lines.is_wired(berth::rig_line::emergency_stop);
+        *level = hal->was_pressed || (is_wired && hal->lines.get(berth::rig_line::emergency_stop, 1));
+    } else {
+        const bool is_wired = hal->lines.is_wired(berth::rig_line::enable);
+        *level = hal->may_move && (!is_wired || hal->lines.get(berth::rig_line::enable, 0));
+    }
+    return HAL_OK;
+}
+
+enum hal_status hal_gpio_set(struct hal *hal, enum hal_line line, uint8_t level)
+{
+    hal->lines.set(line == HAL_LINE_FAULT ? berth::rig_line::fault : berth::rig_line::heartbeat, level);
+    return HAL_OK;
+}
+
+enum hal_status hal_record(struct hal *hal, const void *bytes, size_t size_bytes)
+{
+    return hal->log.push(bytes, size_bytes) ? HAL_OK : HAL_NO_BUFFER;
+}
+}

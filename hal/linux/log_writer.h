@@ -1,0 +1,43 @@
+/* Brings the log to the disk in a thread of its own, at normal priority: the loop never waits for a disk. */
+#ifndef HAL_LINUX_LOG_WRITER_H
+#define HAL_LINUX_LOG_WRITER_H
+
+#include <sched.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "../log_file.h"
+
+namespace berth
+{
+
+class log_writer
+{
+  public:
+    /* Throws input_error if the file cannot be made. Its thread runs on `cpus`. */
+    log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus);
+    ~log_writer();
+
+    /* For the loop. */
+    bool push(const void *bytes, std::size_t size_bytes) { return file_.push(bytes, size_bytes); }
+
+    /* Writes what is left and ends the thread. */
+    void finish();
+
+    const log_file &file() const { return file_; } /* after finish() */
+
+  private:
+    void run();
+
+    log_file file_;
+    std::mutex mutex_;
+    std::condition_variable finish_wanted_;
+    bool is_finishing_ = false;
+    std::thread thread_;
+};
+
+} // namespace berth
+
+#endif

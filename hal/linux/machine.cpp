@@ -1,0 +1,82 @@
+#include "machine.h"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <ctime>
+#include <fstream>
+
+#include "gpio_lines.h"
+
+namespace berth
+{
+
+namespace
+{
+
+std::string or_none(const std::string &text)
+{
+    return text.empty() ? "none" : text;
+}
+
+} // namespace
+
+std::string first_line_of(const std::string &path)
+{
+    std::ifstream file(path);
+    std::string line;
+    std::getline(file, line);
+    return line;
+}
+
+std::string kernel()
+{
+    utsname system{};
+    uname(&system);
+    return std::string(system.sysname) + " " + system.release + " " + system.version + " " + system.machine;
+}
+
+bool has_realtime_kernel()
+{
+    return first_line_of("/sys/kernel/realtime") == "1" || kernel().find("PREEMPT_RT") != std::string::npos;
+}
+
+std::string isolated_cpus()
+{
+    return first_line_of("/sys/devices/system/cpu/isolated");
+}
+
+std::string governor_of(std::int64_t cpu)
+{
+    return first_line_of("/sys/devices/system/cpu/cpu" + std::to_string(std::max<std::int64_t>(cpu, 0)) +
+                         "/cpufreq/scaling_governor");
+}
+
+std::vector<std::pair<std::string, std::string>> facts_for_log(const target_rig &target)
+{
+    return {{"berth_kernel", kernel()},
+            {"berth_kernel_realtime", has_realtime_kernel() ? "yes" : "no"},
+            {"berth_isolated_cpus", or_none(isolated_cpus())},
+            {"berth_governor", or_none(governor_of(target.cpu))},
+            {"berth_libgpiod", gpio_library_version()}};
+}
+
+std::string command_line(int argc, char **argv)
+{
+    std::string line;
+    for (int i = 0; i < argc; i++) {
+        line += (i == 0 ? "" : " ") + std::string(argv[i]);
+    }
+    return line;
+}
+
+std::string date_now()
+{
+    char text[64] = "";
+    const std::time_t now = std::time(nullptr);
+    std::tm broken{};
+    std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S %z", localtime_r(&now, &broken));
+    return text;
+}
+
+} // namespace berth

@@ -1,0 +1,30 @@
+/* Facts about the machine that the loop runs on: for the log, for --jitter and for --check. */
+#ifndef HAL_LINUX_MACHINE_H
+#define HAL_LINUX_MACHINE_H
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../rig/rig.h"
+
+namespace berth
+{
+
+/* First line of a file, without its end; empty if it cannot be read. */
+std::string first_line_of(const std::string &path);
+
+bool has_realtime_kernel();
+std::string kernel();                      /* "Linux 6.1.0-rt-amd64 #1 SMP PREEMPT_RT ..." */
+std::string isolated_cpus();               /* "2-3", or empty */
+std::string governor_of(std::int64_t cpu); /* "performance", or empty where the kernel does not scale frequency */
+
+/* Key and text of each, as they go into the log's header. */
+std::vector<std::pair<std::string, std::string>> facts_for_log(const target_rig &target);
+
+std::string command_line(int argc, char **argv);
+std::string date_now();
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,43 @@
+#include "options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "../rig/rig_file.h"
+#include "../version.h"
+
+namespace berth
+{
+
+target_options parse_options(int argc, char **argv)
+{
+    target_options options;
+    CLI::App app{"berth-target: the loop on real buses and lines"};
+    app.set_version_flag("--version", std::string("berth ") + version());
+    app.add_option("RIG", options.rig, "a shipped rig or the path of a rig file; [target] says how it is wired")
+        ->required();
+    app.add_option("LOG", options.log_path, "ULog file; default: target.log_path of the rig, or none");
+    app.add_option("--set", options.overrides, "override a key of the rig: section.key=value; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    app.add_flag("--check", options.check_only, "say what this machine is fit for, and stop");
+    app.add_option("--jitter", options.jitter_path, "write histograms of the loop's timing when it ends (JSON)")
+        ->type_name("FILE");
+    app.add_flag("--without-realtime", options.without_realtime,
+                 "enable motion even without real-time scheduling; the log says so");
+    app.add_flag("--without-buses", options.without_buses,
+                 "no CAN and no lines, so no motion: only the loop's timing");
+    app.add_flag("--until-stopped", options.until_stopped, "go on after run.duration_s, until SIGTERM or SIGINT");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError &error) {
+        if (error.get_exit_code() != 0) {
+            throw input_error(std::string(argv[0]) + ": " + error.what() + "; see --help");
+        }
+        app.exit(error);
+        options.is_done = true;
+    }
+    return options;
+}
+
+} // namespace berth

@@ -1,0 +1,116 @@
+"""berth-target as any machine can run it: without buses, and without the rights that a board gives it."""
+
+import os
+import resource
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, TIMEOUT_s, command, settings
+from pyulog import ULog
+
+TARGET = ROOT / "build" / "berth-target"
+EXIT_HARDWARE = 3
+NOBODY = 65534
+
+
+def target(*arguments, **options):
+    return command(*arguments, program=(TARGET,), **options)
+
+
+def without_rights():
+    """As a user who may neither schedule nor lock."""
+    resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+    resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+    if os.geteuid() == 0:
+        os.setuid(NOBODY)
+
+
+@pytest.fixture
+def open_folder(tmp_path_factory):
+    """One that nobody may write to."""
+    folder = tmp_path_factory.mktemp("target")
+    folder.chmod(0o777)
+    for parent in list(folder.parents)[:3]:
+        if parent.stat().st_uid == os.geteuid() and parent.name.startswith("pytest"):
+            parent.chmod(0o755)
+    return folder
+
+
+def test_without_can_it_says_so():
+    try:
+        socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
+        expected = b"no such CAN interface"
+    except OSError:
+        expected = b"this kernel has no SocketCAN"
+    done = target("ess", *settings({"target.robot_interface": "can-none"}))
+    assert done.returncode == EXIT_HARDWARE
+    assert expected in done.stderr
+    assert done.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [(), ("no-such-rig",), ("ess", "--no-such-option"),
+                                       ("ess", "--set", "target.priority=99"),
+                                       ("ess", "--set", "target.robot_interface="),
+                                       ("ess", "/proc/none/log.ulg", "--without-buses")])
+def test_usage_and_input(arguments):
+    done = target(*arguments)
+    assert done.returncode == EXIT_INPUT
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_timing_without_buses(tmp_path):
+    """Its file is one that the stability tools read."""
+    done = target("ess", tmp_path / "log.ulg", "--without-buses", "--jitter", tmp_path / "jitter.json",
+                  *settings({"run.duration_s": 1}))
+    assert done.returncode == EXIT_DONE, done.stderr
+    log = ULog(str(tmp_path / "log.ulg"))
+    ticks = log.get_dataset("tick").data
+    assert ticks["index"][-1] == len(ticks["index"]) - 1 + ticks["missed_ticks"].sum()
+    assert ticks["scheduled_ns"][-1] >= 1_000_000_000
+    for key in ("berth_kernel", "berth_kernel_realtime", "berth_isolated_cpus", "berth_governor", "berth_scheduling",
+                "berth_config_hash", "ver_sw"):
+        assert log.msg_info_dict[key], key
+    assert command("replay", tmp_path / "log.ulg").returncode == EXIT_DONE
+    used = command("eigen", "ess", "--jitter", tmp_path / "jitter.json", program=(BERTH,))
+    assert b"the loop wakes late by" in used.stdout or b"would be missed" in used.stderr
+
+
+def test_sigterm_is_an_orderly_stop(tmp_path):
+    process = subprocess.Popen([TARGET, "ess", tmp_path / "log.ulg", "--without-buses", "--until-stopped"],
+                               stdout=subprocess.PIPE, text=True)
+    time.sleep(1)
+    process.send_signal(signal.SIGTERM)
+    printed, _ = process.communicate(timeout=TIMEOUT_s)
+    assert process.returncode == EXIT_DONE
+    assert "stopped because: requested" in printed
+    ticks = ULog(str(tmp_path / "log.ulg")).get_dataset("tick").data
+    assert ticks["stop"][-1] == 1
+    assert not ticks["stop"][: len(ticks["stop"]) - 3].any()
+
+
+@pytest.mark.parametrize("option, stamp", [((), "refused"), (("--without-realtime",), "allowed by option")])
+def test_without_realtime_motion_is_refused_unless_told(open_folder, option, stamp):
+    log_path = open_folder / "log.ulg"
+    done = target("ess", log_path, "--without-buses", *option, *settings({"run.duration_s": 0.2}),
+                  preexec_fn=without_rights)
+    assert done.returncode == EXIT_DONE, done.stderr
+    assert (b"motion stays disabled" in done.stderr) == (not option)
+    log = ULog(str(log_path))
+    assert log.msg_info_dict["berth_without_realtime"] == stamp
+    assert log.msg_info_dict["berth_scheduling"].startswith("not real-time")
+    assert (log.get_dataset("tick").data["enable"] == (1 if option else 0)).all()
+
+
+def test_the_preflight_names_what_is_missing_and_what_to_do():
+    done = target("ess", "--check", *settings({"target.fault_line": "NO_SUCH_LINE"}))
+    printed = done.stdout.decode()
+    assert done.returncode == EXIT_HARDWARE
+    assert "no line is called NO_SUCH_LINE" in printed
+    assert printed.endswith("not fit to move the robot: see MISSING above\n")
+    assert all("->" in after for line, after in zip(printed.splitlines(), printed.splitlines()[1:])
+               if line.startswith("MISSING"))
+    for subject in ("kernel", "throttling", "isolation", "governor", "limits", "scheduling", "GPIO"):
+        assert subject in printed

@@ -1,0 +1,103 @@
+"""Tests on a real kernel: a guest is booted once for each architecture and runs the steps of tests/target/steps, and
+what they leave is judged here, on the host.
+
+Run from the repository root: make target, or .venv/bin/python -m pytest -q tests/target
+A step on its own: scripts/guest/run.py --icount sh tests/target/run_steps.sh /src/PROGRAMS /src/STEP
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import sys
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts" / "guest"))
+import run as guest_run  # noqa: E402
+
+PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
+STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "image"]
+SCENARIOS = {path.stem: tomllib.loads(path.read_text())
+             for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
+GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
+TIMEOUT_s = 600  # of the host's time, for a machine that is busy with other things
+
+
+@dataclass
+class Step:
+    """What a step has left."""
+
+    folder: pathlib.Path
+
+    def text(self, name):
+        return (self.folder / name).read_text(errors="replace")
+
+    def lines(self, name):
+        return self.text(name).splitlines()
+
+    def json(self, name):
+        return json.loads(self.text(name))
+
+    def number(self, name):
+        return int(self.text(name))
+
+    def path(self, name):
+        return self.folder / name
+
+    def check_done(self):
+        assert self.number("exit_code") == 0, f"{self.folder.name}: {self.text('stdout')}{self.text('stderr')}"
+
+
+def write_scenario(path, scenario):
+    """The step that plays a scenario."""
+    start = f"scenario_start {scenario.get('buses', 'real')} {scenario.get('log', 'disk')}"
+    events = [f"at {event['at_s']} {event['do']}" for event in scenario["events"]]
+    lines = [". /src/tests/target/actions.sh", start, *events, "scenario_end"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def boot(arch, results):
+    """Runs all steps and scenarios in a guest."""
+    shutil.rmtree(results, ignore_errors=True)
+    (results / "scenarios").mkdir(parents=True)
+    for name, scenario in SCENARIOS.items():
+        write_scenario(results / "scenarios" / f"{name}.sh", scenario)
+    steps = " ".join([*(f"/src/tests/target/steps/{name}.sh" for name in STEPS),
+                      *(f"/results/scenarios/{name}.sh" for name in SCENARIOS)])
+    with (results / "console").open("w") as console:
+        code = guest_run.run(f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {steps}\n", arch=arch, icount=True,
+                             results=results, timeout_s=TIMEOUT_s, output=console)
+    assert code == 0, f"the {arch} guest ended with {code}:\n" + (results / "console").read_text()
+
+
+def results_of(arch):
+    return guest_run.CACHE / "results" / arch
+
+
+@pytest.fixture(scope="session")
+def booted(request):
+    """Boots the guests that the chosen tests ask for, side by side; {architecture: its outcome}."""
+    asked = {item.callspec.params["guest"] for item in request.session.items
+             if hasattr(item, "callspec") and "guest" in item.callspec.params}
+    with ThreadPoolExecutor(GUESTS_AT_ONCE) as pool:
+        return {arch: pool.submit(boot, arch, results_of(arch)) for arch in sorted(asked)}
+
+
+@pytest.fixture(scope="session", params=PROGRAMS)
+def guest(request, booted):
+    """A function STEP -> what it has left in a guest of this architecture, which is booted once."""
+    booted[request.param].result()
+    results = results_of(request.param)
+
+    def step(name):
+        found = Step(results / name)
+        assert found.folder.is_dir(), f"the guest has not run {name}"
+        return found
+
+    step.arch = request.param
+    return step

@@ -1,0 +1,88 @@
+# shellcheck shell=sh
+# In the guest: what the steps share. To be sourced.
+
+# A GPIO chip with the lines that a rig has, by the names that [target] gives them. Not pressed, and enabled.
+line_names='EMERGENCY_STOP ENABLE HEARTBEAT TICK FAULT'
+sim=/sys/kernel/config/gpio-sim/rig
+
+make_lines() {
+    mkdir -p $sim/bank
+    echo 5 >$sim/bank/num_lines
+    echo rig >$sim/bank/label
+    number=0
+    for name in $line_names; do
+        mkdir $sim/bank/line$number
+        echo "$name" >$sim/bank/line$number/name
+        number=$((number + 1))
+    done
+    echo 1 >$sim/live
+    pull EMERGENCY_STOP up
+    pull ENABLE up
+}
+
+line_folder() {
+    number=0
+    for name in $line_names; do
+        [ "$name" != "$1" ] || break
+        number=$((number + 1))
+    done
+    echo "/sys/devices/platform/$(cat $sim/dev_name)/$(cat $sim/bank/chip_name)/sim_gpio$number"
+}
+
+# pull LINE up|down: the input's level, from outside.
+pull() { echo "pull-$2" >"$(line_folder "$1")/pull"; }
+
+# level LINE: what the line shows outside.
+level() { cat "$(line_folder "$1")/value"; }
+
+# load_start, load_stop: at normal priority, one that only computes, one that writes, one that forks.
+load_start() {
+    sha256sum /dev/zero &
+    load=$!
+    (while :; do
+        dd if=/dev/zero of=load.bin bs=64k count=16 2>/dev/null
+        sleep 0.05
+    done) &
+    load="$load $!"
+}
+
+load_stop() {
+    # shellcheck disable=SC2086 # two words
+    kill $load
+}
+
+# loop_start ARGUMENTS...: the loop, and 'at' counts from here. loop_wait: its exit code is the step's, by loop_code.
+loop_start() {
+    berth-target "$@" >loop.stdout 2>loop.stderr &
+    loop=$!
+    began_cs=$(uptime_cs)
+}
+
+loop_wait() {
+    loop_code=0
+    wait "$loop" || loop_code=$?
+    echo "$loop_code" >loop.exit_code
+}
+
+# The simulated rig on the other ends of the buses; it ends with the loop.
+rig_start() {
+    berth-rig "$@" >>rig.stdout 2>>rig.stderr &
+    rig=$!
+    sleep 0.3
+}
+
+rig_wait() {
+    kill "$rig" 2>/dev/null || true
+    wait "$rig" || true
+}
+
+uptime_cs() { sed 's/^\([0-9]*\)\.\([0-9]*\) .*/\1\2/' /proc/uptime; }
+
+# at SECONDS COMMAND...: so long after the loop's start.
+at() {
+    left_cs=$(($(echo "$1" | awk '{ printf "%d", 100 * $1 }') + began_cs - $(uptime_cs)))
+    [ $left_cs -le 0 ] || sleep "$((left_cs / 100)).$(printf '%02d' $((left_cs % 100)))"
+    shift
+    echo "at $(uptime_cs): $*" >>events
+    "$@"
+}

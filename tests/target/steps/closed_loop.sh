@@ -1,0 +1,20 @@
+#!/bin/sh
+# 60 s of the reference case over the kernel's CAN stack, under load, with other people's tools beside it: candump on
+# the rig's ends of the buses, and cyclictest at the loop's priority, interval and CPU, 1 ms after it: so that both meet
+# the kernel's own tick, every 4 ms, equally often.
+# shellcheck source=tests/target/guest.sh
+. "$TOOLS"
+chrt -f 30 candump -L can2 >robot.candump &
+robot_dump=$!
+chrt -f 30 candump -L can3 >sensor.candump &
+sensor_dump=$!
+rig_start ess --robot can2 --sensor can3
+load_start
+loop_start ess run.ulg --jitter jitter.json --set target.cpu=0
+at 1 cyclictest --quiet --mlockall --priority=80 --interval=2500 --affinity=0 --secaligned=1000 --duration=56 \
+    --histogram=20000 --json=cyclictest.json >cyclictest.stdout
+loop_wait
+rig_wait
+kill $robot_dump $sensor_dump
+load_stop
+rm load.bin

@@ -1,0 +1,62 @@
+"""What the tests ask of the log of a loop on the target."""
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+from pyulog import ULog
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def state_names():
+    """Names of the supervisor's states by number, from the DBC."""
+    [values] = re.findall(r'VAL_ 17 state (.*) ;', (ROOT / "firmware" / "can" / "berth.dbc").read_text())
+    return dict((int(number), name) for number, name in re.findall(r'(\d+) "(\w+)"', values))
+
+
+def cause_names():
+    """Names of the causes of a stop by number, from the firmware's table, which is in the order of its enum."""
+    table = (ROOT / "firmware" / "supervisor.c").read_text()
+    return dict(enumerate(re.findall(r'\[STOP_\w+\] = "(\w+)"', table)))
+
+
+class TargetLog:
+    """Ticks and lines of a log, and what they say of the run."""
+
+    def __init__(self, path):
+        self.ulog = ULog(str(path))
+        self.tick = self.topic("tick")
+
+    def topic(self, name):
+        return self.ulog.get_dataset(name).data
+
+    def has_topic(self, name):
+        return any(one.name == name for one in self.ulog.data_list)
+
+    @property
+    def before_end(self):
+        """Which ticks come before somebody asked for an orderly stop, as the run's end does."""
+        return self.tick["stop"] == 0
+
+    def states(self):
+        """The states in the order in which they were reached, until the run's end."""
+        names = state_names()
+        return ["start"] + [name for name, _ in itertools.groupby(
+            names[int(number)] for number in self.tick["state"][self.before_end]) if name != "start"]
+
+    def stop_cause(self):
+        """The cause at the run's end."""
+        return cause_names()[int(self.tick["stop_cause"][self.before_end][-1])]
+
+    def last_state(self):
+        return state_names()[int(self.tick["state"][-1])]
+
+    def missed_ticks(self):
+        return int(self.tick["missed_ticks"].sum())
+
+    def check_no_tick_is_missing(self):
+        """Every tick that the loop ran is in the log: its index goes on by one and what was missed."""
+        steps = np.diff(self.tick["index"])
+        np.testing.assert_array_equal(steps, 1 + self.tick["missed_ticks"][1:].astype(int))

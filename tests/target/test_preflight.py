@@ -1,0 +1,42 @@
+"""berth-target --check: what it says of a machine, to whoever asks."""
+
+import pytest
+
+
+@pytest.fixture
+def preflight(guest):
+    step = guest("preflight")
+    step.check_done()
+    return step
+
+
+def findings(text):
+    """{subject: (verdict, text)}"""
+    rows = (line for line in text.splitlines() if line[:8].strip() in ("ok", "WARNING", "MISSING"))
+    return {row[9:25].strip(): (row[:8].strip(), row[26:]) for row in rows}
+
+
+def test_a_machine_that_is_fit(preflight):
+    found = findings(preflight.text("check"))
+    assert preflight.number("check.exit_code") == 0
+    assert "PREEMPT_RT" in found["kernel"][1]
+    for subject in ("kernel", "throttling", "scheduling", "can0", "can1"):
+        assert found[subject][0] == "ok", found[subject]
+    assert "1000000 bit/s" in found["can0"][1]
+    assert not [subject for subject, (verdict, _) in found.items() if verdict == "MISSING"]
+
+
+def test_who_may_not_have_real_time_is_told_what_to_do(preflight):
+    found = findings(preflight.text("check_user"))
+    assert preflight.number("check_user.exit_code") == 3
+    verdict, text = found["scheduling"]
+    assert verdict == "MISSING"
+    assert "LimitRTPRIO" in text or "LimitMEMLOCK" in text
+
+
+def test_what_is_not_there_is_named_with_its_key(preflight):
+    text = preflight.text("check_wrong")
+    assert preflight.number("check_wrong.exit_code") == 3
+    assert findings(text)["can9"][0] == "MISSING"
+    assert "target.robot_interface" in text
+    assert "no line is called NOWHERE" in text

@@ -1,0 +1,79 @@
+"""tests/scenarios on real buses and lines: the documented state, and nothing recorded is lost."""
+
+import re
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import ROOT, SCENARIOS
+from target_log import TargetLog
+
+PERIOD_ns = 2_500_000
+
+
+@pytest.fixture
+def play(guest):
+    """A function NAME -> (what the scenario has left, its log)."""
+    def played(name):
+        step = guest(name)
+        step.check_done()
+        return step, TargetLog(step.path("run.ulg"))
+    return played
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_scenario_leads_to_the_documented_state(play, name):
+    scenario = SCENARIOS[name]
+    step, log = play(name)
+    said = step.text("loop.stdout") + step.text("loop.stderr")
+    assert log.states() == scenario["states"], said
+    assert log.stop_cause() == scenario["stop_cause"], said
+    fewest, most = scenario.get("missed_ticks", [0, 0])
+    assert fewest <= log.missed_ticks() <= most
+    assert step.number("loop.exit_code") == scenario.get("exit_code", 0), said
+    assert scenario.get("prints", "") in said
+
+
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if "log" not in SCENARIOS[name]])
+def test_nothing_recorded_is_lost(play, name):
+    step, log = play(name)
+    log.check_no_tick_is_missing()
+    assert log.last_state() == "stopped"
+    assert "0 not recorded" in step.text("loop.stdout")
+    command = [ROOT / "build" / "berth", "replay", step.path("run.ulg")]
+    replay = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert replay.returncode == 0, replay.stdout + replay.stderr
+
+
+def test_a_full_disk_cuts_the_log_and_not_the_loop(play):
+    """What is missing is told, to the tick."""
+    step, log = play("disk_full")
+    [ticks] = re.findall(r"timing: (\d+) ticks, 0 overruns", step.text("loop.stdout"))
+    [dropped] = re.findall(r"(\d+) records dropped \(No space left on device\)", step.text("loop.stderr"))
+    assert int(ticks) >= 1200
+    assert 0 < len(log.tick["index"]) == int(ticks) - int(dropped) < int(ticks)
+
+
+@pytest.mark.parametrize("name", ["emergency_stop", "emergency_stop_tapped"])
+def test_the_first_tick_after_the_edge_is_in_fault(play, name):
+    """By the kernel's time stamp of the edge."""
+    _, log = play(name)
+    edges = log.topic("line")
+    assert list(edges["level"]) == [1, 0]
+    pressed_ns = edges["time_ns"][0]
+    tick = log.tick
+    before = tick["woke_ns"] < pressed_ns
+    assert np.all(tick["emergency_stop"][before] == 0)
+    [first] = np.flatnonzero(~before)[:1]
+    assert tick["emergency_stop"][first] == 1
+    assert tick["state"][first] == 4
+    assert tick["scheduled_ns"][first] - pressed_ns < PERIOD_ns
+
+
+def test_the_loop_keeps_its_own_time_when_the_clock_is_set(play):
+    _, log = play("clock_step")
+    lateness_us = (log.tick["woke_ns"] - log.tick["scheduled_ns"]) / 1000
+    assert np.all(np.diff(log.tick["scheduled_ns"]) == PERIOD_ns)
+    assert np.max(lateness_us) < 1000
+    ages_ms = log.tick["force_frame_age_ns"][100:] / 1e6
+    assert np.all((ages_ms >= 0) & (ages_ms < 10))
