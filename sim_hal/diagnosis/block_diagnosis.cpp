@@ -6,6 +6,7 @@
 #include "acceptance.h"
 #include "floor.h"
 #include "gain.h"
+#include "moments.h"
 #include "single_samples.h"
 
 namespace berth
@@ -80,7 +81,7 @@ class block_search
         fit_base();
         base_ = incumbent_;
         rate_base(result);
-        is_rest_ = is_rest_of_rough_fault();
+        is_rest_ = is_rest_of_switching();
         for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
             if (!find_next(result)) {
                 break;
@@ -142,14 +143,14 @@ class block_search
 
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
      * of its own, as long as it is little beside what the fault did. */
-    bool is_rest_of_rough_fault()
+    bool is_rest_of_switching()
     {
-        if (input_.without_rough_fault == nullptr) {
+        if (input_.without_switching_fault == nullptr) {
             return false;
         }
         const double rows = static_cast<double>(incumbent_.rows);
         return cost_of(model_, noise_, incumbent_.rig) - rows <
-               left_full * (cost_of(model_, noise_, *input_.without_rough_fault) - rows);
+               left_full * (cost_of(model_, noise_, *input_.without_switching_fault) - rows);
     }
 
     double share_left()
@@ -371,40 +372,36 @@ class block_search
         }
     }
 
-    /* Share of half seconds in which the white error is well above the floor. */
-    double bad_moments()
+    /* Of the incumbent, over all rows. */
+    std::vector<double> white_error_left()
     {
         std::vector<double> error;
         std::vector<double> white;
+        std::vector<row_use> all = model_.uses();
+        std::replace(all.begin(), all.end(), row_use::held_out, row_use::fit);
         model_.error(incumbent_.rig, error);
-        whiten(noise_, error, model_.uses(), row_use::fit, white);
-        const auto length = std::max<std::size_t>(10, static_cast<std::size_t>(0.5 / model_.data().period_s));
-        std::size_t bad = 0;
-        std::size_t all = 0;
-        for (std::size_t begin = 0; begin + length <= white.size(); begin += length, all++) {
-            double sum = 0.0;
-            for (std::size_t n = begin; n < begin + length; n++) {
-                sum += white[n] * white[n];
-            }
-            bad += sum > 1.6 * static_cast<double>(length);
-        }
-        return all > 0 ? static_cast<double>(bad) / static_cast<double>(all) : 0.0;
+        whiten(noise_, error, all, row_use::fit, white);
+        return white;
     }
 
     void conclude(block_diagnosis &result)
     {
-        result.bad_moments = bad_moments();
+        const std::vector<double> white = white_error_left();
+        result.bad_moments = share_of_bad_moments(white, model_.data().period_s);
         /* What hangs on a threshold goes another way now and then: a few moments prove nothing else. */
         const bool only_moments =
             (!result.causes.empty() || input_.has_cause_upstream) && result.bad_moments < moments_bearable;
         result.left = share_left();
         result.left_class = leftover_.strongest;
         const bool has_thresholds =
-            std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->is_rough; });
+            input_.without_switching_fault != nullptr ||
+            std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switches; });
+        const bool bursts = noise_.rows_per_fact == 1.0 && has_bursts(white, model_.data().period_s);
+        const bool exceeds_features =
+            leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
         const bool something_is_left =
-            !is_rest_ && (!only_moments || (is_suspect_ && !has_thresholds)) &&
-            (is_suspect_ || exceeds_measured_floor() ||
-             (leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full)));
+            !is_rest_ && ((!only_moments && (exceeds_measured_floor() || exceeds_features)) ||
+                          (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
         if (result.causes.empty()) {
             result.verdict = something_is_left ? verdict::unknown : verdict::nothing_detectable;
         } else if (something_is_left) {

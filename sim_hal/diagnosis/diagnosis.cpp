@@ -287,9 +287,9 @@ diagnosis diagnose(const diagnosis_request &request)
             input.upstream = result.blocks.back().refinable;
             const std::vector<cause> &causes = result.blocks.back().causes;
             input.has_cause_upstream = !causes.empty();
-            const bool is_rough =
-                std::any_of(causes.begin(), causes.end(), [](const cause &known) { return known.effect->is_rough; });
-            input.without_rough_fault = is_rough ? &request.rig : nullptr;
+            const bool switches =
+                std::any_of(causes.begin(), causes.end(), [](const cause &known) { return known.effect->switches; });
+            input.without_switching_fault = switches ? &request.rig : nullptr;
         }
         block_diagnosis found = diagnose_block(block, input, result.extended, events,
                                                block == block::force ? repeats : std::vector<event_finding>{});

@@ -101,11 +101,16 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
         both += events.robot_repeats[n] != 0 && events.force_repeats[n] != 0;
         chances_of_both += robot_told.chances[n] != 0 && force_told.chances[n] != 0;
     }
-    if (both >= events_min && 10 * both >= 7 * std::max(robot, force)) {
+    /* What both channels repeat at once was lost as a whole; the force may lose more by itself. */
+    const bool whole_ticks = both >= events_min && 10 * both >= 7 * robot;
+    const std::size_t force_alone = force - (whole_ticks ? both : 0);
+    if (whole_ticks) {
         found.push_back(finding("loop.lost_samples", both, chances_of_both));
-    } else if (force > 0 && given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
-               given.bus.loss_probability == 0.0) {
-        found.push_back(finding("sensor.dropouts", force, count_of(force_told.chances)));
+    }
+    if (force_alone >= events_min && (!whole_ticks || 10 * force_alone >= 3 * both) &&
+        given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
+        given.bus.loss_probability == 0.0) {
+        found.push_back(finding("sensor.dropouts", force_alone, count_of(force_told.chances)));
     }
     return found;
 }

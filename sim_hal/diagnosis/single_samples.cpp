@@ -33,7 +33,8 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
                 now.clear();
             }
         }
-        if (block == block::force && now.empty()) {
+        /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
+        if (block == block::force && now.empty() && input.without_switching_fault == nullptr) {
             now = find_spikes(plain, error, events);
         }
         if (now.empty()) {

@@ -77,6 +77,9 @@ struct effect {
     /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */
     bool is_rough = false;
 
+    /* Whether it acts by thresholds: of a size a little off, it now and then acts at another tick. */
+    bool switches = false;
+
     /* How many of the starts are worth a fit. */
     int fits_max = 2;
 

@@ -14,6 +14,7 @@ effect object_loss_of_contact()
     made.parameters = {{"object.grip_force_N", 0.0, 1e7, "the grip lets go where it has to pull more; 0: never"}};
     made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.force_N, 0.02, 0.98, 48); };
     made.is_rough = true;
+    made.switches = true;
     made.fits_max = 3; /* where it comes loose decides all that follows */
     made.when_small = small_motion::higher_order;
     return made;
