@@ -157,8 +157,13 @@ bool block_model::starts_at_rest(const record_segment &segment) const
     }
     const std::vector<double> &x = record_.command_position_m;
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+    const double range_m = *largest - *least;
     const double off_m = record_.robot_position_m[segment.begin] - x[segment.begin];
-    return std::abs(off_m) < 0.02 * (*largest - *least);
+    const std::size_t soon =
+        std::min(segment.end - 1,
+                 segment.begin + std::max<std::size_t>(2, static_cast<std::size_t>(0.01 / record_.period_s)));
+    const double way_m = x[soon] - x[segment.begin];
+    return std::abs(off_m) < 0.02 * range_m && std::abs(way_m) < 0.002 * range_m;
 }
 
 void block_model::divide(held_out_parts held_out, std::size_t length)

@@ -48,7 +48,8 @@ bool has_bursts(const std::vector<double> &white, double period_s)
     constexpr double far_beyond = 50.0;
     const std::size_t length = rows_in(0.1, period_s);
     const std::vector<double> sums = sums_of(white, length);
-    const double usual = median_of(sums);
+    const double usual =
+        std::max(median_of(sums), static_cast<double>(length)); /* of noise as large as it was taken for */
     const double spread = usual * std::sqrt(2.0 / static_cast<double>(length));
     const auto count_above = [&](double limit) {
         return std::count_if(sums.begin(), sums.end(), [&](double sum) { return sum > usual + limit * spread; });

@@ -1,5 +1,6 @@
 #include "response.h"
 
+#include <algorithm>
 #include <cmath>
 #include <Eigen/Dense>
 
@@ -45,22 +46,72 @@ known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_r
     return made;
 }
 
+namespace
+{
+
+Eigen::MatrixXd orthonormal(const Eigen::MatrixXd &columns)
+{
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+    return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+}
+
+/* Of white + share change, without what the basis makes up for. */
+tangent_space::prospect best_of(const Eigen::MatrixXd &basis, const Eigen::VectorXd &white,
+                                const Eigen::VectorXd &change, double least, double most)
+{
+    const Eigen::VectorXd rest = white - basis * (basis.transpose() * white);
+    const Eigen::VectorXd left = change - basis * (basis.transpose() * change);
+    const double square = left.squaredNorm();
+    if (!(square > 0.0) || !std::isfinite(square)) {
+        return {0.0, least};
+    }
+    const double share = std::min(most, std::max(least, -left.dot(rest) / square));
+    return {white.squaredNorm() - (rest + share * left).squaredNorm(), share};
+}
+
+} // namespace
+
 tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
 {
     basis_ = Eigen::MatrixXd::Zero(slopes.white.rows(), 0);
     if (at.parameters.empty()) {
         return;
     }
-    Eigen::MatrixXd jacobian = slopes.white;
-    for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
+    slopes_of_all_ = slopes.white;
+    Eigen::MatrixXd free = slopes.white;
+    bool any_at_bound = false;
+    for (Eigen::Index i = 0; i < free.cols(); i++) {
         const free_parameter &parameter = at.parameters[static_cast<std::size_t>(i)];
         const double value = value_of(at.rig, parameter.key->path);
         const double place = (value - parameter.low) / (parameter.high - parameter.low);
-        const double size = jacobian.col(i).norm();
-        jacobian.col(i) *= place < 0.01 || place > 0.99 || !(size > 0.0) ? 0.0 : 1.0 / size;
+        inward_.push_back(place < 0.01 ? 1.0 : place > 0.99 ? -1.0 : 0.0);
+        any_at_bound = any_at_bound || inward_.back() != 0.0;
+        const double size = free.col(i).norm();
+        slopes_of_all_.col(i) *= size > 0.0 ? 1.0 / size : 0.0;
+        free.col(i) = slopes_of_all_.col(i) * (inward_.back() != 0.0 ? 0.0 : 1.0);
     }
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian);
-    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
+    basis_ = orthonormal(free);
+    if (any_at_bound) {
+        basis_of_all_ = orthonormal(slopes_of_all_);
+    }
+}
+
+tangent_space::prospect tangent_space::best_share(const Eigen::VectorXd &white, const Eigen::VectorXd &change,
+                                                  double least, double most) const
+{
+    prospect best = best_of(basis_, white, change, least, most);
+    best.decrease -= white.squaredNorm() - less(white).squaredNorm(); /* what they could do without it */
+    if (basis_of_all_.size() == 0) {
+        return best;
+    }
+    const prospect more = best_of(basis_of_all_, white, change, least, most);
+    const Eigen::VectorXd moved = slopes_of_all_.colPivHouseholderQr().solve(-(white + more.share * change));
+    for (Eigen::Index i = 0; i < moved.size(); i++) {
+        if (inward_[static_cast<std::size_t>(i)] * moved(i) < 0.0) {
+            return best; /* out of its bounds */
+        }
+    }
+    return more.decrease > best.decrease ? more : best;
 }
 
 } // namespace berth

@@ -3,6 +3,7 @@
 #define SIM_HAL_DIAGNOSIS_RESPONSE_H
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "fit.h"
 
@@ -19,7 +20,7 @@ rig with_values(const rig &base, const effect &effect, const effect_values &valu
 known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_result &at,
                        const Eigen::VectorXd &white);
 
-/* What the parameters can make up for, as an orthonormal basis; one at a bound cannot make up for anything more. */
+/* What the parameters can make up for. One at a bound cannot make up for anything more, only for less. */
 class tangent_space
 {
   public:
@@ -29,10 +30,23 @@ class tangent_space
     {
     }
 
+    /* Without what the parameters that are not at a bound make up for. */
     Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
 
+    /* How much smaller the sum of squares of `white` gets with `share` times `change` added to it, the parameters
+     * making the best of it; `share` is the best one between `least` and `most`. */
+    struct prospect {
+        double decrease;
+        double share;
+    };
+    prospect best_share(const Eigen::VectorXd &white, const Eigen::VectorXd &change, double least,
+                        double most) const;
+
   private:
-    Eigen::MatrixXd basis_;
+    Eigen::MatrixXd basis_;         /* orthonormal; of those not at a bound */
+    Eigen::MatrixXd basis_of_all_;  /* the same with those at a bound; empty: there are none */
+    Eigen::MatrixXd slopes_of_all_; /* columns of size 1 */
+    std::vector<double> inward_;    /* one a column: the sign in which it may go, 0: either */
 };
 
 } // namespace berth

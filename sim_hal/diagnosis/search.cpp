@@ -161,7 +161,6 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
     const known_slopes slopes = slopes_at(model, noise, incumbent, here);
     const tangent_space base(incumbent, slopes);
-    const Eigen::VectorXd rest = base.less(here);
     const record_scales scales = scales_of(model, incumbent.rig, error);
 
     std::vector<start_point> starts;
@@ -171,16 +170,12 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         }
         for (const effect_values &values : effect.starts(incumbent.rig, scales)) {
             start_point start{&effect, with_values(incumbent.rig, effect, values), 0.0};
-            const Eigen::VectorXd change = base.less(white_error(model, noise, start.rig) - here);
-            const double square = change.squaredNorm();
-            if (!(square > 0.0) || !std::isfinite(square)) {
-                continue;
-            }
+            const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
             /* The effect in another size, as far as it is linear in it. */
             const bool is_scaled = effect.is_proportional && values[0] != 0.0;
-            const double best =
-                std::min(is_scaled ? 30.0 : 3.0, std::max(is_scaled ? 1e-3 : 0.1, -change.dot(rest) / square));
-            start.promise = -2.0 * best * change.dot(rest) - best * best * square;
+            const auto [decrease, best] =
+                base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
+            start.promise = decrease;
             if (is_scaled) {
                 set_number(start.rig, effect.parameters[0].key, best * values[0]);
             }
