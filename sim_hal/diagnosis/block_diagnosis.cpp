@@ -400,7 +400,7 @@ class block_search
         const bool exceeds_features =
             leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
         const bool something_is_left =
-            !is_rest_ && ((!only_moments && (exceeds_measured_floor() || exceeds_features)) ||
+            !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
                           (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
         if (result.causes.empty()) {
             result.verdict = something_is_left ? verdict::unknown : verdict::nothing_detectable;
