@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drifting_clock.h"
 #include "response.h"
 #include "spectrum_lines.h"
 
@@ -147,6 +148,7 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
     scales.residual_peak = exceeded_by(error, model.uses(), 0.005);
     scales.residual_frequency_Hz = strongest_frequency_Hz(error, record.period_s);
     if (model.which() == block::robot) {
+        scales.clocks = drifting_clocks(error, model.motion().at_tick_m, record.period_s, 6);
         scales.residual_pitch_m = strongest_pitches_m(error, model.motion().at_tick_m, 3);
     }
     return scales;

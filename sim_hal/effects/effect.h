@@ -14,6 +14,12 @@
 namespace berth
 {
 
+/* A robot's clock that runs off the loop's. */
+struct clock_guess {
+    double drift_ppm = 0.0;
+    double phase_ms = 0.0;
+};
+
 /* What a record shows of the size of things, so that a search starts where the effect would matter. All rms or
  * largest values about the mean. */
 struct record_scales {
@@ -27,6 +33,7 @@ struct record_scales {
     double residual_peak = 0.0;           /* one row in 200 is further off */
     double residual_frequency_Hz = 0.0;   /* strongest line of the error */
     std::vector<double> residual_pitch_m; /* strongest periods of the error over position */
+    std::vector<clock_guess> clocks;      /* whose sawtooth of dead time is most like the error */
 };
 
 using effect_values = std::vector<double>; /* one for each parameter, in order */

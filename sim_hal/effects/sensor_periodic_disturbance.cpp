@@ -52,6 +52,10 @@ effect sensor_periodic_disturbance()
                                      value_of(rig, "sensor.periodic_phase_rad"));
     };
     made.is_proportional = true;
+    made.is_seen = [](const rig &fitted, const record_scales &scales) {
+        /* Five periods: fewer are slow noise. */
+        return value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s > 5.0;
+    };
     made.when_small = small_motion::no_influence;
     return made;
 }

@@ -43,7 +43,7 @@ class Rig:
         sections = {}
         for path, value in self.values.items():
             section, _, key = path.rpartition(".")
-            text = f'"{value}"' if isinstance(value, str) else repr(value)
+            text = f'"{value}"' if isinstance(value, str) else repr(value).lower()
             if path in self.tolerances:
                 text = f"{{ value = {text}, tolerance = {self.tolerances[path]!r} }}"
             sections.setdefault(section, []).append(f"{key} = {text}")
@@ -88,6 +88,7 @@ def draw_values(rng, contact, soft_grip):
         "operator.interface": "force",
         "robot.dead_time_ms": rounded(rng.uniform(4.0, 18.0), 3),
         "robot.interpolation": "linear",
+        "bus.ideal": True,  # the engine's frames take no time
         "sensor.stiffness_N_per_m": spring,
         "sensor.damping_ratio": spring_damping,
         "sensor.low_pass_order": order,
