@@ -5,9 +5,8 @@
 namespace berth
 {
 
-constexpr double bic_clear = 20.0; /* an effect must improve BIC by this */
-constexpr double bic_undecided =
-    6.0; /* two causes nearer than this cannot be told apart: 20 to 1 (Kass & Raftery 1995) */
+constexpr double bic_clear = 20.0;     /* an effect must improve BIC by this */
+constexpr double bic_undecided = 10.0; /* two causes nearer than this cannot be told apart */
 constexpr double bic_look_alike =
     60.0; /* the same for look-alikes: what a wrong tolerance can make of the difference */
 constexpr double share_worthwhile = 0.3; /* of the explainable error */

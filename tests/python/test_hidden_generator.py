@@ -308,7 +308,8 @@ def test_sensor():
     changed = hardware(setpoints, sensor_bias_N=2.0, sensor_drift_N_per_s=0.3)["force_N"]
     assert np.allclose(changed, plain + 2.0 + 0.3 * t)
     changed = hardware(setpoints, sensor_periodic_N=0.5, sensor_periodic_rad_per_s=40.0, sensor_periodic_rad=1.0)
-    assert np.allclose(changed["force_N"], plain + 0.5 * np.sin(40.0 * t + 1.0))
+    sampled_s = t - T  # it hums into the sample
+    assert np.allclose(changed["force_N"], plain + 0.5 * np.sin(40.0 * sampled_s + 1.0))
     assert np.allclose(hardware(setpoints, sensor_saturation_N=6.0)["force_N"], np.clip(plain, -6, 6))
     stepped = hardware(setpoints, sensor_step_N=0.5)["force_N"]
     assert np.allclose(stepped % 0.5, 0.0) and np.max(np.abs(stepped - plain)) <= 0.25 + 1e-12
