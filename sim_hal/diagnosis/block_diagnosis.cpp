@@ -125,7 +125,9 @@ class block_search
     /* White sum of squares above the floor. */
     double excess(double cost, std::size_t rows) const
     {
-        return std::max({cost - static_cast<double>(rows), leftover_.explained, 1e-9});
+        /* A floor that was found in the error itself, blind to what is unusual, is a little low. */
+        const double blindness = has_floor_ ? 0.0 : 0.04;
+        return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.explained, 1e-9});
     }
 
     bool exceeds_measured_floor() const
@@ -396,12 +398,12 @@ class block_search
         const bool has_thresholds =
             input_.without_switching_fault != nullptr ||
             std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switches; });
-        const bool bursts = noise_.rows_per_fact == 1.0 && has_bursts(white, model_.data().period_s);
+        const bool bursts =
+            noise_.rows_per_fact == 1.0 && !input_.has_events && has_bursts(white, model_.data().period_s);
         const bool exceeds_features =
             leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
-        const bool something_is_left =
-            !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
-                          (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
+        const bool something_is_left = !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
+                                                     (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
         if (result.causes.empty()) {
             result.verdict = something_is_left ? verdict::unknown : verdict::nothing_detectable;
         } else if (something_is_left) {
@@ -484,7 +486,9 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     block_diagnosis result;
     result.block = block;
     find_single_samples(block, input, given, events, found_events);
-    block_search search(block, input, given, events);
+    diagnosis_input known = input;
+    known.has_events = !found_events.empty();
+    block_search search(block, known, given, events);
     search.run(result);
     verify_spikes(block, input, result, events, found_events);
     if (block == block::force) {

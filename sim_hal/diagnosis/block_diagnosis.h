@@ -81,8 +81,9 @@ struct diagnosis_input {
     std::optional<noise_model> floor;   /* measured at standstill or by repetition */
     search_options options;
     int effects_max = 3;
-    std::vector<free_parameter> upstream;         /* see refinable */
-    bool has_cause_upstream = false;              /* the motion comes from a robot with a fault of its own */
+    std::vector<free_parameter> upstream; /* see refinable */
+    bool has_events = false;              /* single samples were found to be lost or thrown off: some more may be */
+    bool has_cause_upstream = false;      /* the motion comes from a robot with a fault of its own */
     const rig *without_switching_fault = nullptr; /* the rig as given, where that fault is one of thresholds */
 };
 
