@@ -34,7 +34,17 @@ double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig)
 
 rig linear_at(const rig &rig, double amplitude_m)
 {
-    return amplitude_m > 0.0 ? equivalent_finder(amplitude_m).find(rig).linear : rig;
+    if (!(amplitude_m > 0.0)) {
+        return rig;
+    }
+    const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);
+    if (!std::isfinite(found.growth_per_s)) {
+        throw input_error(
+            "--amplitude: at " + std::to_string(amplitude_m) +
+            " m the rig's effects are like no linear loop (a spring that softens to nothing?): choose a "
+            "smaller amplitude, or ask berth run");
+    }
+    return found.linear;
 }
 
 nlohmann::json describing_function_json(const rig &rig, double amplitude_m)

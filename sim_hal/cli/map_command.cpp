@@ -146,7 +146,8 @@ map_job make_job(const map_arguments &arguments)
     job.ticks = arguments.ticks > 0 ? arguments.ticks
                                     : std::max(default_ticks, static_cast<std::int64_t>(std::llround(
                                                                   default_duration_s * rig.firmware.loop.rate_Hz)));
-    if (is_time_varying(rig)) {
+    const std::vector<berth::rig> corners = corners_of(job.request);
+    if (std::any_of(corners.begin(), corners.end(), is_time_varying)) {
         job.varying = job.request;
         job.histogram = load_wake_histogram(rig);
         job.request.rig = without_variation(rig);

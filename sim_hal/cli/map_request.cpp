@@ -173,6 +173,20 @@ map_request coupled_request(const map_arguments &arguments, rig &&base)
 
 } // namespace
 
+std::vector<rig> corners_of(const map_request &request)
+{
+    std::vector<rig> corners{request.rig};
+    map_point_setter setter(request);
+    for (const double x : {request.x.from, request.x.to}) {
+        for (const double y : {request.y.from, request.y.to}) {
+            if (setter.set(x, y) == point_state::possible) {
+                corners.push_back(setter.rig());
+            }
+        }
+    }
+    return corners;
+}
+
 map_request make_map_request(const map_arguments &arguments, rig base)
 {
     const bool has_keys = !arguments.x.empty() || !arguments.y.empty();
@@ -196,7 +210,10 @@ map_request make_map_request(const map_arguments &arguments, rig base)
         }
         request.rig = std::move(base);
     }
-    request.amplitude_m = amplitude_m;
+    request.amplitude_m = 0.0;
+    for (const rig &corner : corners_of(request)) {
+        request.amplitude_m = std::max(request.amplitude_m, chosen_amplitude_m(arguments, corner));
+    }
     if (request.points() > points_max) {
         throw input_error("map: " + std::to_string(request.points()) + " points are more than the " +
                           std::to_string(points_max) + " that a map can have");

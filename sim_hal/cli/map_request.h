@@ -14,6 +14,11 @@ constexpr double wall_Hz = 5.0;
 /* Throws input_error that names what is wrong. */
 map_request make_map_request(const map_arguments &arguments, rig base);
 
+/* The rig itself and those at the corners of the map that are possible: what an axis brings along, some of them
+ * have.
+ */
+std::vector<rig> corners_of(const map_request &request);
+
 /* Damped eigenfrequency of manipulator and object coupled without dead time, in Hz; 0 if it does not swing. */
 double coupled_damped_frequency_Hz(const rig &rig);
 

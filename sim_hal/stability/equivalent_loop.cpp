@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
@@ -249,6 +250,19 @@ class balance_of_harmonics
     double lag_rad_ = 0.0;
 };
 
+/* A spring that softens to nothing on the way has no equivalent: numbers run away. */
+bool is_finite(const rig &rig)
+{
+    for (const char *const key :
+         {"object.stiffness_N_per_m", "object.damping_N_s_per_m", "manipulator.stiffness_N_per_m",
+          "manipulator.damping_N_s_per_m", "robot.dead_time_ms", "robot.gain_error", "sensor.gain_error"}) {
+        if (!(std::abs(value_of(rig, key)) < 1e15)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* Frequency of manipulator and object together, to start from and for what does not swing. */
 double coupled_w(const rig &rig)
 {
@@ -317,6 +331,10 @@ equivalent_loop equivalent_finder::settle(const rig &rig, double w_rad_per_s, fo
     complex before = 0.0;
     for (int i = 0; i < rounds_max; i++) {
         found.linear = balance.at(w_rad_per_s);
+        if (!is_finite(found.linear)) {
+            constexpr double none = std::numeric_limits<double>::quiet_NaN();
+            return {found.linear, none, none, w_rad_per_s / two_pi, balance.parts, false};
+        }
         const loop_equation equation = make_loop_equation(varies ? without_variation(found.linear) : found.linear);
         if (mode == follows::largest) {
             roots_.spectral_radius(equation);
@@ -347,7 +365,7 @@ equivalent_loop equivalent_finder::find(const rig &rig)
 {
     const double start = w_rad_per_s_ > 0.0 ? w_rad_per_s_ : coupled_w(rig);
     equivalent_loop found = settle(rig, start, follows::largest);
-    if (!found.has_settled) {
+    if (!found.has_settled && std::isfinite(found.growth_per_s)) {
         const double w = std::abs(std::arg(found.z)) / config_period_s(&rig.firmware);
         for (const double from : {two_pi * found.frequency_Hz, w > 0.0 ? w : start}) {
             equivalent_loop other = settle(rig, from, follows::nearest);
@@ -371,11 +389,14 @@ std::vector<limit_cycle> limit_cycles(const rig &rig, double amplitude_m)
     };
     std::vector<limit_cycle> cycles;
     double low = amplitude_at(0);
-    bool low_grows = loop_at(low).growth_per_s > 0.0;
+    double low_growth_per_s = loop_at(low).growth_per_s;
+    bool low_grows = low_growth_per_s > 0.0;
     for (int i = 1; i <= steps; i++) {
         const double high = amplitude_at(i);
-        const bool high_grows = loop_at(high).growth_per_s > 0.0;
-        if (high_grows != low_grows) {
+        const double high_growth_per_s = loop_at(high).growth_per_s;
+        const bool high_grows = high_growth_per_s > 0.0;
+        const bool is_known = std::isfinite(low_growth_per_s) && std::isfinite(high_growth_per_s);
+        if (is_known && high_grows != low_grows) {
             double end = high;
             while (end - low > narrow * low) {
                 const double middle = std::sqrt(low * end);
@@ -385,6 +406,7 @@ std::vector<limit_cycle> limit_cycles(const rig &rig, double amplitude_m)
             cycles.push_back({low, loop_at(low).frequency_Hz, low_grows});
         }
         low = high;
+        low_growth_per_s = high_growth_per_s;
         low_grows = high_grows;
     }
     return cycles;

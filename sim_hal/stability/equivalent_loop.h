@@ -36,7 +36,7 @@ struct equivalent_part {
 struct equivalent_loop {
     rig linear; /* without effects of size */
     std::complex<double> z;
-    double growth_per_s;
+    double growth_per_s; /* not a number: the effects have no equivalent at this amplitude */
     double frequency_Hz; /* at which the phases are exact; of a mode that does not swing, that of the loop without */
     std::vector<equivalent_part> parts;
     bool has_settled; /* frequency and amplitudes agree with each other */

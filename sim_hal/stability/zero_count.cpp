@@ -106,7 +106,10 @@ class walk
                 step = 0.5 * (next - from.angle);
                 continue;
             }
-            to.phase = from.phase + turned + equation_.delay * (next - from.angle);
+            /* A zero of B on the circle, as a free object has at w = 1, has no phase to go on from. */
+            const bool is_from_zero = std::norm(from.ratio) == 0.0;
+            to.phase = is_from_zero ? std::arg(to.ratio) + equation_.delay * next
+                                    : from.phase + turned + equation_.delay * (next - from.angle);
             sum += turn_between(from, to);
             step = 2.0 * (next - from.angle);
             from = to;

@@ -99,6 +99,18 @@ def test_growth_counts_the_period_where_the_rate_is_an_axis(tmp_path):
     assert growth[possible] == pytest.approx(np.log(radius[possible]) * rate_Hz[possible], rel=1e-12)
 
 
+@pytest.mark.parametrize("key, largest", [
+    ("sensor.loss_probability", 0.9), ("robot.backlash_m", 2e-3), ("robot.velocity_limit_m_per_s", 0.02)])
+def test_an_axis_may_bring_an_effect_that_the_rig_itself_does_not_have(key, largest, tmp_path):
+    axes = ["--x", f"{key}={largest / 2}:{largest}:2", "--y", "object.stiffness_N_per_m=8000:10000:2"]
+    _, columns = map_json(tmp_path, "ess", *axes, "--ticks", "20000")
+    growth = columns[-1] if key == "sensor.loss_probability" else columns[3]
+    done = command("eigen", "ess", "--json", "--ticks", "20000", "--set", f"{key}={largest}",
+                   "--set", "object.stiffness_N_per_m=10000")
+    assert growth[-1] == pytest.approx(one_json_object(done.stdout)["growth_per_s"], rel=1e-6)
+    assert growth[-1] != growth[-2]
+
+
 def test_csv_is_read_by_others(tmp_path):
     result, columns = map_json(tmp_path, "ess", "--vary", "mass", "--grid", "5x4")
     path = pathlib.Path(result["csv"])

@@ -124,6 +124,9 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
     ("ess", {"robot.dead_time_ms": "inf"}, ["robot.dead_time_ms", "finite"]),
     ("concept-foam", {}, ["object.kind", "contact"]),
     ("nosuchrig", {}, ["nosuchrig", "no shipped rig"]),
+    # At 0.3 m this spring has softened to less than nothing.
+    ("ess", {"object.cubic_stiffness_N_per_m3": -1e7, "profile.kind": "minimum_jerk", "profile.amplitude_m": 0.3},
+     ["--amplitude", "0.3 m", "smaller amplitude"]),
 ])
 def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
     for json in ([], ["--json"]):

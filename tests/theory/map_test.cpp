@@ -118,6 +118,26 @@ TEST_CASE("zeros inside the unit circle are counted where an open-loop pole lies
     CHECK(unstable < 180);
 }
 
+/* Without a spring of the object, L has a zero at z = 1, on the circle. */
+TEST_CASE("zeros inside the unit circle are counted where the object floats freely")
+{
+    REPRODUCIBLE();
+    random_rigs rigs(test_seed() + 10);
+    int unstable = 0;
+    for (int i = 0; i < 300; i++) {
+        rig rig = rigs.next(i % 5 == 0 ? 80.0 : 20.0);
+        rig.object.stiffness_N_per_m = 0.0;
+        CAPTURE(i);
+        CAPTURE(print_rig(rig));
+        const spectrum all = loop_spectrum(rig);
+        CHECK(count_zeros_inside(make_loop_equation(rig), 1.0) == eigenvalues_beyond(all, 1.0));
+        CHECK(has_no_zero_inside(make_loop_equation(rig), 1.0) == all.is_stable);
+        unstable += !all.is_stable;
+    }
+    CHECK(unstable > 20);
+    CHECK(unstable < 280);
+}
+
 TEST_CASE("the characteristic equation multiplied out is that of its factors")
 {
     REPRODUCIBLE();
