@@ -68,7 +68,8 @@ std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const
         double left;
     };
     std::vector<trial> trials;
-    trials.reserve(static_cast<std::size_t>(2 * wraps_max * steps_a_wrap + 1));
+    constexpr std::size_t drifts = 2 * wraps_max * steps_a_wrap + 1;
+    trials.reserve(drifts);
     const double duration_s = period_s * static_cast<double>(error.size());
     for (int i = -wraps_max * steps_a_wrap; i <= wraps_max * steps_a_wrap; i++) {
         const double drift = i * period_s / (steps_a_wrap * duration_s);

@@ -135,7 +135,11 @@ class solver
         const Eigen::VectorXd gradient = now_.jacobian.transpose() * now_.residual;
         const double worthwhile = problem_.tolerance * now_.sum;
         double harder = 4.0; /* grows: Nielsen's rule */
-        for (int refusals = 0; now_.evaluations < problem_.evaluations_max; damping_ *= harder, harder *= 2.0) {
+        for (int refusals = 0; now_.evaluations < problem_.evaluations_max; refusals++) {
+            if (refusals > 0) {
+                damping_ *= harder;
+                harder *= 2.0;
+            }
             Eigen::MatrixXd damped = hessian;
             for (Eigen::Index i = 0; i < damped.rows(); i++) {
                 damped(i, i) += damping_ * hessian(i, i) + 1e-12;
@@ -157,7 +161,7 @@ class solver
                 renew_unknown();
                 return true;
             }
-            if (++refusals >= refusals_bearable && !is_fresh_) {
+            if (refusals + 1 >= refusals_bearable && !is_fresh_) {
                 is_stuck_ = true;
                 return false;
             }

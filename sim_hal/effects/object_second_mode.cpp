@@ -24,13 +24,24 @@ class hanging_mass final : public force_stage
         if (step_s != step_s_) {
             find_transition(step_s);
         }
-        const double kick = -(motion.velocity_m_per_s - before_m_per_s_);
-        before_m_per_s_ = motion.velocity_m_per_s;
+        /* The force slows the object that kicks: force = from + by kick, kick = free + slowed force. */
+        const double spring = -mass_kg_ * w_ * w_;
+        const double damper = -mass_kg_ * 2.0 * z_ * w_;
+        const double free = before_m_per_s_ - motion.velocity_m_per_s;
+        const double slowed = motion.velocity_per_force;
+        const double end_N = spring * (a_[0] * offset_m_ + a_[1] * rate_m_per_s_) +
+                             damper * (a_[2] * offset_m_ + a_[3] * rate_m_per_s_);
+        const double from_N = 0.5 * (force_N_ + end_N);
+        const double by = 0.25 * (spring * a_[1] + damper * (a_[3] + 1.0));
+        const double kick = (free + slowed * from_N) / (1.0 - slowed * by);
+        before_m_per_s_ -= kick;
         const double rate = rate_m_per_s_ + 0.5 * kick;
         const double next_m = a_[0] * offset_m_ + a_[1] * rate;
         rate_m_per_s_ = a_[2] * offset_m_ + a_[3] * rate + 0.5 * kick;
         offset_m_ = next_m;
-        return -mass_kg_ * (w_ * w_ * offset_m_ + 2.0 * z_ * w_ * rate_m_per_s_);
+        const double before_N = force_N_;
+        force_N_ = spring * offset_m_ + damper * rate_m_per_s_;
+        return 0.5 * (before_N + force_N_); /* over the step */
     }
 
   private:
@@ -56,6 +67,7 @@ class hanging_mass final : public force_stage
     double offset_m_ = 0.0;
     double rate_m_per_s_ = 0.0;
     double before_m_per_s_ = 0.0;
+    double force_N_ = 0.0; /* at the end of the last step */
 };
 
 } // namespace

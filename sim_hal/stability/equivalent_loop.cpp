@@ -301,7 +301,10 @@ double usual_amplitude_m(const rig &rig)
 
 bool is_slow_to_find(const rig &rig)
 {
-    return rig.object.kind == object_kind::contact || value_of_effect(rig, "object.grip_force_N") > 0.0;
+    return rig.object.kind == object_kind::contact || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
+           value_of_effect(rig, "object.quadratic_stiffness_N_per_m2") != 0.0 ||
+           value_of_effect(rig, "manipulator.quadratic_stiffness_N_per_m2") != 0.0 ||
+           rig.robot.acceleration_limit_m_per_s2 != unlimited || rig.sensor.resolution_N > 0.0;
 }
 
 rig with_equivalents(const rig &changed, const rig &original, const rig &linear)
