@@ -25,7 +25,8 @@ constexpr double left_full = 0.003;     /* share of it that may be left of a ful
 constexpr double share_of_precision = 1e-5; /* the same where an effect points it out */
 constexpr double floor_exceeded = 1.21;     /* white sum of squares per row: 1.1 times the floor */
 
-constexpr double bursts_exceed = 1.5; /* the same against a floor that was not measured by itself */
+constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
+constexpr double share_of_replay = 1e-4; /* of the explained error, that may be the replay's own */
 
 constexpr double share_of_all =
     0.02; /* of the whole explainable error: less may be the first effect's own finer ways */
@@ -135,12 +136,14 @@ class block_search
         return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
     }
 
-    /* Bursts that no feature catches, over a floor that was found without them. */
-    bool exceeds_floor() const
+    /* Far above a floor that was found without it, and more than our own precision of what was explained. */
+    bool exceeds_floor()
     {
-        const bool is_motion = !has_floor_ && noise_.rows_per_fact > model_.rows_per_fact(); /* see noise_of() */
-        return is_motion || exceeds_measured_floor() ||
-               incumbent_.cost > bursts_exceed * static_cast<double>(incumbent_.rows);
+        const double rows = static_cast<double>(rows_under(noise_));
+        const double above = cost_of(model_, noise_, incumbent_.rig) - rows;
+        const double before = cost_of(model_, noise_, base_.rig) - rows;
+        const bool is_far = !input_.has_events && above > (bursts_exceed - 1.0) * rows;
+        return exceeds_measured_floor() || (is_far && above > share_of_replay * before);
     }
 
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
@@ -326,6 +329,7 @@ class block_search
                          : fit(model_, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max);
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         incumbent_.rows = rows_under(noise_);
+        start_over_from_given();
         if (best.effect->refines.empty()) {
             drop_stand_ins(result);
         }
@@ -333,6 +337,27 @@ class block_search
         model_.error(incumbent_.rig, error);
         leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
         return true;
+    }
+
+    /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
+     * start. */
+    void start_over_from_given()
+    {
+        if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->is_rough; })) {
+            return;
+        }
+        rig again = given_;
+        again.robot.clock = incumbent_.rig.robot.clock;
+        for (const effect *const known : found_) {
+            for (const effect_parameter &parameter : known->parameters) {
+                set_number(again, parameter.key, value_of(incumbent_.rig, parameter.key));
+            }
+        }
+        fit_result other = fit(model_, noise_, again, incumbent_.parameters, input_.options.replays_max);
+        if (other.cost < incumbent_.cost) {
+            other.rows = incumbent_.rows;
+            incumbent_ = std::move(other);
+        }
     }
 
     /* An effect found first may have stood in for one found later. */
@@ -398,8 +423,9 @@ class block_search
         const bool has_thresholds =
             input_.without_switching_fault != nullptr ||
             std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switches; });
-        const bool bursts =
-            noise_.rows_per_fact == 1.0 && !input_.has_events && has_bursts(white, model_.data().period_s);
+        const bool bursts = noise_.rows_per_fact == 1.0 && !input_.has_events &&
+                            !(only_moments && input_.has_cause_upstream) &&
+                            has_bursts(white, model_.data().period_s);
         const bool exceeds_features =
             leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
         const bool something_is_left = !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
