@@ -59,6 +59,16 @@ def command(*arguments, program=(BERTH,), **options):
     return subprocess.run(words, cwd=ROOT, capture_output=True, timeout=TIMEOUT_s, **options)
 
 
+def play(reference, gap):
+    """What comes behind a gap of full width `gap`."""
+    follower = np.empty_like(reference)
+    at = reference[0]
+    for n, now in enumerate(reference):
+        at = min(max(at, now - 0.5 * gap), now + 0.5 * gap)
+        follower[n] = at
+    return follower
+
+
 def one_json_object(stdout):
     """The object on standard output, which must hold it and nothing else."""
     text = stdout.decode()

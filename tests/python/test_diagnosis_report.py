@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import scipy.signal
 from browser import Browser
-from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command
+from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, play
 from test_report import Page
 
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -25,16 +25,6 @@ RATE_Hz, DELAY_TICKS, NOISE_m = 400, 7, 2e-6  # the dead time of `ess` is 17.5 m
 BACKLASH_m = 4e-4
 SCHEMA = json.loads((ROOT / "scripts" / "diagnosis.schema.json").read_text())
 SIZES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "kN": 1e3, "N": 1.0, "mN": 1e-3, "µN": 1e-6}
-
-
-def play(reference, gap):
-    """What comes behind a gap of full width `gap`."""
-    follower = np.empty_like(reference)
-    at = reference[0]
-    for n, now in enumerate(reference):
-        at = min(max(at, now - 0.5 * gap), now + 0.5 * gap)
-        follower[n] = at
-    return follower
 
 
 def no_law(reference):

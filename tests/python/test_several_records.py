@@ -4,20 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from conftest import EXIT_DONE, EXIT_INPUT, command
+from conftest import EXIT_DONE, EXIT_INPUT, command, play
 
 PERIOD_s, DELAY_TICKS, NOISE_m, BACKLASH_m = 0.0025, 7, 2e-6, 2e-4
 HEADER = "t_s,command_position_m,robot_position_m"
-
-
-def play(reference, gap):
-    """What comes behind a gap of full width `gap`."""
-    follower = np.empty_like(reference)
-    at = reference[0]
-    for n, now in enumerate(reference):
-        at = min(max(at, now - 0.5 * gap), now + 0.5 * gap)
-        follower[n] = at
-    return follower
 
 
 def robot(rows, seed, gap=BACKLASH_m, start_s=0.0):
