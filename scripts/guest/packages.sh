@@ -5,7 +5,7 @@
 #   package_lists                       read the lists, once per cache
 #   package_depends PACKAGE             names of the packages that PACKAGE depends on
 #   package_trees DIRECTORY PACKAGE...  unpack packages on top of each other, with /bin, /sbin and /lib in /usr
-#   package_file PACKAGE                download one package and print its path
+#   package_file PACKAGE:ARCHITECTURE   download one package and print its path
 
 guest_cache=${BERTH_GUEST_CACHE:-build/guest}
 mkdir -p "$guest_cache"
@@ -32,7 +32,7 @@ package_depends() {
 
 package_file() {
     (cd "$guest_cache/apt/cache/archives" && private_apt apt-get download "$1" >&2)
-    find "$guest_cache/apt/cache/archives" -name "${1%%:*}_*.deb" | sort -V | tail -1
+    find "$guest_cache/apt/cache/archives" -name "${1%%:*}_*_${1##*:}.deb" | sort -V | tail -1
 }
 
 package_trees() {
