@@ -5,7 +5,7 @@
 #   package_lists                       read the lists, once per cache
 #   package_depends PACKAGE             names of the packages that PACKAGE depends on
 #   package_trees DIRECTORY PACKAGE...  unpack packages on top of each other, with /bin, /sbin and /lib in /usr
-#   package_file PACKAGE:ARCHITECTURE   download one package and print its path
+#   package_file PACKAGE[:ARCHITECTURE] download one package, of all architectures if none is told, print its path
 
 guest_cache=${BERTH_GUEST_CACHE:-build/guest}
 mkdir -p "$guest_cache"
@@ -31,8 +31,10 @@ package_depends() {
 }
 
 package_file() {
+    local architecture=all
+    [[ $1 != *:* ]] || architecture=${1##*:}
     (cd "$guest_cache/apt/cache/archives" && private_apt apt-get download "$1" >&2)
-    find "$guest_cache/apt/cache/archives" -name "${1%%:*}_*_${1##*:}.deb" | sort -V | tail -1
+    find "$guest_cache/apt/cache/archives" -name "${1%%:*}_*_$architecture.deb" | sort -V | tail -1
 }
 
 package_trees() {

@@ -47,6 +47,13 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
     return all;
 }
 
+/* It has no size of its own: its whole turn is. */
+bool is_angle(const free_parameter &parameter)
+{
+    const std::string_view path = parameter.key->path;
+    return path.size() > 4 && path.substr(path.size() - 4) == "_rad";
+}
+
 /* An effect of no size is none, whatever its other parameters make up for. */
 bool size_may_be_zero(const candidate &one)
 {
@@ -324,9 +331,12 @@ class block_search
                 result.alternatives.push_back({other.effect, distance});
             }
         }
-        incumbent_ = best.effect->is_rough
-                         ? best.fitted
-                         : fit(model_, noise_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max);
+        incumbent_ = best.fitted;
+        if (!best.effect->is_rough) {
+            fit_without_colour();
+            incumbent_ =
+                fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
+        }
         incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
         incumbent_.rows = rows_under(noise_);
         start_over_from_given();
@@ -337,6 +347,23 @@ class block_search
         model_.error(incumbent_.rig, error);
         leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
         return true;
+    }
+
+    /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
+     * the noise counts as white, and its colour is measured anew. */
+    void fit_without_colour()
+    {
+        if (has_floor_ || noise_.ar.empty()) {
+            return;
+        }
+        const noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+        const fit_result plain =
+            fit(model_, white, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
+        const noise_model under = floor_under(model_, plain.rig);
+        if (under.rms < noise_.rms) {
+            incumbent_ = plain;
+            noise_ = under;
+        }
     }
 
     /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
@@ -452,7 +479,7 @@ class block_search
             const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
                 return found->is_rough && found->parameters[0].key == known.key->path;
             });
-            if (!is_rough && sd > 0.0 && sd < 0.1 * std::abs(value)) {
+            if (!is_rough && sd > 0.0 && sd < 0.1 * std::max(std::abs(value), is_angle(known) ? 1.0 : 0.0)) {
                 result.refinable.push_back({known.key, value - 4.0 * sd, value + 4.0 * sd, value, sd});
             }
         }
