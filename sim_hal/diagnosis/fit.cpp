@@ -20,6 +20,11 @@ double &member_of(rig &rig, const rig_key &key)
     return *static_cast<double *>(key.member(rig));
 }
 
+double rows_in_use(const std::vector<row_use> &uses)
+{
+    return static_cast<double>(std::count(uses.begin(), uses.end(), row_use::fit));
+}
+
 /* A parameter as a number between 0 at its lower bound and 1 at the upper one; by decades where these are far apart.
  */
 class scale
@@ -193,6 +198,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         task.high = Eigen::VectorXd::Ones(problem.count());
         task.step = Eigen::VectorXd::Constant(problem.count(), difference);
         task.evaluations_max = replays_max;
+        task.change_max = change_max_per_row * std::sqrt(rows_in_use(model.uses()));
         const Eigen::VectorXd places = problem.start();
         if (first_look != nullptr) {
             problem.give_slopes(*first_look, places, task);

@@ -10,6 +10,9 @@
 namespace berth
 {
 
+/* Finite differences move the white error by no more: rms, where 1 is the noise. */
+constexpr double change_max_per_row = 0.3;
+
 struct free_parameter {
     const rig_key *key;
     double low; /* bounds */

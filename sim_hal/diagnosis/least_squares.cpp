@@ -49,7 +49,8 @@ Eigen::VectorXd minimum_of_free(const Eigen::MatrixXd &hessian, const Eigen::Vec
 class solver
 {
   public:
-    solver(const least_squares_problem &problem, const Eigen::VectorXd &start) : problem_(problem)
+    solver(const least_squares_problem &problem, const Eigen::VectorXd &start)
+        : problem_(problem), step_(problem.step)
     {
         now_.x = start.cwiseMax(problem.low).cwiseMin(problem.high);
         evaluate(now_.x, now_.residual);
@@ -100,12 +101,22 @@ class solver
 
     void renew_column(Eigen::Index i)
     {
+        const double change = difference(i);
+        if (change > problem_.change_max && std::isfinite(change)) {
+            step_(i) *= 0.3 * problem_.change_max / change;
+            difference(i);
+        }
+    }
+
+    /* The column by a finite difference; how far that moved the residual. */
+    double difference(Eigen::Index i)
+    {
         const bool is_in_upper_half = now_.x(i) > 0.5 * (problem_.low(i) + problem_.high(i));
-        const double step = is_in_upper_half ? -problem_.step(i) : problem_.step(i);
         Eigen::VectorXd moved = now_.x;
-        moved(i) += step;
+        moved(i) += is_in_upper_half ? -step_(i) : step_(i);
         evaluate(moved, tried_);
-        now_.jacobian.col(i) = (tried_ - now_.residual) / step;
+        now_.jacobian.col(i) = (tried_ - now_.residual) / (moved(i) - now_.x(i));
+        return (tried_ - now_.residual).norm();
     }
 
     void renew_all()
@@ -185,6 +196,7 @@ class solver
     }
 
     const least_squares_problem &problem_;
+    Eigen::VectorXd step_; /* of finite differences */
     least_squares_result now_;
     Eigen::VectorXd tried_;
     double damping_ = 1e-3;

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace berth
@@ -19,6 +20,9 @@ struct least_squares_problem {
     Eigen::VectorXd low;
     Eigen::VectorXd high;
     Eigen::VectorXd step;             /* of finite differences */
+    /* A difference that moves the residual (norm) further is taken again with a smaller step: a frequency turns what
+     * it moves round and round. */
+    double change_max = std::numeric_limits<double>::infinity();
     Eigen::MatrixXd slopes;           /* Jacobian to begin with, as far as columns are known; else empty */
     std::vector<bool> slope_is_known; /* one a column; empty: none is */
     double tolerance = 1e-5;          /* a decrease of the sum of squares by less than this share ends it */

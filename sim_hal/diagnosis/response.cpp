@@ -33,14 +33,21 @@ known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_r
 {
     known_slopes made;
     made.white = Eigen::MatrixXd::Zero(white.size(), static_cast<Eigen::Index>(at.parameters.size()));
+    const double change_max = change_max_per_row * std::sqrt(static_cast<double>(white.size()));
     for (const free_parameter &parameter : at.parameters) {
         rig moved = at.rig;
         double &value = *static_cast<double *>(parameter.key->member(moved));
-        const double inward = value > 0.5 * (parameter.low + parameter.high) ? -1.0 : 1.0;
-        const double step = inward * 1e-4 * (value != 0.0 ? std::abs(value) : parameter.high - parameter.low);
-        value += step;
-        made.white.col(static_cast<Eigen::Index>(made.keys.size())) =
-            (white_error(model, noise, moved) - white) / step;
+        const double there = value;
+        const double inward = there > 0.5 * (parameter.low + parameter.high) ? -1.0 : 1.0;
+        double step = inward * 1e-4 * (there != 0.0 ? std::abs(there) : parameter.high - parameter.low);
+        value = there + step;
+        Eigen::VectorXd change = white_error(model, noise, moved) - white;
+        if (const double size = change.norm(); size > change_max) {
+            step *= 0.3 * change_max / size;
+            value = there + step;
+            change = white_error(model, noise, moved) - white;
+        }
+        made.white.col(static_cast<Eigen::Index>(made.keys.size())) = change / step;
         made.keys.push_back(parameter.key);
     }
     return made;
