@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cmath>
+
+#include "acceptance.h"
+#include "block_search.h"
+#include "floor.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* What no cause explains and yet is better by so much: something else is there. */
+constexpr double bic_suspect = 40.0;
+constexpr double held_out_least = 0.05; /* share of the explainable error that an effect explains on unseen data */
+constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
+/* Of the whole explainable error: less may be the first effect's own finer ways. */
+constexpr double share_of_all = 0.02;
+constexpr double share_of_all_refining = 0.003;
+
+/* An effect of no size is none, whatever its other parameters make up for. */
+bool size_may_be_zero(const candidate &one)
+{
+    const std::string_view key = one.effect->parameters[0].key;
+    const bool has_size = one.effect->switch_on != nullptr;
+    for (std::size_t i = 0; has_size && i < one.fitted.ci95.size(); i++) {
+        if (one.fitted.parameters[i].key->path == key) {
+            return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i];
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+bool block_search::find_next(block_diagnosis &result)
+{
+    metric_ = metric_for(incumbent_.rig);
+    std::vector<candidate> candidates = search_effects(model_, metric_, incumbent_, given_, found_, input_.options);
+    if (candidates.empty()) {
+        return false;
+    }
+    compare_anew(candidates);
+    drop_those_unseen(candidates);
+    if (candidates.empty()) {
+        return false;
+    }
+    incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
+    incumbent_.rows = rows_under(metric_);
+    const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
+    const double explainable = excess(incumbent_.cost, incumbent_.rows);
+    for (const candidate &one : candidates) {
+        result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
+                                  (incumbent_.cost - one.fitted.cost) / explainable, one.fitted});
+    }
+    /* What refines an effect found before has to wait until nothing else is to be found. */
+    std::stable_partition(candidates.begin(), candidates.end(),
+                          [](const candidate &one) { return one.effect->refines.empty(); });
+    const auto refining = std::find_if(candidates.begin(), candidates.end(),
+                                       [](const candidate &one) { return !one.effect->refines.empty(); });
+    for (auto first : {candidates.begin(), refining}) {
+        if (first != candidates.end() && accept(result, candidates, *first, bic_before, explainable)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void block_search::compare_anew(std::vector<candidate> &candidates)
+{
+    if (!has_floor_) {
+        const noise_model smaller = floor_under(model_, candidates.front().fitted.rig);
+        if (smaller.rms < noise_.rms) {
+            noise_ = smaller;
+        }
+    }
+    metric_ = metric_for(candidates.front().fitted.rig);
+    for (std::size_t i = 0; i < candidates.size(); i++) {
+        candidate &one = candidates[i];
+        if (i < 3 && !one.effect->is_rough) {
+            one.fitted = fit(model_, metric_, one.fitted.rig, one.fitted.parameters, input_.options.replays_max);
+        } else {
+            one.fitted.cost = cost_of(model_, metric_, one.fitted.rig);
+        }
+        one.fitted.rows = rows_under(metric_);
+        one.bic = bic_of(one.fitted.cost, one.fitted.rows, one.fitted.parameters.size());
+    }
+    std::sort(candidates.begin(), candidates.end(),
+              [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
+}
+
+void block_search::drop_those_unseen(std::vector<candidate> &candidates)
+{
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    const record_scales scales = scales_of(model_, incumbent_.rig, error);
+    const auto is_none = [&](const candidate &one) {
+        const bool is_seen = one.effect->is_seen == nullptr || one.effect->is_seen(one.fitted.rig, scales);
+        return size_may_be_zero(one) || !is_seen;
+    };
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), is_none), candidates.end());
+}
+
+gain block_search::gain_of(const candidate &best)
+{
+    constexpr double hardly = 0.05;
+    paired_sums sums;
+    add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
+             unseen_ ? row_use::fit : row_use::held_out);
+    const gain first = gain_from(sums);
+    if (first.low > 0.0 || first.value < -hardly || best.effect->is_rough) {
+        return first;
+    }
+    paired_sums crossed;
+    for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
+        block_model model(model_.which(), *input_.fit, given_, events_, half);
+        const fit_result with =
+            fit(model, metric_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
+        const fit_result without =
+            fit(model, metric_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max / 2);
+        add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
+    }
+    return gain_from(crossed);
+}
+
+bool block_search::is_better_throughout(const candidate &one)
+{
+    paired_sums sums;
+    add_sums(sums, model_, metric_, incumbent_.rig, one.fitted.rig, row_use::fit);
+    return blocks_that_differ(sums) > few_blocks;
+}
+
+bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
+                          double bic_before, double explainable)
+{
+    const gain gained = gain_of(best);
+    const double share = (incumbent_.cost - best.fitted.cost) / explainable;
+    const double of_all =
+        (incumbent_.cost - best.fitted.cost) /
+        std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
+    if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0 ||
+        gained.of_explainable < held_out_least ||
+        of_all < (best.effect->refines.empty() ? share_of_all : share_of_all_refining)) {
+        is_suspect_ = is_suspect_ || (bic_before - best.bic > bic_suspect && of_all > share_of_precision &&
+                                      is_better_throughout(best));
+        if (is_suspect_ && share > share_worthwhile) {
+            result.alternatives.push_back({best.effect, best.bic - bic_before});
+        }
+        return false;
+    }
+    is_suspect_ = false;
+    if (!best.effect->refines.empty()) {
+        fix_estimates(result); /* a refinement shares out anew what they explain */
+    }
+    cause made;
+    made.effect = best.effect;
+    made.delta_bic = bic_before - best.bic;
+    made.share_explained = std::min(1.0, share);
+    made.held_out_gain = gained.value;
+    made.held_out_gain_low = gained.low;
+    made.held_out_gain_high = gained.high;
+    result.causes.push_back(made);
+    found_.push_back(best.effect);
+    for (const candidate &other : candidates) {
+        const double distance = other.bic - best.bic;
+        const bool is_look_alike = other.effect->look_alike == best.effect->name;
+        const double undecided = is_look_alike ? bic_look_alike : bic_undecided;
+        if (&other != &best && distance < undecided && other.effect->refines == best.effect->refines &&
+            other.effect->generalises != best.effect->name) {
+            result.alternatives.push_back({other.effect, distance});
+        }
+    }
+    adopt(result, best);
+    return true;
+}
+
+} // namespace berth

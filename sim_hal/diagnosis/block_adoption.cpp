@@ -1,0 +1,132 @@
+#include <algorithm>
+#include <iterator>
+
+#include "acceptance.h"
+#include "block_search.h"
+#include "floor.h"
+
+namespace berth
+{
+
+namespace
+{
+
+std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect &effect)
+{
+    std::vector<parameter_estimate> all;
+    for (const effect_parameter &parameter : effect.parameters) {
+        double ci95 = 0.0;
+        for (std::size_t i = 0; i < fitted.parameters.size() && i < fitted.ci95.size(); i++) {
+            if (fitted.parameters[i].key->path == parameter.key) {
+                ci95 = fitted.ci95[i];
+            }
+        }
+        all.push_back({std::string(parameter.key), value_of(fitted.rig, parameter.key), ci95});
+    }
+    return all;
+}
+
+} // namespace
+
+void block_search::adopt(block_diagnosis &result, const candidate &best)
+{
+    incumbent_ = best.fitted;
+    if (!best.effect->is_rough) {
+        fit_without_colour();
+        incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
+    }
+    incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+    incumbent_.rows = rows_under(noise_);
+    start_over_from_given();
+    if (best.effect->refines.empty()) {
+        drop_stand_ins(result);
+    }
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+}
+
+void block_search::fit_without_colour()
+{
+    if (has_floor_ || noise_.ar.empty()) {
+        return;
+    }
+    const noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+    const fit_result plain = fit(model_, white, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
+    const noise_model under = floor_under(model_, plain.rig);
+    if (under.rms < noise_.rms) {
+        incumbent_ = plain;
+        noise_ = under;
+    }
+}
+
+void block_search::start_over_from_given()
+{
+    if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->is_rough; })) {
+        return;
+    }
+    rig again = given_;
+    again.robot.clock = incumbent_.rig.robot.clock;
+    for (const effect *const known : found_) {
+        for (const effect_parameter &parameter : known->parameters) {
+            set_number(again, parameter.key, value_of(incumbent_.rig, parameter.key));
+        }
+    }
+    fit_result other = fit(model_, noise_, again, incumbent_.parameters, input_.options.replays_max);
+    if (other.cost < incumbent_.cost) {
+        other.rows = incumbent_.rows;
+        incumbent_ = std::move(other);
+    }
+}
+
+void block_search::drop_stand_ins(block_diagnosis &result)
+{
+    for (std::size_t i = 0; i + 1 < found_.size();) {
+        const effect &dropped = *found_[i];
+        const bool is_refined = std::any_of(found_.begin(), found_.end(),
+                                            [&](const effect *other) { return other->refines == dropped.name; });
+        if (is_refined) {
+            i++;
+            continue;
+        }
+        fit_result tried = fit_without(dropped);
+        if (bic_of(tried.cost, tried.rows, tried.parameters.size()) >=
+            bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) + bic_clear) {
+            i++;
+            continue;
+        }
+        incumbent_ = std::move(tried);
+        found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(i));
+        result.causes.erase(result.causes.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+}
+
+fit_result block_search::fit_without(const effect &dropped)
+{
+    rig without = incumbent_.rig;
+    for (const effect_parameter &parameter : dropped.parameters) {
+        set_number(without, parameter.key, value_of(given_, parameter.key));
+    }
+    if (dropped.switch_on != nullptr) {
+        without.robot.clock = given_.robot.clock;
+    }
+    std::vector<free_parameter> parameters;
+    std::copy_if(incumbent_.parameters.begin(), incumbent_.parameters.end(), std::back_inserter(parameters),
+                 [&](const free_parameter &parameter) {
+                     return std::none_of(
+                         dropped.parameters.begin(), dropped.parameters.end(),
+                         [&](const effect_parameter &own) { return own.key == parameter.key->path; });
+                 });
+    return fit(model_, noise_, without, joined(own_parameters(), parameters), input_.options.replays_max);
+}
+
+void block_search::fix_estimates(block_diagnosis &result) const
+{
+    for (cause &known : result.causes) {
+        if (known.parameters.empty()) {
+            known.parameters = estimates(incumbent_, *known.effect);
+        }
+    }
+}
+
+} // namespace berth

@@ -1,0 +1,106 @@
+#include "block_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "floor.h"
+
+namespace berth
+{
+
+block_search::block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events)
+    : input_(input), given_(given), events_(events),
+      model_(block, *input.fit, given, events,
+             input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none)
+{
+    if (input.validation != nullptr) {
+        unseen_ = std::make_unique<block_model>(block, *input.validation, given, no_events_, held_out_parts::none);
+    }
+}
+
+void block_search::run(block_diagnosis &result)
+{
+    model_.error(given_, result.error_before);
+    fit_base();
+    base_ = incumbent_;
+    rate_base(result);
+    is_rest_ = is_rest_of_switching();
+    for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
+        if (!find_next(result)) {
+            break;
+        }
+    }
+    conclude(result);
+}
+
+std::vector<free_parameter> block_search::own_parameters() const
+{
+    return joined(input_.upstream, base_parameters(model_.which(), given_));
+}
+
+void block_search::fit_base()
+{
+    const auto parameters = own_parameters();
+    std::vector<double> error;
+    model_.error(given_, error);
+    const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
+    noise_ = has_measured ? *input_.floor : noise_of(model_, error, true);
+    incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
+    const noise_model under = floor_under(model_, incumbent_.rig);
+    /* Runs that repeat a command need not repeat what came of it: a floor above the error itself is none. */
+    has_floor_ = has_measured && input_.floor->rms < 1.25 * under.rms;
+    if (!has_floor_) {
+        noise_ = under;
+        incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
+    }
+}
+
+void block_search::rate_base(block_diagnosis &result)
+{
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+    result.explainable = excess(incumbent_.cost, incumbent_.rows);
+}
+
+std::size_t block_search::rows_under(const noise_model &noise) const
+{
+    const auto in_use = std::count(model_.uses().begin(), model_.uses().end(), row_use::fit);
+    return static_cast<std::size_t>(static_cast<double>(in_use) / noise.rows_per_fact);
+}
+
+double block_search::excess(double cost, std::size_t rows) const
+{
+    /* A floor that was found in the error itself, blind to what is unusual, is a little low. */
+    const double blindness = has_floor_ ? 0.0 : 0.04;
+    return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.explained, 1e-9});
+}
+
+noise_model block_search::metric_for(const rig &rig)
+{
+    constexpr double far = 2.5; /* times the floor */
+    std::vector<double> error;
+    model_.error(rig, error);
+    if (rms_of(error, model_.uses(), row_use::fit) < far * noise_.rms) {
+        return noise_;
+    }
+    noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+    white.sigma *= std::sqrt(white.rows_per_fact);
+    return white;
+}
+
+part_rms block_search::rms(block_model &model, row_use use) const
+{
+    std::vector<double> error;
+    part_rms made;
+    model.error(given_, error);
+    made.before = rms_of(error, model.uses(), use);
+    model.error(base_.rig, error);
+    made.retuned = rms_of(error, model.uses(), use);
+    model.error(incumbent_.rig, error);
+    made.after = rms_of(error, model.uses(), use);
+    made.floor = noise_.rms;
+    return made;
+}
+
+} // namespace berth

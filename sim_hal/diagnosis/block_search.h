@@ -1,0 +1,103 @@
+/* The search for the causes in one block: a base model, then one effect after the other as long as each is believed,
+ * then what to say of it. */
+#ifndef SIM_HAL_DIAGNOSIS_BLOCK_SEARCH_H
+#define SIM_HAL_DIAGNOSIS_BLOCK_SEARCH_H
+
+#include <memory>
+#include <vector>
+
+#include "block_diagnosis.h"
+#include "gain.h"
+
+namespace berth
+{
+
+class block_search
+{
+  public:
+    block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events);
+
+    void run(block_diagnosis &result);
+
+  private:
+    /* --- the base, and what is above the floor: block_search.cpp --- */
+
+    /* The base model's, and those of the robot before it as far as its own channel left them open. */
+    std::vector<free_parameter> own_parameters() const;
+    void fit_base();
+    void rate_base(block_diagnosis &result);
+    /* Rows that say something of their own. */
+    std::size_t rows_under(const noise_model &noise) const;
+    /* White sum of squares above the floor. */
+    double excess(double cost, std::size_t rows) const;
+    /* Far from the floor an error is no noise: colouring it would hide slow errors from the comparison. Near it, the
+     * noise's own colour counts. */
+    noise_model metric_for(const rig &rig);
+    part_rms rms(block_model &model, row_use use) const;
+
+    /* --- one effect more: block_acceptance.cpp --- */
+
+    /* False: there is none. */
+    bool find_next(block_diagnosis &result);
+    /* Candidates are compared under the noise that the best of them leaves. */
+    void compare_anew(std::vector<candidate> &candidates);
+    void drop_those_unseen(std::vector<candidate> &candidates);
+    /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
+     * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
+    gain gain_of(const candidate &best);
+    /* Not in a few moments only, which our own precision may make up. */
+    bool is_better_throughout(const candidate &one);
+    bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
+                double bic_before, double explainable);
+
+    /* --- the model goes on with it: block_adoption.cpp --- */
+
+    void adopt(block_diagnosis &result, const candidate &best);
+    /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
+     * the noise counts as white, and its colour is measured anew. */
+    void fit_without_colour();
+    /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
+     * start. */
+    void start_over_from_given();
+    /* An effect found first may have stood in for one found later. */
+    void drop_stand_ins(block_diagnosis &result);
+    fit_result fit_without(const effect &dropped);
+    void fix_estimates(block_diagnosis &result) const;
+
+    /* --- what to say: block_verdict.cpp --- */
+
+    void conclude(block_diagnosis &result);
+    verdict verdict_of(block_diagnosis &result);
+    bool exceeds_measured_floor() const;
+    /* Far above a floor that was found without it, and more than our own precision of what was explained. */
+    bool exceeds_floor();
+    /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
+     * of its own, as long as it is little beside what the fault did. */
+    bool is_rest_of_switching();
+    /* Of the explainable error of the base. */
+    double share_left();
+    /* Of the incumbent, over all rows. */
+    std::vector<double> white_error_left();
+    /* What the fit knows well enough for the blocks after this one to start from. */
+    std::vector<free_parameter> refinable() const;
+
+    const diagnosis_input &input_;
+    const rig &given_;
+    const sample_events &events_;
+    sample_events no_events_;
+    block_model model_;
+    std::unique_ptr<block_model> unseen_; /* the validation record */
+    noise_model noise_;
+    noise_model metric_; /* what candidates are compared under */
+    fit_result base_;
+    fit_result incumbent_;
+    leftover leftover_;
+    bool has_floor_ = false; /* measured, and to be believed */
+    bool is_suspect_ = false;
+    bool is_rest_ = false;
+    std::vector<const effect *> found_;
+};
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+
+#include "block_search.h"
+#include "moments.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Improvements of the white sum of squares by features with no meaning stay far below this. */
+constexpr double leftover_significant = 30.0;
+
+constexpr double moments_bearable = 0.04;
+constexpr double left_full = 0.003;      /* share of the explainable error that may be left of a full explanation */
+constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
+constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
+constexpr double share_of_replay = 1e-4; /* of the explained error, that may be the replay's own */
+
+/* It has no size of its own: its whole turn is. */
+bool is_angle(const free_parameter &parameter)
+{
+    const std::string_view path = parameter.key->path;
+    return path.size() > 4 && path.substr(path.size() - 4) == "_rad";
+}
+
+} // namespace
+
+void block_search::conclude(block_diagnosis &result)
+{
+    result.verdict = verdict_of(result);
+    fix_estimates(result);
+    for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
+        const std::string key(incumbent_.parameters[i].key->path);
+        result.base.push_back(
+            {key, value_of(incumbent_.rig, key), incumbent_.ci95.empty() ? 0.0 : incumbent_.ci95[i]});
+    }
+    result.extended = incumbent_.rig;
+    result.fitted = incumbent_;
+    result.refinable = refinable();
+    model_.error(incumbent_.rig, result.error_after);
+    result.uses = model_.uses();
+    result.floor = noise_;
+    result.floor_is_measured = has_floor_;
+    result.fit_rms = rms(model_, row_use::fit);
+    result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
+}
+
+verdict block_search::verdict_of(block_diagnosis &result)
+{
+    const std::vector<double> white = white_error_left();
+    result.bad_moments = share_of_bad_moments(white, model_.data().period_s);
+    result.left = share_left();
+    result.left_class = leftover_.strongest;
+    /* What hangs on a threshold goes another way now and then: a few moments prove nothing else. */
+    const bool only_moments =
+        (!result.causes.empty() || input_.has_cause_upstream) && result.bad_moments < moments_bearable;
+    const bool has_thresholds =
+        input_.without_switching_fault != nullptr ||
+        std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switches; });
+    const bool bursts = noise_.rows_per_fact == 1.0 && !input_.has_events &&
+                        !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
+    const bool exceeds_features =
+        leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
+    const bool something_is_left = !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
+                                                 (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
+    if (result.causes.empty()) {
+        return something_is_left ? verdict::unknown : verdict::nothing_detectable;
+    }
+    if (something_is_left) {
+        return verdict::partly_explained;
+    }
+    return result.alternatives.empty() ? verdict::named : verdict::one_of;
+}
+
+bool block_search::exceeds_measured_floor() const
+{
+    return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
+}
+
+bool block_search::exceeds_floor()
+{
+    const double rows = static_cast<double>(rows_under(noise_));
+    const double above = cost_of(model_, noise_, incumbent_.rig) - rows;
+    const double before = cost_of(model_, noise_, base_.rig) - rows;
+    const bool is_far = !input_.has_events && above > (bursts_exceed - 1.0) * rows;
+    return exceeds_measured_floor() || (is_far && above > share_of_replay * before);
+}
+
+bool block_search::is_rest_of_switching()
+{
+    if (input_.without_switching_fault == nullptr) {
+        return false;
+    }
+    const double rows = static_cast<double>(incumbent_.rows);
+    return cost_of(model_, noise_, incumbent_.rig) - rows <
+           left_full * (cost_of(model_, noise_, *input_.without_switching_fault) - rows);
+}
+
+double block_search::share_left()
+{
+    const double total =
+        std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(rows_under(noise_)), 1e-9);
+    return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(total, leftover_.explained));
+}
+
+std::vector<double> block_search::white_error_left()
+{
+    std::vector<double> error;
+    std::vector<double> white;
+    std::vector<row_use> all = model_.uses();
+    std::replace(all.begin(), all.end(), row_use::held_out, row_use::fit);
+    model_.error(incumbent_.rig, error);
+    whiten(noise_, error, all, row_use::fit, white);
+    return white;
+}
+
+std::vector<free_parameter> block_search::refinable() const
+{
+    std::vector<free_parameter> made;
+    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
+        const free_parameter &known = incumbent_.parameters[i];
+        const double value = value_of(incumbent_.rig, known.key->path);
+        const double sd = incumbent_.ci95[i] / 1.96;
+        const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
+            return found->is_rough && found->parameters[0].key == known.key->path;
+        });
+        if (!is_rough && sd > 0.0 && sd < 0.1 * std::max(std::abs(value), is_angle(known) ? 1.0 : 0.0)) {
+            made.push_back({known.key, value - 4.0 * sd, value + 4.0 * sd, value, sd});
+        }
+    }
+    return made;
+}
+
+} // namespace berth
