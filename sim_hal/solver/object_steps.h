@@ -56,34 +56,18 @@ class object_steps
     /* One step with the robot going straight from `from_m` to `to_m`. */
     void advance(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
     {
-        const double velocity_m_per_s = (to_m - from_m) / step_s;
+        line_ = {from_m, (to_m - from_m) / step_s};
         if (plant_.one_sided) {
             grip_ = object_force_N() > 0.0 ? grip::holds : grip::free_of_material;
         } else if (grip_force_N_ > 0.0) {
-            watch_grip({from_m, velocity_m_per_s});
+            watch_grip(line_);
         }
-        const bool is_crossley = impact_damping_s_per_m_ > 0.0 && grip_ == grip::holds;
-        const step_map &map = maps[static_cast<std::size_t>(is_crossley ? grip::free_of_material : grip_)];
-        body_state next{};
-        for (std::size_t column = 0; column < rows; column++) {
-            for (std::size_t row = 0; row < rows; row++) {
-                next[row] += map.column[column][row] * state_[column];
-            }
-        }
-        const double inputs[3] = {from_m, velocity_m_per_s, 1.0};
-        for (std::size_t column = 0; column < 3; column++) {
-            for (std::size_t row = 0; row < rows; row++) {
-                next[row] += map.column[rows + column][row] * inputs[column];
-            }
-        }
-        if (!forces_.empty() || is_crossley) {
-            add_forces(map, next, is_crossley, time_s, step_s);
-        }
-        state_ = next;
-        line_ = {to_m, velocity_m_per_s};
+        state_ = state_after(maps, grip_, step_s, time_s);
+        line_.position_m = to_m;
     }
 
-    /* The same; where a contact begins or ends on the way, in `fine_parts` steps, for which `fine` are the maps. */
+    /* The same; where a contact begins or ends on the way, in `fine_parts` steps, for which `fine` are the maps, and
+     * in the one of them where it does, each mode counts for its share of the time. */
     void advance_watching(const step_maps &maps, const step_maps &fine, double step_s, double from_m, double to_m,
                           double time_s)
     {
@@ -99,7 +83,7 @@ class object_steps
         state_ = before;
         for (int i = 0; i < fine_parts; i++) {
             const double way_m = (to_m - from_m) / fine_parts;
-            advance(fine, step_s / fine_parts, from_m + way_m * i, from_m + way_m * (i + 1), time_s);
+            advance_switching(fine, step_s / fine_parts, from_m + way_m * i, from_m + way_m * (i + 1), time_s);
         }
     }
 
@@ -125,14 +109,39 @@ class object_steps
         return full;
     }
     double depth_m() const { return state_[object_position] - plant_.surface_m; }
-    double object_force_N() const
+    /* Of the material, were it to pull as well. */
+    double pressed_N() const
     {
-        const double depth = depth_m();
         const double k = plant_.stiffness_N_per_m;
-        return impact_damping_s_per_m_ > 0.0 ? k * depth * (1.0 + impact_damping_s_per_m_ * state_[object_velocity])
-               : depth > 0.0                 ? k * depth + plant_.damping_N_s_per_m * state_[object_velocity]
-                                             : -1.0;
+        return impact_damping_s_per_m_ > 0.0
+                   ? k * depth_m() * (1.0 + impact_damping_s_per_m_ * state_[object_velocity])
+                   : k * depth_m() + plant_.damping_N_s_per_m * state_[object_velocity];
     }
+    /* Not above 0: nothing is touched. */
+    double object_force_N() const { return depth_m() > 0.0 ? pressed_N() : -1.0; }
+    /* After a step that begins with the robot on `line_`. */
+    body_state state_after(const step_maps &maps, grip mode, double step_s, double time_s)
+    {
+        const bool is_crossley = impact_damping_s_per_m_ > 0.0 && mode == grip::holds;
+        const step_map &map = maps[static_cast<std::size_t>(is_crossley ? grip::free_of_material : mode)];
+        body_state next{};
+        for (std::size_t column = 0; column < rows; column++) {
+            for (std::size_t row = 0; row < rows; row++) {
+                next[row] += map.column[column][row] * state_[column];
+            }
+        }
+        const double inputs[3] = {line_.position_m, line_.velocity_m_per_s, 1.0};
+        for (std::size_t column = 0; column < 3; column++) {
+            for (std::size_t row = 0; row < rows; row++) {
+                next[row] += map.column[rows + column][row] * inputs[column];
+            }
+        }
+        if (!forces_.empty() || is_crossley) {
+            add_forces(map, next, is_crossley, time_s, step_s);
+        }
+        return next;
+    }
+    void advance_switching(const step_maps &maps, double step_s, double from_m, double to_m, double time_s);
     void watch_grip(const reference_line &line);
     void add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s);
 
