@@ -102,44 +102,27 @@ void object_steps::jump(double to_m)
     line_ = {to_m, 0.0};
 }
 
-/* Where the material is touched, the object goes on from the surface; where it is left, the force has come to zero:
- * both go nearly straight over so short a step. */
+/* What decides goes nearly straight over so short a step. */
 void object_steps::advance_switching(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
 {
     const body_state before = state_;
-    const double depth_before_m = depth_m();
-    const double force_before_N = object_force_N();
     advance(maps, step_s, from_m, to_m, time_s);
-    const bool holds = grip_ == grip::holds;
-    if ((object_force_N() > 0.0) == holds) {
+    const double margin_after = margin();
+    if (margin_after >= 0.0) {
         return;
     }
-    const double gone = holds ? force_before_N : -depth_before_m;
-    const double to_go = holds ? pressed_N() : -depth_m();
-    if (!(gone > 0.0 && to_go < 0.0)) {
-        return;
-    }
-    const double share = gone / (gone - to_go);
     const body_state as_before = state_;
+    const reference_line line_after = line_;
     state_ = before;
     line_.position_m = from_m;
-    const body_state switched = state_after(maps, holds ? grip::free_of_material : grip::holds, step_s, time_s);
-    line_.position_m = to_m;
+    const double margin_before = std::max(0.0, margin());
+    const double share = margin_before / (margin_before - margin_after);
+    grip_ = next_grip();
+    const body_state switched = state_after(maps, grip_, step_s, time_s);
     for (std::size_t row = 0; row < rows; row++) {
         state_[row] = share * as_before[row] + (1.0 - share) * switched[row];
     }
-}
-
-void object_steps::watch_grip(const reference_line &line)
-{
-    const double gap_m = line.position_m - state_[object_position];
-    const double spring_N = plant_.sensor_stiffness_N_per_m * gap_m +
-                            plant_.sensor_damping_N_s_per_m * (line.velocity_m_per_s - state_[object_velocity]);
-    if (grip_ == grip::holds && spring_N < -grip_force_N_) {
-        grip_ = grip::is_lost;
-    } else if (grip_ == grip::is_lost && gap_m >= 0.0) {
-        grip_ = grip::holds;
-    }
+    line_ = line_after;
 }
 
 void object_steps::add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s)

@@ -57,35 +57,38 @@ class object_steps
     void advance(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
     {
         line_ = {from_m, (to_m - from_m) / step_s};
-        if (plant_.one_sided) {
-            grip_ = object_force_N() > 0.0 ? grip::holds : grip::free_of_material;
-        } else if (grip_force_N_ > 0.0) {
-            watch_grip(line_);
-        }
+        grip_ = plant_.one_sided ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
+                : margin() < 0.0 ? next_grip()
+                                 : grip_;
         state_ = state_after(maps, grip_, step_s, time_s);
         line_.position_m = to_m;
     }
 
-    /* The same; where a contact begins or ends on the way, in `fine_parts` steps, for which `fine` are the maps, and
-     * in the one of them where it does, each mode counts for its share of the time. */
+    /* The same; where a contact begins or ends on the way or the grip gives way, in `fine_parts` steps, for which
+     * `fine` are the maps, and in the one of them where it does, each mode counts for its share of the time. */
     void advance_watching(const step_maps &maps, const step_maps &fine, double step_s, double from_m, double to_m,
                           double time_s)
     {
-        if (!plant_.one_sided || !forces_.empty()) { /* forces remember steps: these cannot be taken back */
+        if (!switches() || !forces_.empty()) { /* forces remember steps: these cannot be taken back */
             advance(maps, step_s, from_m, to_m, time_s);
             return;
         }
         const body_state before = state_;
+        const grip grip_before = grip_;
         advance(maps, step_s, from_m, to_m, time_s);
-        if ((object_force_N() > 0.0) == (grip_ == grip::holds)) {
+        if (margin() >= 0.0) {
             return;
         }
         state_ = before;
+        grip_ = grip_before;
         for (int i = 0; i < fine_parts; i++) {
             const double way_m = (to_m - from_m) / fine_parts;
             advance_switching(fine, step_s / fine_parts, from_m + way_m * i, from_m + way_m * (i + 1), time_s);
         }
     }
+
+    /* There is a contact that begins and ends, or a grip that gives way. */
+    bool switches() const { return plant_.one_sided || grip_force_N_ > 0.0; }
 
     /* The robot jumps to `to_m`. */
     void jump(double to_m);
@@ -117,6 +120,29 @@ class object_steps
                    ? k * depth_m() * (1.0 + impact_damping_s_per_m_ * state_[object_velocity])
                    : k * depth_m() + plant_.damping_N_s_per_m * state_[object_velocity];
     }
+    double gap_m() const { return line_.position_m - state_[object_position]; }
+    double pull_N() const
+    {
+        return plant_.sensor_stiffness_N_per_m * gap_m() +
+               plant_.sensor_damping_N_s_per_m * (line_.velocity_m_per_s - state_[object_velocity]);
+    }
+    /* How far the mode is from its end; below 0: beyond it. */
+    double margin() const
+    {
+        if (plant_.one_sided) {
+            const double touching_N = std::min(plant_.stiffness_N_per_m * depth_m(), pressed_N());
+            return grip_ == grip::holds ? touching_N : -touching_N;
+        }
+        if (grip_force_N_ <= 0.0) {
+            return 1.0;
+        }
+        const double spare_N = pull_N() + grip_force_N_;
+        return grip_ == grip::holds ? spare_N : -std::min(plant_.sensor_stiffness_N_per_m * gap_m(), spare_N);
+    }
+    grip next_grip() const
+    {
+        return grip_ != grip::holds ? grip::holds : plant_.one_sided ? grip::free_of_material : grip::is_lost;
+    }
     /* Not above 0: nothing is touched. */
     double object_force_N() const { return depth_m() > 0.0 ? pressed_N() : -1.0; }
     /* After a step that begins with the robot on `line_`. */
@@ -142,7 +168,6 @@ class object_steps
         return next;
     }
     void advance_switching(const step_maps &maps, double step_s, double from_m, double to_m, double time_s);
-    void watch_grip(const reference_line &line);
     void add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s);
 
     plant plant_; /* its robot is where it is told to be */

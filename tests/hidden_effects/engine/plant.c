@@ -113,8 +113,9 @@ static struct modes modes_after(const struct loop *l, const struct modes *held, 
                                                                        : 0;
     }
     if (p->grip_N < 1e11) {
-        next.is_loose =
-            held->is_loose ? s[X] - l->memory.robot_m > 0.0 : spring_N(p, s, l->memory.robot_m, r_rate) < -p->grip_N;
+        /* Touched again it holds, if it need not pull too much at once. */
+        const int is_apart = held->is_loose && s[X] > l->memory.robot_m;
+        next.is_loose = is_apart || spring_N(p, s, l->memory.robot_m, r_rate) < -p->grip_N;
     }
     return next;
 }
