@@ -11,6 +11,8 @@ namespace berth
 namespace
 {
 
+constexpr double bic_unseen = 60.0; /* the same as bic_clear where nothing is left above the noise */
+
 /* What no cause explains and yet is better by so much: something else is there. */
 constexpr double bic_suspect = 40.0;
 constexpr double held_out_least = 0.05; /* share of the explainable error that an effect explains on unseen data */
@@ -18,6 +20,7 @@ constexpr double share_of_precision = 1e-5; /* of the whole explainable error: o
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
 constexpr double share_of_all = 0.02;
 constexpr double share_of_all_refining = 0.003;
+constexpr double share_of_rest = 0.9; /* nearly all that is left */
 
 /* An effect of no size is none, whatever its other parameters make up for. */
 bool size_may_be_zero(const candidate &one)
@@ -109,16 +112,20 @@ gain block_search::gain_of(const candidate &best)
     add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
              unseen_ ? row_use::fit : row_use::held_out);
     const gain first = gain_from(sums);
-    if (first.low > 0.0 || first.value < -hardly || best.effect->is_rough) {
+    if (first.low > 0.0 || first.value < -hardly) {
         return first;
     }
     paired_sums crossed;
     for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
         block_model model(model_.which(), *input_.fit, given_, events_, half);
-        const fit_result with =
-            fit(model, metric_, best.fitted.rig, best.fitted.parameters, input_.options.replays_max / 2);
+        search_options half_as_long = input_.options;
+        half_as_long.replays_max /= 2;
         const fit_result without =
-            fit(model, metric_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max / 2);
+            fit(model, metric_, incumbent_.rig, incumbent_.parameters, half_as_long.replays_max);
+        fit_result with = fit_effect(model, metric_, *best.effect, best.fitted, without, half_as_long);
+        if (with.cost > without.cost - bic_clear) {
+            with = without; /* this half knows nothing of it */
+        }
         add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
     }
     return gain_from(crossed);
@@ -136,12 +143,16 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
 {
     const gain gained = gain_of(best);
     const double share = (incumbent_.cost - best.fitted.cost) / explainable;
+    /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
+    const double of_all_least = best.effect->refines.empty() ? share_of_all
+                                : share > share_of_rest      ? share_of_precision
+                                                             : share_of_all_refining;
     const double of_all =
         (incumbent_.cost - best.fitted.cost) /
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
-    if (bic_before - best.bic < bic_clear || share < share_worthwhile || gained.low <= 0.0 ||
-        gained.of_explainable < held_out_least ||
-        of_all < (best.effect->refines.empty() ? share_of_all : share_of_all_refining)) {
+    const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
+    if (bic_before - best.bic < (is_above_floor ? bic_clear : bic_unseen) || share < share_worthwhile ||
+        gained.low <= 0.0 || gained.of_explainable < held_out_least || of_all < of_all_least) {
         is_suspect_ = is_suspect_ || (bic_before - best.bic > bic_suspect && of_all > share_of_precision &&
                                       is_better_throughout(best));
         if (is_suspect_ && share > share_worthwhile) {

@@ -38,9 +38,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
     incumbent_.rows = rows_under(noise_);
     start_over_from_given();
-    if (best.effect->refines.empty()) {
-        drop_stand_ins(result);
-    }
+    drop_stand_ins(result);
     std::vector<double> error;
     model_.error(incumbent_.rig, error);
     leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);

@@ -40,6 +40,7 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min);
 struct robot_motion {
     tick_steps tick;
     std::vector<double> position_m; /* at the ends of steps; the first of a segment at its start */
+    std::vector<double> bulge_m;    /* of the step before each position, see robot_way; empty: steps are straight */
     std::vector<double> at_tick_m;  /* one a row */
 };
 

@@ -49,6 +49,7 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
     force_N.assign(record.size(), 0.0);
     std::vector<double> sampled;
     const double *position_m = motion.position_m.data();
+    const double *bulge_m = motion.bulge_m.empty() ? nullptr : motion.bulge_m.data();
     for (const record_segment &part : record.segments) {
         const std::size_t count = part.end - part.begin;
         electronics electronics(rig);
@@ -67,10 +68,11 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
                     sampled[n] = filters.empty() ? object.measured_N() : now_N;
                 }
                 const std::size_t kind = tick.kind[step];
-                object.advance_watching(maps[kind], fine[kind], tick.duration_s[step], position_m[0], position_m[1],
-                                        time_s);
+                const robot_way way{position_m[0], position_m[1], bulge_m == nullptr ? 0.0 : bulge_m[1]};
+                object.advance_watching(maps[kind], fine[kind], tick.duration_s[step], way, time_s);
                 time_s += tick.duration_s[step];
                 position_m++;
+                bulge_m += bulge_m == nullptr ? 0 : 1;
                 if (!filters.empty()) {
                     now_N = object.measured_N();
                     for (auto &filter : filters) {
@@ -80,6 +82,7 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
             }
         }
         position_m++;
+        bulge_m += bulge_m == nullptr ? 0 : 1;
         for (std::size_t n = 0; n < count; n++) {
             const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(n) - tick.ticks_late;
             const double time_s = record.time_s[part.begin + n] - record.time_origin_s - late_s;

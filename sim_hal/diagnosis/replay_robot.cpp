@@ -85,7 +85,7 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
     return knots;
 }
 
-/* Walks along the reference. */
+/* Walks along the reference, forwards. */
 class reference
 {
   public:
@@ -96,6 +96,32 @@ class reference
         while (next_ < knots_.size() && knots_[next_].time_s <= time_s) {
             next_++;
         }
+        return on_line(time_s);
+    }
+
+    /* The same; `bulge_m`: see robot_way, of the way there from `from_s`, where the walk is. */
+    double at(double time_s, double from_s, double from_m, double &bulge_m)
+    {
+        double area_m_s = 0.0;
+        double begin_s = from_s;
+        double begin_m = from_m;
+        while (next_ < knots_.size() && knots_[next_].time_s <= time_s) {
+            const double end_s = knots_[next_].time_s;
+            area_m_s += 0.5 * (begin_m + on_line(end_s)) * (end_s - begin_s);
+            begin_s = end_s;
+            begin_m = knots_[next_].position_m;
+            next_++;
+        }
+        const double to_m = on_line(time_s);
+        area_m_s += 0.5 * (begin_m + to_m) * (time_s - begin_s);
+        bulge_m = area_m_s / (time_s - from_s) - 0.5 * (from_m + to_m);
+        return to_m;
+    }
+
+  private:
+    /* Between the knots that the walk is between. */
+    double on_line(double time_s) const
+    {
         if (next_ == 0) {
             return knots_.front().position_m;
         }
@@ -108,19 +134,23 @@ class reference
                (after.position_m - before.position_m) * (time_s - before.time_s) / (after.time_s - before.time_s);
     }
 
-  private:
     const std::vector<knot> &knots_;
     bool holds_;
     std::size_t next_ = 0;
 };
 
+/* Within the ticks, so that they cannot be the ends of steps. */
+bool knots_wander(const rig &rig)
+{
+    return rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
+}
+
 } // namespace
 
 tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
 {
-    const bool knots_wander =
-        rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
-    const double knot_s = knots_wander ? 0.0 : std::fmod(1e-3 * rig.robot.dead_time_ms, period_s);
+    const bool wander = knots_wander(rig);
+    const double knot_s = wander ? 0.0 : std::fmod(1e-3 * rig.robot.dead_time_ms, period_s);
     const double late =
         (1e-3 * rig.sensor.delay_ms - std::fmod(1e-3 * rig.sensor.sample_phase_ms, period_s)) / period_s;
     const double whole = std::ceil(late - 1e-9);
@@ -135,7 +165,7 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
     }
     std::sort(ends.begin(), ends.end());
     ends.push_back(period_s);
-    const double step_max_s = period_s / std::max(steps_min, knots_wander ? fine_steps_a_tick : 1) * (1.0 + 1e-9);
+    const double step_max_s = period_s / std::max(steps_min, wander ? fine_steps_a_tick : 1) * (1.0 + 1e-9);
     tick_steps tick;
     tick.ticks_late = static_cast<std::ptrdiff_t>(whole);
     double begin_s = 0.0;
@@ -174,6 +204,8 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
     motion.tick = divide_tick(rig, period_s, steps);
     motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());
+    const bool has_bulges = knots_wander(rig) && !rig.has_transfer_behaviour() && !has_motion_effect;
+    motion.bulge_m.assign(has_bulges ? motion.position_m.size() : 0, 0.0);
 
     double *out = motion.position_m.data();
     for (const record_segment &part : record.segments) {
@@ -189,8 +221,14 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
             motion.at_tick_m[n] = position_m;
             double time_s = period_s * static_cast<double>(n - part.begin);
             for (const double step_s : motion.tick.duration_s) {
+                const double begin_s = time_s;
                 time_s += step_s;
-                position_m = drive.advance(line.at(time_s), step_s);
+                if (has_bulges) {
+                    double &bulge_m = motion.bulge_m[static_cast<std::size_t>(out - motion.position_m.data())];
+                    position_m = line.at(time_s, begin_s, position_m, bulge_m);
+                } else {
+                    position_m = drive.advance(line.at(time_s), step_s);
+                }
                 *out++ = position_m;
             }
         }

@@ -22,16 +22,16 @@ struct start_point {
 
 /* An effect of one size, searched on a grid that closes in on the best one, with the base model fitted in between.
  */
-fit_result fit_rough(block_model &model, const noise_model &noise, const start_point &start,
+fit_result fit_rough(block_model &model, const noise_model &noise, const effect &effect, const rig &start,
                      const fit_result &incumbent, const search_options &options)
 {
-    const std::string_view key = start.effect->parameters[0].key;
-    double best = value_of(start.rig, key);
+    const std::string_view key = effect.parameters[0].key;
+    double best = value_of(start, key);
     double factor = 1.3;      /* the spacing of the starts, about */
     constexpr int rounds = 9; /* to 2e-4 of the size: each of a thousand switchings then falls into its tick */
     fit_result fitted;
-    fitted.rig = start.rig;
-    double cost = cost_of(model, noise, start.rig);
+    fitted.rig = start;
+    double cost = cost_of(model, noise, start);
     for (int round = 0; round < rounds; round++) {
         const double middle = best;
         for (const double place : {-0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8}) {
@@ -98,6 +98,13 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
            (effect.refines.empty() ||
             std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
+}
+
+fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
+                      const fit_result &incumbent, const search_options &options)
+{
+    return effect.is_rough ? fit_rough(model, noise, effect, found.rig, incumbent, options)
+                           : fit(model, noise, found.rig, found.parameters, options.replays_max);
 }
 
 double bic_of(double cost, std::size_t rows, std::size_t parameters)
@@ -202,7 +209,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         candidate made;
         made.effect = start.effect;
         made.fitted = start.effect->is_rough
-                          ? fit_rough(model, noise, start, incumbent, options)
+                          ? fit_rough(model, noise, *start.effect, start.rig, incumbent, options)
                           : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());

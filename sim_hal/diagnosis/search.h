@@ -39,6 +39,10 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                                       const rig &given, const std::vector<const effect *> &found,
                                       const search_options &options);
 
+/* An effect fitted anew, beginning where it was `found`, together with the incumbent's parameters. */
+fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
+                      const fit_result &incumbent, const search_options &options);
+
 /* Rows ln(cost / rows) + parameters ln(rows): smaller is better. */
 double bic_of(double cost, std::size_t rows, std::size_t parameters);
 

@@ -42,9 +42,10 @@ class dry_friction final : public force_stage
 inline std::vector<effect_values> friction_starts(const record_scales &scales)
 {
     std::vector<effect_values> all;
-    for (const double share : {0.01, 0.05, 0.2}) {
-        all.push_back({share * scales.force_N, 0.0});
-        all.push_back({share * scales.force_N, 5e-4 * scales.position_m});
+    for (const double share : {0.02, 0.15}) {
+        for (const double way : {0.0, 1e-5, 5e-4}) {
+            all.push_back({share * scales.force_N, way * scales.position_m});
+        }
     }
     return all;
 }

@@ -14,6 +14,7 @@ effect robot_acceleration_limit()
     made.starts = [](const rig &, const record_scales &scales) {
         return limits_below(scales.acceleration_m_per_s2);
     };
+    made.is_rough = true;
     return made;
 }
 

@@ -48,7 +48,7 @@ void effect_solver::step(double reference_m, std::int64_t duration_ns)
     const double step_s = static_cast<double>(duration_ns) * 1e-9;
     const double from_m = object_.robot_line().position_m;
     const double to_m = drive_.advance(reference_m, step_s);
-    object_.advance(maps_for(duration_ns), step_s, from_m, to_m, static_cast<double>(now_ns_) * 1e-9);
+    object_.advance(maps_for(duration_ns), step_s, {from_m, to_m}, static_cast<double>(now_ns_) * 1e-9);
     now_ns_ += duration_ns;
     force_N_ = object_.measured_N();
     for (auto &filter : filters_) {

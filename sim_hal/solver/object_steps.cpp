@@ -103,10 +103,10 @@ void object_steps::jump(double to_m)
 }
 
 /* What decides goes nearly straight over so short a step. */
-void object_steps::advance_switching(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
+void object_steps::advance_switching(const step_maps &maps, double step_s, const robot_way &way, double time_s)
 {
     const body_state before = state_;
-    advance(maps, step_s, from_m, to_m, time_s);
+    advance(maps, step_s, way, time_s);
     const double margin_after = margin();
     if (margin_after >= 0.0) {
         return;
@@ -114,7 +114,7 @@ void object_steps::advance_switching(const step_maps &maps, double step_s, doubl
     const body_state as_before = state_;
     const reference_line line_after = line_;
     state_ = before;
-    line_.position_m = from_m;
+    line_.position_m = way.from_m + way.bulge_m;
     const double margin_before = std::max(0.0, margin());
     const double share = margin_before / (margin_before - margin_after);
     grip_ = next_grip();

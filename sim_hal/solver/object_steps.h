@@ -29,6 +29,13 @@ constexpr int stiffening_steps_a_tick = 16;
 /* Steps a tick that the object needs: one where it is linear. */
 int object_steps_a_tick(const rig &rig);
 
+/* The robot's way over a step: straight, but for corners that make it pass `bulge_m` beside the line on average. */
+struct robot_way {
+    double from_m;
+    double to_m;
+    double bulge_m = 0.0;
+};
+
 class object_steps
 {
   public:
@@ -53,37 +60,37 @@ class object_steps
     /* At rest with the robot at `position_m`. */
     void start(const rig &rig, double position_m, double time_s);
 
-    /* One step with the robot going straight from `from_m` to `to_m`. */
-    void advance(const step_maps &maps, double step_s, double from_m, double to_m, double time_s)
+    void advance(const step_maps &maps, double step_s, const robot_way &way, double time_s)
     {
-        line_ = {from_m, (to_m - from_m) / step_s};
+        line_ = {way.from_m + way.bulge_m, (way.to_m - way.from_m) / step_s};
         grip_ = plant_.one_sided ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
                 : margin() < 0.0 ? next_grip()
                                  : grip_;
         state_ = state_after(maps, grip_, step_s, time_s);
-        line_.position_m = to_m;
+        line_.position_m = way.to_m;
     }
 
     /* The same; where a contact begins or ends on the way or the grip gives way, in `fine_parts` steps, for which
      * `fine` are the maps, and in the one of them where it does, each mode counts for its share of the time. */
-    void advance_watching(const step_maps &maps, const step_maps &fine, double step_s, double from_m, double to_m,
+    void advance_watching(const step_maps &maps, const step_maps &fine, double step_s, const robot_way &way,
                           double time_s)
     {
         if (!switches() || !forces_.empty()) { /* forces remember steps: these cannot be taken back */
-            advance(maps, step_s, from_m, to_m, time_s);
+            advance(maps, step_s, way, time_s);
             return;
         }
         const body_state before = state_;
         const grip grip_before = grip_;
-        advance(maps, step_s, from_m, to_m, time_s);
+        advance(maps, step_s, way, time_s);
         if (margin() >= 0.0) {
             return;
         }
         state_ = before;
         grip_ = grip_before;
         for (int i = 0; i < fine_parts; i++) {
-            const double way_m = (to_m - from_m) / fine_parts;
-            advance_switching(fine, step_s / fine_parts, from_m + way_m * i, from_m + way_m * (i + 1), time_s);
+            const double part_m = (way.to_m - way.from_m) / fine_parts;
+            const robot_way part{way.from_m + part_m * i, way.from_m + part_m * (i + 1), way.bulge_m};
+            advance_switching(fine, step_s / fine_parts, part, time_s);
         }
     }
 
@@ -167,7 +174,7 @@ class object_steps
         }
         return next;
     }
-    void advance_switching(const step_maps &maps, double step_s, double from_m, double to_m, double time_s);
+    void advance_switching(const step_maps &maps, double step_s, const robot_way &way, double time_s);
     void add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s);
 
     plant plant_; /* its robot is where it is told to be */

@@ -109,7 +109,7 @@ robot_load load_of(const rig &rig, const sine &robot_m)
     object.start(rig, before_m, 0.0);
     const first_harmonic found =
         drive(robot_m, static_cast<int>(steps), settling, averaged, [&](double position, double) {
-            object.advance(maps, step_s, before_m, position, 0.0);
+            object.advance(maps, step_s, {before_m, position}, 0.0);
             before_m = position;
             /* The robot's velocity is that of the middle of the step: half a step's acceleration is missing. */
             const double later_m_per_s =
