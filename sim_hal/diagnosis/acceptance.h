@@ -9,6 +9,8 @@ constexpr double bic_clear = 20.0;     /* an effect must improve BIC by this */
 constexpr double bic_undecided = 10.0; /* two causes nearer than this cannot be told apart */
 constexpr double bic_look_alike =
     60.0; /* the same for look-alikes: what a wrong tolerance can make of the difference */
+/* What no cause explains and yet is better by so much: something else is there. */
+constexpr double bic_suspect = 40.0;
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
 
 } // namespace berth

@@ -13,8 +13,6 @@ namespace
 
 constexpr double bic_unseen = 60.0; /* the same as bic_clear where nothing is left above the noise */
 
-/* What no cause explains and yet is better by so much: something else is there. */
-constexpr double bic_suspect = 40.0;
 constexpr double held_out_least = 0.05; /* share of the explainable error that an effect explains on unseen data */
 constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
@@ -138,23 +136,34 @@ bool block_search::is_better_throughout(const candidate &one)
     return blocks_that_differ(sums) > few_blocks;
 }
 
+double block_search::improvement(const candidate &best, double bic_before) const
+{
+    return std::min(bic_before - best.bic, incumbent_.cost - best.fitted.cost);
+}
+
+bool block_search::is_believed(const candidate &best, const gain &gained, double better, double share, double of_all)
+{
+    /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
+    const double of_all_least = best.effect->refines.empty() ? share_of_all
+                                : share > share_of_rest      ? share_of_precision
+                                                             : share_of_all_refining;
+    const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
+    return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_worthwhile && gained.low > 0.0 &&
+           gained.of_explainable >= held_out_least && of_all >= of_all_least;
+}
+
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                           double bic_before, double explainable)
 {
     const gain gained = gain_of(best);
     const double share = (incumbent_.cost - best.fitted.cost) / explainable;
-    /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
-    const double of_all_least = best.effect->refines.empty() ? share_of_all
-                                : share > share_of_rest      ? share_of_precision
-                                                             : share_of_all_refining;
     const double of_all =
         (incumbent_.cost - best.fitted.cost) /
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
-    const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
-    if (bic_before - best.bic < (is_above_floor ? bic_clear : bic_unseen) || share < share_worthwhile ||
-        gained.low <= 0.0 || gained.of_explainable < held_out_least || of_all < of_all_least) {
-        is_suspect_ = is_suspect_ || (bic_before - best.bic > bic_suspect && of_all > share_of_precision &&
-                                      is_better_throughout(best));
+    const double better = improvement(best, bic_before);
+    if (!is_believed(best, gained, better, share, of_all)) {
+        is_suspect_ =
+            is_suspect_ || (better > bic_suspect && of_all > share_of_precision && is_better_throughout(best));
         if (is_suspect_ && share > share_worthwhile) {
             result.alternatives.push_back({best.effect, best.bic - bic_before});
         }

@@ -128,6 +128,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
     divide(held_out, integrates ? rows_without_spring : rows_with_spring);
     starts_ = starts_of_windows(record, windows_);
     rows_per_fact_ = integrates ? 0.25 * static_cast<double>(rows_without_spring) : 1.0;
+    rounding_rms_ = std::max(resolution_rms(block), lattice_step(measured()) / std::sqrt(12.0));
 }
 
 const std::vector<double> &block_model::measured() const

@@ -46,6 +46,9 @@ class block_model
 
     const std::vector<double> &measured() const;
 
+    /* rms of the rounding to the step in which it was measured. */
+    double rounding_rms() const { return rounding_rms_; }
+
     /* Rows of a window in which a wrong force shows as one bow: of a manipulator without a spring; else 1. */
     double rows_per_fact() const { return rows_per_fact_; }
     const std::vector<row_use> &uses() const { return uses_; }
@@ -78,6 +81,7 @@ class block_model
     std::vector<double> motion_keys_; /* what motion_ was made for */
     std::vector<double> simulated_;
     double rows_per_fact_ = 1.0;
+    double rounding_rms_ = 0.0;
 };
 
 } // namespace berth

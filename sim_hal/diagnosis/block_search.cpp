@@ -44,7 +44,7 @@ void block_search::fit_base()
     std::vector<double> error;
     model_.error(given_, error);
     const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
-    noise_ = has_measured ? *input_.floor : noise_of(model_, error, true);
+    noise_ = has_measured ? at_least(*input_.floor, model_.rounding_rms()) : noise_of(model_, error, true);
     incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
     const noise_model under = floor_under(model_, incumbent_.rig);
     /* Runs that repeat a command need not repeat what came of it: a floor above the error itself is none. */

@@ -47,6 +47,10 @@ class block_search
     gain gain_of(const candidate &best);
     /* Not in a few moments only, which our own precision may make up. */
     bool is_better_throughout(const candidate &one);
+    /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was
+     * taken for, BIC alone boasts. */
+    double improvement(const candidate &best, double bic_before) const;
+    bool is_believed(const candidate &best, const gain &gained, double better, double share, double of_all);
     bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                 double bic_before, double explainable);
 
@@ -76,7 +80,10 @@ class block_search
     bool is_rest_of_switching();
     /* Of the explainable error of the base. */
     double share_left();
+    /* A re-tuned parameter would leave its tolerance if it could. */
+    bool is_pressed();
     /* Of the incumbent, over all rows. */
+    std::vector<double> error_left();
     std::vector<double> white_error_left();
     /* What the fit knows well enough for the blocks after this one to start from. */
     std::vector<free_parameter> refinable() const;

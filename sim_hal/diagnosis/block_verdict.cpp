@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acceptance.h"
 #include "block_search.h"
 #include "moments.h"
+#include "spectrum_lines.h"
 
 namespace berth
 {
@@ -13,7 +15,7 @@ namespace
 /* Improvements of the white sum of squares by features with no meaning stay far below this. */
 constexpr double leftover_significant = 30.0;
 
-constexpr double moments_bearable = 0.04;
+constexpr double moments_bearable = 0.08;
 constexpr double left_full = 0.003;      /* share of the explainable error that may be left of a full explanation */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
 constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
@@ -64,8 +66,10 @@ verdict block_search::verdict_of(block_diagnosis &result)
                         !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
     const bool exceeds_features =
         leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
-    const bool something_is_left = !is_rest_ && ((!only_moments && (exceeds_floor() || exceeds_features)) ||
-                                                 (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
+    const bool shows_line = result.causes.empty() && !input_.has_cause_upstream && has_line(error_left());
+    const bool something_is_left =
+        !is_rest_ && (shows_line || is_pressed() || (!only_moments && (exceeds_floor() || exceeds_features)) ||
+                      (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
     if (result.causes.empty()) {
         return something_is_left ? verdict::unknown : verdict::nothing_detectable;
     }
@@ -104,6 +108,41 @@ double block_search::share_left()
     const double total =
         std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(rows_under(noise_)), 1e-9);
     return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(total, leftover_.explained));
+}
+
+bool block_search::is_pressed()
+{
+    constexpr double near_bound = 1e-3; /* of the way between the bounds */
+    constexpr double wider = 3.0;
+    std::vector<free_parameter> parameters = incumbent_.parameters;
+    bool any = false;
+    for (free_parameter &parameter : parameters) {
+        const double value = value_of(incumbent_.rig, parameter.key->path);
+        const double span = parameter.high - parameter.low;
+        const double place = (value - parameter.low) / span;
+        if (parameter.expected_sd < unlimited && (place < near_bound || place > 1.0 - near_bound)) {
+            parameter.low = std::max(parameter.low - 0.5 * (wider - 1.0) * span, 0.01 * parameter.low);
+            parameter.high += 0.5 * (wider - 1.0) * span;
+            any = true;
+        }
+    }
+    if (!any) {
+        return false;
+    }
+    candidate freed;
+    freed.fitted = fit(model_, noise_, incumbent_.rig, parameters, input_.options.replays_max);
+    metric_ = noise_;
+    return cost_of(model_, noise_, incumbent_.rig) - freed.fitted.cost > bic_suspect && is_better_throughout(freed);
+}
+
+std::vector<double> block_search::error_left()
+{
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    for (std::size_t n = 0; n < error.size(); n++) {
+        error[n] = model_.uses()[n] == row_use::none ? 0.0 : error[n];
+    }
+    return error;
 }
 
 std::vector<double> block_search::white_error_left()

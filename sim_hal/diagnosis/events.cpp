@@ -115,24 +115,6 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
     return found;
 }
 
-/* The step that all values are whole numbers of, or 0. */
-double lattice_step(const std::vector<double> &x)
-{
-    double step = unlimited;
-    for (std::size_t n = 1; n < x.size(); n++) {
-        const double change = std::abs(x[n] - x[n - 1]);
-        if (change > 0.0) {
-            step = std::min(step, change);
-        }
-    }
-    std::size_t odd = 0;
-    for (std::size_t n = 1; n < x.size(); n++) {
-        const double steps = std::abs(x[n] - x[n - 1]) / step;
-        odd += std::abs(steps - std::round(steps)) > 0.01 + 1e-4 * steps;
-    }
-    return step < unlimited && odd * 100 <= x.size() ? step : 0.0;
-}
-
 std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms)
 {
     const double step = lattice_step(record.force_N);

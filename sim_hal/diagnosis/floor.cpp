@@ -20,7 +20,7 @@ double precision_of(const block_model &model)
     for (const double value : model.measured()) {
         square += value * value;
     }
-    return resolution_rms(model.which()) +
+    return model.rounding_rms() +
            share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
 }
 

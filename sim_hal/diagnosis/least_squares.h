@@ -19,7 +19,7 @@ struct least_squares_problem {
     std::function<void(const Eigen::VectorXd &x, Eigen::VectorXd &residual)> residual;
     Eigen::VectorXd low;
     Eigen::VectorXd high;
-    Eigen::VectorXd step;             /* of finite differences */
+    Eigen::VectorXd step; /* of finite differences */
     /* A difference that moves the residual (norm) further is taken again with a smaller step: a frequency turns what
      * it moves round and round. */
     double change_max = std::numeric_limits<double>::infinity();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Dense>
+#include <limits>
 
 namespace berth
 {
@@ -169,6 +170,23 @@ double rms_of(const std::vector<double> &error, const std::vector<row_use> &uses
         }
     }
     return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+double lattice_step(const std::vector<double> &values)
+{
+    double step = std::numeric_limits<double>::infinity();
+    for (std::size_t n = 1; n < values.size(); n++) {
+        const double change = std::abs(values[n] - values[n - 1]);
+        if (change > 0.0) {
+            step = std::min(step, change);
+        }
+    }
+    std::size_t odd = 0;
+    for (std::size_t n = 1; n < values.size(); n++) {
+        const double steps = std::abs(values[n] - values[n - 1]) / step;
+        odd += std::abs(steps - std::round(steps)) > 0.01 + 1e-4 * steps;
+    }
+    return step < std::numeric_limits<double>::infinity() && odd * 100 <= values.size() ? step : 0.0;
 }
 
 } // namespace berth

@@ -38,6 +38,9 @@ noise_model at_least(const noise_model &noise, double rms);
 
 double sum_of_squares(const std::vector<double> &values);
 
+/* The step that all values are whole numbers of; 0: there is none. */
+double lattice_step(const std::vector<double> &values);
+
 /* rms over the rows with this use. */
 double rms_of(const std::vector<double> &error, const std::vector<row_use> &uses, row_use use);
 

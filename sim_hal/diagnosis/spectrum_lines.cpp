@@ -5,23 +5,23 @@
 #include <complex>
 #include <unsupported/Eigen/FFT>
 
+#include "noise.h"
+
 namespace berth
 {
 
-double strongest_frequency_Hz(const std::vector<double> &error, double period_s)
+namespace
 {
-    std::size_t size = 1;
-    while (size * 2 <= error.size()) {
-        size *= 2;
-    }
-    size *= 2; /* padded: a finer grid than the record's own */
+
+/* Amplitudes of the lines of the error less its mean, at multiples of 1 / (size * period). */
+std::vector<std::complex<double>> lines_of(const std::vector<double> &error, std::size_t size)
+{
     std::vector<double> padded(error);
-    padded.resize(std::max(size, error.size()), 0.0);
-    padded.resize(size);
-    double mean = 0.0;
+    padded.resize(size, 0.0);
     const std::size_t used = std::min(size, error.size());
+    double mean = 0.0;
     for (std::size_t n = 0; n < used; n++) {
-        mean += error[n] / static_cast<double>(used);
+        mean += padded[n] / static_cast<double>(used);
     }
     for (std::size_t n = 0; n < used; n++) {
         padded[n] -= mean;
@@ -29,6 +29,24 @@ double strongest_frequency_Hz(const std::vector<double> &error, double period_s)
     Eigen::FFT<double> fft;
     std::vector<std::complex<double>> lines;
     fft.fwd(lines, padded);
+    return lines;
+}
+
+std::size_t power_of_two_below(std::size_t count)
+{
+    std::size_t size = 1;
+    while (size * 2 <= count) {
+        size *= 2;
+    }
+    return size;
+}
+
+} // namespace
+
+double strongest_frequency_Hz(const std::vector<double> &error, double period_s)
+{
+    const std::size_t size = 2 * power_of_two_below(error.size()); /* padded: a finer grid than the record's own */
+    const auto lines = lines_of(error, size);
     std::size_t best = 0;
     for (std::size_t i = 2; i < size / 2; i++) {
         if (best == 0 || std::norm(lines[i]) > std::norm(lines[best])) {
@@ -45,6 +63,31 @@ double strongest_frequency_Hz(const std::vector<double> &error, double period_s)
     const double bend = left - 2.0 * middle + right;
     const double offset = bend < 0.0 ? 0.5 * (left - right) / bend : 0.0;
     return (static_cast<double>(best) + offset) / (static_cast<double>(size) * period_s);
+}
+
+bool has_line(const std::vector<double> &error)
+{
+    constexpr double stands_out = 60.0; /* times the median power about it: noise does once in 1e18 lines */
+    constexpr std::size_t about = 40;   /* lines on either side */
+    constexpr std::size_t periods_min = 5;
+    const std::size_t size = power_of_two_below(error.size());
+    if (size < 8 * about) {
+        return false;
+    }
+    const auto lines = lines_of(error, size);
+    std::vector<double> power(size / 2);
+    for (std::size_t i = 0; i < power.size(); i++) {
+        power[i] = std::norm(lines[i]);
+    }
+    for (std::size_t i = periods_min; i < power.size(); i++) {
+        const auto begin = power.begin() + static_cast<std::ptrdiff_t>(i > about ? i - about : 0);
+        const auto end = power.begin() + static_cast<std::ptrdiff_t>(std::min(power.size(), i + about + 1));
+        if (power[i] > *std::max_element(begin, end) * 0.999 &&
+            power[i] > stands_out * median_of(std::vector<double>(begin, end))) {
+            return true;
+        }
+    }
+    return false;
 }
 
 std::vector<double> strongest_pitches_m(const std::vector<double> &error, const std::vector<double> &position_m,

@@ -15,6 +15,7 @@ effect robot_acceleration_limit()
         return limits_below(scales.acceleration_m_per_s2);
     };
     made.is_rough = true;
+    made.switches = true;
     return made;
 }
 
