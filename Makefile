@@ -54,13 +54,15 @@ COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
 ifneq ($(SANITIZE),)
-COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all
+COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all -O1 -g1
 LDFLAGS += -fsanitize=address,undefined
 endif
 
 # What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
+# Sanitizers look at each by itself, and link in a tenth of the time.
 TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
-LDFLAGS += -O2 -flto=auto
+ACROSS_FILES := $(if $(SANITIZE),,-flto=auto)
+LDFLAGS += -O2 $(ACROSS_FILES)
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
@@ -236,10 +238,10 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 	@echo "c++  $<"
 	@$(COMPILED_CXX) -c $< -o $@
 
-$(call object,$(TICK_PATH)): COMMON += -flto
+$(call object,$(TICK_PATH)): COMMON += $(ACROSS_FILES)
 
 # A diagnosis replays a record some thousand times.
-$(call object,$(wildcard sim_hal/diagnosis/*.cpp)): COMMON += -O3
+$(call object,$(wildcard sim_hal/diagnosis/*.cpp)): COMMON += $(if $(SANITIZE),,-O3)
 
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
 $(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-range

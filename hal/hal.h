@@ -70,8 +70,8 @@ enum hal_status hal_open(struct hal **hal, int argc, char **argv, struct app_con
 /* Closes everything and flushes the log. HAL_INVALID: the log is incomplete, and it was said. */
 enum hal_status hal_close(struct hal *hal);
 
-/* Blocks until the next tick is due. HAL_OK or HAL_END. Real hardware is not left in motion: there the end of the run
- * is first a wish to stop, tick->stop, and HAL_END comes when the robot has had the time to come to rest. */
+/* Blocks until the next tick is due. HAL_OK or HAL_END. Real hardware is not left in motion: there the end of the
+ * run is first a wish to stop, tick->stop, and HAL_END comes when the robot has had the time to come to rest. */
 enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick);
 
 /* Takes the oldest frame that has arrived on `bus` by the current tick. Never blocks. HAL_OK or HAL_EMPTY. */

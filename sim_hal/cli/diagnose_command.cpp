@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "../diagnosis/diagnosis.h"
 #include "../../hal/version.h"
+#include "../diagnosis/diagnosis.h"
 #include "atomic_file.h"
 #include "commands.h"
 

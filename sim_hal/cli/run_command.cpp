@@ -9,11 +9,11 @@
 #include <memory>
 
 #include "../../firmware/loop.h"
+#include "../../hal/version.h"
 #include "../hil/manipulator_stand_in.h"
 #include "../hil/profile.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
-#include "../../hal/version.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "run_result.h"

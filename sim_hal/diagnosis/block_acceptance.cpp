@@ -49,6 +49,9 @@ bool block_search::find_next(block_diagnosis &result)
     }
     incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
     incumbent_.rows = rows_under(metric_);
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    leftover_ = find_leftover(model_, metric_, incumbent_.rig, error);
     const double bic_before = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size());
     const double explainable = excess(incumbent_.cost, incumbent_.rows);
     for (const candidate &one : candidates) {

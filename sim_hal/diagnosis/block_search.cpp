@@ -73,7 +73,7 @@ double block_search::excess(double cost, std::size_t rows) const
 {
     /* A floor that was found in the error itself, blind to what is unusual, is a little low. */
     const double blindness = has_floor_ ? 0.0 : 0.04;
-    return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.explained, 1e-9});
+    return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.share_of_rms * cost, 1e-9});
 }
 
 noise_model block_search::metric_for(const rig &rig)

@@ -8,11 +8,6 @@
 namespace berth
 {
 
-namespace
-{
-
-/* Steps of the wire, and how exact the replay is itself: where an effect bends the motion within a step, the stiff
- * sensor shows it. */
 double precision_of(const block_model &model)
 {
     const double share = model.which() == block::force ? 2e-5 : 0.0;
@@ -23,8 +18,6 @@ double precision_of(const block_model &model)
     return model.rounding_rms() +
            share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
 }
-
-} // namespace
 
 noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
 {

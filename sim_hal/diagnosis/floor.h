@@ -8,6 +8,10 @@
 namespace berth
 {
 
+/* rms of the steps of the wire, and of how exact the replay is itself: where an effect bends the motion within a
+ * step, the stiff sensor shows it. */
+double precision_of(const block_model &model);
+
 /* What is left, as noise. An error whose rows follow from the rows before almost without news is no noise but motion
  * that is not explained yet: weighed as such it would count for nothing. Then all rows weigh alike, and as many of
  * them as hang together say one thing. */
