@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "acceptance.h"
-#include "floor.h"
 #include "block_search.h"
+#include "floor.h"
 #include "moments.h"
 #include "spectrum_lines.h"
 
@@ -67,7 +67,8 @@ verdict block_search::verdict_of(block_diagnosis &result)
                         !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
     const bool exceeds_features =
         leftover_.explained > leftover_significant && (result.causes.empty() || result.left > left_full);
-    const bool shows_line = result.causes.empty() && !input_.has_cause_upstream && noise_.rms > 2.0 * precision_of(model_) && has_line(error_left());
+    const bool shows_line = result.causes.empty() && !input_.has_cause_upstream &&
+                            noise_.rms > 2.0 * precision_of(model_) && has_line(error_left());
     const bool something_is_left =
         !is_rest_ && (shows_line || is_pressed() || (!only_moments && (exceeds_floor() || exceeds_features)) ||
                       (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
