@@ -190,6 +190,27 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
+/* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
+ * stiff contact: it is believed if the reports do not contradict. */
+void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input,
+                           const rig &given, const sample_events &events,
+                           const std::vector<event_finding> &found_events)
+{
+    constexpr double contradiction = 10.0; /* of the white sum of squares */
+    input.options.robot_in_force = true;
+    sample_events again_events = events;
+    block_diagnosis again = diagnose_block(block::force, input, given, again_events, found_events);
+    const bool is_robot = std::any_of(again.causes.begin(), again.causes.end(),
+                                      [](const cause &known) { return known.effect->block() == "robot"; });
+    if (!is_robot) {
+        return;
+    }
+    block_model reports(block::robot, *input.fit, given, events, held_out_parts::none);
+    if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, given) + contradiction) {
+        force = std::move(again);
+    }
+}
+
 /* What the record would have shown, and what would show more. */
 void tell_detectable(diagnosis &result, const sample_events &events, const diagnosis_request &request,
                      bool has_validation)
@@ -291,8 +312,14 @@ diagnosis diagnose(const diagnosis_request &request)
                 std::any_of(causes.begin(), causes.end(), [](const cause &known) { return known.effect->switches; });
             input.without_switching_fault = switches ? &request.rig : nullptr;
         }
-        block_diagnosis found = diagnose_block(block, input, result.extended, events,
-                                               block == block::force ? repeats : std::vector<event_finding>{});
+        const sample_events events_before = events;
+        const auto known_events = block == block::force ? repeats : std::vector<event_finding>{};
+        block_diagnosis found = diagnose_block(block, input, result.extended, events, known_events);
+        if (block == block::force && found.verdict == verdict::unknown && found.causes.empty() &&
+            !result.blocks.empty() && result.blocks.back().block == block::robot &&
+            result.blocks.back().causes.empty()) {
+            look_for_hidden_robot(found, result.blocks.back(), input, result.extended, events_before, known_events);
+        }
         if (block == block::manipulator && data.is_from_this_firmware) {
             judge_software(found);
         }

@@ -92,8 +92,10 @@ double exceeded_by(const std::vector<double> &error, const std::vector<row_use> 
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
+    const bool is_hidden_robot =
+        options.robot_in_force && model.which() == block::force && effect.switches && effect.block() == "robot";
     return !effect.is_of_single_samples && effect.starts != nullptr &&
-           acts_in(effect, model.which(), model.data(), given) &&
+           (is_hidden_robot || acts_in(effect, model.which(), model.data(), given)) &&
            std::find(found.begin(), found.end(), &effect) == found.end() &&
            (effect.refines.empty() ||
             std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
