@@ -123,3 +123,28 @@ TEST_CASE("least squares: wrong slopes to begin with cost evaluations, not the a
     CHECK((found.x - expected.x).norm() < 1e-5);
     CHECK(found.sum == doctest::Approx(expected.sum).epsilon(1e-9));
 }
+
+TEST_CASE("least squares: a frequency is found though a difference turns it round by more than once")
+{
+    /* sin(2 pi f t + phi) over 20 s, told with an error of a thousandth of a hertz; a step of 0.08 Hz turns the last
+     * sample by ten radians. */
+    constexpr double two_pi = 6.28318530717958647692;
+    constexpr Eigen::Index rows = 2000;
+    const auto wave = [&](double f_Hz, double phase_rad) {
+        VectorXd made(rows);
+        for (Eigen::Index n = 0; n < rows; n++) {
+            made(n) = std::sin(two_pi * f_Hz * 0.01 * static_cast<double>(n) + phase_rad);
+        }
+        return made;
+    };
+    const VectorXd measured = wave(7.3, 0.4);
+    berth::least_squares_problem task;
+    task.residual = [&](const VectorXd &x, VectorXd &out) { out = 20.0 * (wave(x(0), x(1)) - measured); };
+    task.low = VectorXd::Zero(2);
+    task.high = VectorXd::Constant(2, 10.0);
+    task.step = (VectorXd(2) << 0.08, 1e-3).finished();
+    task.change_max = 0.3 * std::sqrt(static_cast<double>(rows));
+    const auto found = berth::solve_least_squares(task, (VectorXd(2) << 7.301, 0.3).finished());
+    CHECK(std::abs(found.x(0) - 7.3) < 1e-6);
+    CHECK(std::abs(found.x(1) - 0.4) < 1e-5);
+}

@@ -1,0 +1,49 @@
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+#include "seeded.h"
+#include "sim_hal/diagnosis/spectrum_lines.h"
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+constexpr double period_s = 0.0025;
+
+double normal(seeded::engine &random)
+{
+    const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
+    return radius * std::cos(two_pi * seeded::uniform(random, 0.0, 1.0));
+}
+
+/* x_n = a x_(n-1) + w_n, of standard deviation 1. */
+std::vector<double> coloured_noise(seeded::engine &random, double a, std::size_t rows)
+{
+    std::vector<double> noise(rows);
+    double before = 0.0;
+    for (double &value : noise) {
+        before = a * before + std::sqrt(1.0 - a * a) * normal(random);
+        value = before;
+    }
+    return noise;
+}
+
+} // namespace
+
+TEST_CASE("spectrum: noise of any colour has no line, a hum of a third of it has")
+{
+    SEEDED(random, "spectrum: noise of any colour*");
+    for (const double a : {0.0, 0.7, 0.95, -0.8}) {
+        CAPTURE(a);
+        for (int record = 0; record < 50; record++) {
+            std::vector<double> noise = coloured_noise(random, a, 8000);
+            CHECK_FALSE(berth::has_line(noise));
+            for (std::size_t n = 0; n < noise.size(); n++) {
+                noise[n] += 0.47 * std::sin(two_pi * 50.0 * period_s * static_cast<double>(n) + 1.0);
+            }
+            CHECK(berth::has_line(noise));
+            CHECK(berth::strongest_frequency_Hz(noise, period_s) > 0.0);
+        }
+    }
+}
