@@ -24,8 +24,6 @@ std::string near_rates(double rate_Hz)
            " Hz";
 }
 
-/* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. */
-constexpr std::int64_t robot_frames_a_tick = 3;
 constexpr std::int64_t status_frames_a_second = 10;
 
 constexpr std::size_t interface_bytes = 16; /* IFNAMSIZ */

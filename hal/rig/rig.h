@@ -193,6 +193,9 @@ struct rig_error {
  * the robot. Nothing: the rig is fine. */
 std::optional<rig_error> complete_and_check(rig &rig);
 
+/* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. */
+constexpr std::int64_t robot_frames_a_tick = 3;
+
 /* Time that a frame of `data_bytes` takes on the bus, in ns: the longest that bit stuffing allows, so that a
  * dead time with the bus in it never turns out longer than stated. */
 std::int64_t frame_time_ns(const bus_rig &bus, int data_bytes);

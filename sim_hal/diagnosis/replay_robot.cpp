@@ -68,8 +68,12 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
         return knots;
     }
     const double clock_period_s = period_s * (1.0 + 1e-6 * rig.robot.clock_drift_ppm);
-    const double arrival_s = 1e-9 * static_cast<double>(frame_time_ns(rig.bus, 8));
-    double latch_s = std::fmod(1e-3 * rig.robot.clock_phase_ms, period_s);
+    /* Feedback and operator command go first on the robot's bus. */
+    const double arrival_s = 1e-9 * static_cast<double>(robot_frames_a_tick * frame_time_ns(rig.bus, 8));
+    /* The first of its ticks in this segment. */
+    const double begin_s = record.time_s[part.begin] - record.time_origin_s;
+    const double phase_s = std::fmod(1e-3 * rig.robot.clock_phase_ms, period_s);
+    double latch_s = phase_s + clock_period_s * std::ceil((begin_s - phase_s) / clock_period_s) - begin_s;
     std::size_t next = 0;
     while (next < taken.size()) {
         std::size_t newest = next;
