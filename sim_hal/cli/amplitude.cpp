@@ -39,8 +39,10 @@ rig linear_at(const rig &rig, double amplitude_m)
     }
     const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);
     if (!std::isfinite(found.growth_per_s)) {
+        char amplitude[32];
+        std::snprintf(amplitude, sizeof amplitude, "%g", amplitude_m);
         throw input_error(
-            "--amplitude: at " + std::to_string(amplitude_m) +
+            std::string("--amplitude: at ") + amplitude +
             " m the rig's effects are like no linear loop (a spring that softens to nothing?): choose a "
             "smaller amplitude, or ask berth run");
     }

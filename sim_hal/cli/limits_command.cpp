@@ -275,10 +275,12 @@ int limits_command(const rig_arguments &arguments)
     const berth::rig own = linear_at(rig, amplitude_m);
     verdict.loop = loop_spectrum(own);
     verdict.describing_function = describing_function_json(rig, amplitude_m);
-    equivalent_finder equivalent(amplitude_m);
     const bool is_slow = is_slow_to_find(rig);
+    /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
-        return amplitude_m == 0.0 ? of : is_slow ? with_equivalents(of, rig, own) : equivalent.find(of).linear;
+        return amplitude_m == 0.0 ? of
+               : is_slow          ? with_equivalents(of, rig, own)
+                                  : equivalent_finder(amplitude_m).find(of).linear;
     };
     const double share = amplitude_m > 0.0 ? sized_scan_step : scan_step;
     std::vector<parameter_limits> parameters;

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <limits>
 
 #include "../../hal/version.h"
 #include "commands.h"
@@ -37,6 +38,7 @@ void add_amplitude_option(CLI::App &command, berth::rig_arguments &arguments)
         .add_option("--amplitude", arguments.amplitude_m,
                     "of the manipulator's motion, at which effects that depend on it are taken, such as backlash; "
                     "default: that of the profile, or 0.01 m; 0: small motions, without them")
+        ->check(CLI::Number)
         ->type_name("M");
 }
 
@@ -52,7 +54,8 @@ void add_varying_options(CLI::App &command, berth::varying_arguments &arguments,
 {
     add_rig_options(command, arguments);
     add_jitter_option(command, arguments.jitter_file);
-    command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")->check(CLI::NonNegativeNumber);
+    command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
     command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
     add_amplitude_option(command, arguments);
 }

@@ -79,9 +79,17 @@ std::optional<rig> with_value(const rig &original, const rig_key &key, double va
     return changed;
 }
 
+/* Not so where a spring softens so far that a period of its motion overflows. */
+bool is_finite(const loop_equation &equation)
+{
+    const equation_value f = evaluate(equation, 0.5);
+    return std::isfinite(f.value.real()) && std::isfinite(f.slope.real());
+}
+
 bool is_stable_loop(const rig &rig, const linear_view &linear)
 {
-    return has_no_zero_inside(make_loop_equation(linear(rig)), 1.0);
+    const loop_equation equation = make_loop_equation(linear(rig));
+    return is_finite(equation) && has_no_zero_inside(equation, 1.0);
 }
 
 /* A size to search around where the rig's own value is 0. */
@@ -240,7 +248,11 @@ double refined(const crossing &c, std::complex<double> w, const std::function<lo
 stability_limit describe(const crossing &c, const rig &original, const rig_key &key, const linear_view &linear)
 {
     const rig beyond = linear(*with_value(original, key, c.unstable));
-    const std::complex<double> w = zero_next_to_unit_circle(make_loop_equation(beyond));
+    const loop_equation equation = make_loop_equation(beyond);
+    if (!is_finite(equation)) {
+        return {c.value(), c.stable > c.unstable, false, {}, "no linear loop: a spring softens to nothing"};
+    }
+    const std::complex<double> w = zero_next_to_unit_circle(equation);
     const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
                           name_of(mode, beyond)};
@@ -340,7 +352,8 @@ parameter_limits find_limits(const rig &original, std::string_view key_path, con
     for (const stability_limit &limit : result.limits) {
         ends.push_back(limit.value);
     }
-    result.stable = intervals_between(grid, is_stable(grid.front()), std::move(ends));
+    const bool starts_stable = result.limits.empty() ? is_stable(own) : !result.limits.front().stable_above;
+    result.stable = intervals_between(grid, starts_stable, std::move(ends));
     for (const crossing &c : find_crossings(grid, is_stable_to_first_order)) {
         result.first_order_limits.push_back(c.value());
     }

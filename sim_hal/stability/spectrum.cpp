@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Eigenvalues>
+#include <string>
 
+#include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
 #include "period_map.h"
 
@@ -12,6 +14,9 @@ namespace berth
 
 namespace
 {
+
+/* All eigenvalues at once: this many take half a minute, and cost goes with the third power. */
+constexpr Eigen::Index states_max = 2048;
 
 constexpr double two_pi = 6.28318530717958647692;
 
@@ -56,6 +61,11 @@ mode mode_of(std::complex<double> z, double period_s)
 spectrum loop_spectrum(const rig &rig)
 {
     const period_map map(rig);
+    if (map.layout().count > states_max) {
+        throw input_error("the loop has " + std::to_string(map.layout().count) + " eigenvalues; more than " +
+                          std::to_string(states_max) +
+                          " take minutes: lower loop.rate_Hz, robot.dead_time_ms or sensor.delay_ms");
+    }
     Eigen::MatrixXd matrix = map.matrix();
     balance(matrix);
     const Eigen::VectorXcd eigenvalues = matrix.eigenvalues();

@@ -26,24 +26,17 @@ void set_number(rig &rig, const rig_key &key, double value)
 
 /* What goes along a row from point to point. */
 struct row_worker {
-    explicit row_worker(const map_request &request)
-        : setter(request), amplitude_m(request.amplitude_m), equivalent(amplitude_m)
-    {
-    }
+    explicit row_worker(const map_request &request) : setter(request), amplitude_m(request.amplitude_m) {}
 
-    void start_row(const dominant_root_finder &known)
-    {
-        finder = known;
-        equivalent = equivalent_finder(amplitude_m); /* rows must not know of each other */
-    }
+    void start_row(const dominant_root_finder &known) { finder = known; }
 
     double value(double x, double y)
     {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
         }
-        if (amplitude_m > 0.0) {
-            return std::abs(equivalent.find(setter.rig()).z);
+        if (amplitude_m > 0.0) { /* each point anew: one that goes on from its neighbour may follow another mode */
+            return std::abs(equivalent_finder(amplitude_m).find(setter.rig()).z);
         }
         return finder.spectral_radius(maker.make(setter.rig()));
     }
@@ -52,7 +45,6 @@ struct row_worker {
     loop_equation_maker maker;
     dominant_root_finder finder;
     double amplitude_m;
-    equivalent_finder equivalent;
 };
 
 /* A row starts with the modes that its first possible point has, as the row before knows them. Going up that column

@@ -164,6 +164,20 @@ def test_asking_for_help_is_no_error(arguments):
     assert done.returncode == EXIT_DONE and done.stderr == b"" and done.stdout
 
 
+@pytest.mark.parametrize("arguments, contains", [
+    (["eigen", "ess", "--seed", "-1"], ["--seed", "0 to 9223372036854775807"]),
+    (["eigen", "ess", "--amplitude", ""], ["--amplitude"]),
+    (["limits", "ess", "--set", "object.cubic_stiffness_N_per_m3=-1e7", "--amplitude", "1e300"],
+     ["at 1e+300 m", "no linear loop"]),
+    *[([subcommand, "ess", "--set", "robot.dead_time_ms=1e5", *more], ["40007 eigenvalues", "robot.dead_time_ms"])
+      for subcommand, more in (("eigen", []), ("limits", []), ("map", ["--vary", "mass"]))],
+])
+def test_stability_commands(arguments, contains, tmp_path):
+    out = ["--out", tmp_path / "out"] if arguments[0] == "map" else []
+    message = refused(*arguments, *out, contains=contains, out=tmp_path / "out")
+    assert len(message) < 300
+
+
 # --- folders and files --------------------------------------------------------------------------------------------
 def test_folder_for_the_log_that_cannot_be_made(tmp_path):
     (tmp_path / "file").write_text("")

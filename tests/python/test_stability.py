@@ -181,3 +181,17 @@ def test_no_narrow_band_of_the_dead_time_is_stepped_over():
 
     assert all(is_stable(own_ms + margin_ms - 0.25 * i - 0.001) for i in range(40))
     assert not is_stable(own_ms + margin_ms + 0.001)
+
+
+def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval():
+    """Far along some parameters the spring softens to nothing, and there is no linear loop to judge."""
+    softening = settings({"object.cubic_stiffness_N_per_m3": -1e7})
+    found = one_json_object(command("limits", "ess", *softening, "--json").stdout)
+    assert found["stable"]
+    for key, parameter in found["parameters"].items():
+        assert any(low <= parameter["value"] <= high for low, high in parameter["stable_intervals"]), key
+    limit = found["parameters"]["manipulator.stiffness_N_per_m"]["above"]["value"]
+    for factor in (0.9999, 1.0001):
+        changed = settings({"manipulator.stiffness_N_per_m": factor * limit})
+        done = command("eigen", "ess", *softening, *changed, "--json")
+        assert one_json_object(done.stdout)["stable"] == (factor < 1.0)
