@@ -270,6 +270,12 @@ int limits_command(const rig_arguments &arguments)
         chosen.rig = without_variation(chosen.rig);
     }
     const rig &rig = chosen.rig;
+    if (rig.firmware.manipulator.stiffness_N_per_m == 0.0 && rig.object.stiffness_N_per_m == 0.0) {
+        throw input_error(
+            "limits: neither manipulator.stiffness_N_per_m nor object.stiffness_N_per_m holds the two "
+            "anywhere: they may drift together for ever (z = 1), neither stable nor unstable; give one "
+            "of them a stiffness");
+    }
     const double amplitude_m = chosen_amplitude_m(arguments, rig);
     tell_left_out(rig, amplitude_m);
     const berth::rig own = linear_at(rig, amplitude_m);

@@ -77,6 +77,12 @@ void check_key(const rig &base, const std::string &option, const map_axis &axis)
         throw input_error(option + ": " + axis.name + " is no key of a rig; the nearest known one is " +
                           std::string(nearest_key(axis.name)));
     }
+    if (axis.name.rfind("profile.", 0) == 0 || axis.name.rfind("run.", 0) == 0) {
+        throw input_error(
+            option + ": " + axis.name +
+            " is what the rig is asked to do, not what it is; the amplitude at which effects are taken "
+            "is --amplitude");
+    }
     if (key->type != key_type::number && key->type != key_type::integer) {
         throw input_error(option + ": " + axis.name + " is not a number, so there is no range of it");
     }

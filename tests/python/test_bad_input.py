@@ -167,6 +167,10 @@ def test_asking_for_help_is_no_error(arguments):
 @pytest.mark.parametrize("arguments, contains", [
     (["eigen", "ess", "--seed", "-1"], ["--seed", "0 to 9223372036854775807"]),
     (["eigen", "ess", "--amplitude", ""], ["--amplitude"]),
+    (["limits", "ess", "--set", "manipulator.stiffness_N_per_m=0", "--set", "object.stiffness_N_per_m=0"],
+     ["z = 1", "stiffness"]),
+    (["map", "ess", "--x", "profile.amplitude_m=0.001:0.01:5", "--y", "object.mass_kg=50:100:4"],
+     ["profile.amplitude_m", "--amplitude"]),
     (["limits", "ess", "--set", "object.cubic_stiffness_N_per_m3=-1e7", "--amplitude", "1e300"],
      ["at 1e+300 m", "no linear loop"]),
     *[([subcommand, "ess", "--set", "robot.dead_time_ms=1e5", *more], ["40007 eigenvalues", "robot.dead_time_ms"])
