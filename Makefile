@@ -68,7 +68,7 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include build/%/sysroot
-.PHONY: all readme run test quick-test lint format codec bench map figures diagnose target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
+.PHONY: all readme run test quick-test lint format codec bench map figures diagnose score target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -79,6 +79,7 @@ help:
 	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
 	@echo "                    build/diagnosis"
+	@echo "make score          how often the diagnosis is right: 300 records with hidden effects (SEED=5001, COUNT=300)"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make target         the loop on real-time kernels in QEMU, arm64 and amd64, over real CAN and GPIO drivers"
 	@echo "make jitter         how late this machine wakes the loop, beside cyclictest; picture in build/jitter"
@@ -104,6 +105,10 @@ quick-test: setup-test
 readme: setup
 	@$(MAKE) all
 	@$(PYTHON) scripts/readme.py
+
+score: setup-test
+	@$(MAKE) all
+	@$(PYTHON) tests/hidden_effects/score.py --seed $(or $(SEED),5001) --count $(or $(COUNT),300)
 
 bench: setup-test
 	@$(MAKE) all build/tick_bench

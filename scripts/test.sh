@@ -3,8 +3,8 @@
 #
 #   test.sh quick    C++ and Python tests
 #   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
-#                    qemu-user; real-time kernels with real CAN and GPIO drivers in QEMU, arm64 and amd64; the
-#                    committed codec is what the DBC gives; lint
+#                    qemu-user; effects hidden in records drawn from the date; real-time kernels with real CAN and
+#                    GPIO drivers in QEMU, arm64 and amd64; the committed codec is what the DBC gives; lint
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
 unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
@@ -20,6 +20,18 @@ step() {
         passed=$((passed + 1))
     else
         printf '%s\n' "$output"
+        failed=$((failed + 1)) failures+=("$name")
+    fi
+}
+
+# step_shown NAME COMMAND...: the same, and its output is always shown.
+step_shown() {
+    local name=$1
+    shift
+    echo "--- $name"
+    if "$@"; then
+        passed=$((passed + 1))
+    else
         failed=$((failed + 1)) failures+=("$name")
     fi
 }
@@ -68,6 +80,7 @@ if [ "$mode" = full ]; then
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
     py "Python tests" tests/python
+    step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
     if scripts/setup.sh target; then
         step "build for the guests" make target-programs
         py "tests on real-time kernels in QEMU" tests/target

@@ -13,12 +13,19 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
 {
     block_diagnosis result;
     result.block = block;
+    const auto told = static_cast<std::ptrdiff_t>(found_events.size());
     find_single_samples(block, input, given, events, found_events);
     diagnosis_input known = input;
     known.has_events = !found_events.empty();
     block_search search(block, known, given, events);
     search.run(result);
     verify_spikes(block, input, result, events, found_events);
+    const bool all_follows = std::any_of(result.causes.begin(), result.causes.end(),
+                                         [](const cause &one) { return one.effect->decides_what_follows; });
+    if (all_follows && static_cast<std::ptrdiff_t>(found_events.size()) > told) {
+        found_events.erase(found_events.begin() + told, found_events.end());
+        result.verdict = verdict::partly_explained;
+    }
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
         found_events.insert(found_events.end(), steps.begin(), steps.end());

@@ -26,7 +26,7 @@ void block_search::run(block_diagnosis &result)
     rate_base(result);
     is_rest_ = is_rest_of_switching();
     for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
-        if (!find_next(result)) {
+        if (!find_next(result) || found_.back()->decides_what_follows) {
             break;
         }
     }

@@ -87,6 +87,9 @@ struct effect {
     /* Whether it acts by thresholds: of a size a little off, it now and then acts at another tick. */
     bool switches = false;
 
+    /* Where it switches decides all that follows: what is left then is no evidence for another effect. */
+    bool decides_what_follows = false;
+
     /* How many of the starts are worth a fit. */
     int fits_max = 2;
 

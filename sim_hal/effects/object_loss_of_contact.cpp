@@ -16,7 +16,8 @@ effect object_loss_of_contact()
     made.starts = [](const rig &, const record_scales &scales) { return grid_of(scales.force_N, 0.02, 0.98, 48); };
     made.is_rough = true;
     made.switches = true;
-    made.fits_max = 3; /* where it comes loose decides all that follows */
+    made.decides_what_follows = true;
+    made.fits_max = 3;
     made.when_small = small_motion::higher_order;
     return made;
 }

@@ -12,6 +12,7 @@ effect robot_lag()
     made.physics = "The robot follows like a first-order low-pass: tau r' = u - r.";
     made.source = "position controllers without feed-forward";
     made.parameters = {{"robot.lag_ms", 0.0, 2000.0, "tau of a first-order lag"}};
+    made.look_alike = "robot.dead_time";
     made.starts = [](const rig &, const record_scales &scales) {
         return sizes({1e3 * scales.period_s, 8e3 * scales.period_s, 40.0});
     };

@@ -11,6 +11,7 @@ effect robot_resonance()
     made.source = "Krenn & Schaefer, Fig. 5; elastic joints and gears";
     made.parameters = {{"robot.transfer_frequency_Hz", 0.3, 1000.0, {}},
                        {"robot.transfer_damping_ratio", 0.005, 1.0, {}}};
+    made.look_alike = "robot.dead_time";
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
         for (const double frequency_Hz : {2.0, 4.0, 8.0, 16.0, 32.0}) {

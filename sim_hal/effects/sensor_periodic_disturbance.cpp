@@ -53,8 +53,8 @@ effect sensor_periodic_disturbance()
     };
     made.is_proportional = true;
     made.is_seen = [](const rig &fitted, const record_scales &scales) {
-        /* Five periods: fewer are slow noise. */
-        return value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s > 5.0;
+        /* Ten periods: fewer are slow noise. */
+        return value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s > 10.0;
     };
     made.when_small = small_motion::no_influence;
     return made;

@@ -36,6 +36,10 @@ class Bound:
                 "limit": self.limit, "at_most": self.at_most, "met": self.is_met(few)}
 
 
+# What misleads whoever believes it: what the few records of a short run decide on.
+HARMFUL = {"confident wrong name", "fault-free: nothing named"}
+
+
 def bounds(records):
     """The bounds of the specification over the records that score.py has judged."""
     shown = [r for r in records if r["visible"] and r["kind"] != "outside"]
