@@ -256,11 +256,22 @@ stability_limit describe(const crossing &c, const rig &original, const rig_key &
     const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, std::abs(mode.z) > 1.0 + jump_least, mode,
                           name_of(mode, beyond)};
-    if (!limit.is_jump) {
-        limit.value = refined(c, w, [&](double value) {
-            const auto changed = with_value(original, key, value);
-            return make_loop_equation(changed ? linear(*changed) : beyond);
-        });
+    if (limit.is_jump) {
+        return limit;
+    }
+    const double value = refined(c, w, [&](double at) {
+        const auto changed = with_value(original, key, at);
+        return make_loop_equation(changed ? linear(*changed) : beyond);
+    });
+    /* The zero may have led to a place where it is not the one that decides. */
+    const auto is_stable_at = [&](double at) {
+        const auto changed = with_value(original, key, at);
+        return changed && is_stable_loop(*changed, linear);
+    };
+    const double aside = std::max(1e-6 * std::abs(value), 2e-6); /* delays have steps of 1e-6 ms */
+    const double up = limit.stable_above ? aside : -aside;
+    if (is_stable_at(value + up) && !is_stable_at(value - up)) {
+        limit.value = value;
     }
     return limit;
 }
