@@ -21,7 +21,7 @@ struct candidate {
 
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
-    bool robot_in_force = false; /* limits and steps of the robot, too, that its own noise may hide */
+    bool robot_in_force = false;      /* limits and steps of the robot, too, that its own noise may hide */
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */

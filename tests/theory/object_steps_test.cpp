@@ -66,8 +66,8 @@ rig stiff(std::vector<std::string> overrides)
 
 TEST_CASE("object: a contact begins within a step as it does in steps two thousand times as short")
 {
-    const rig rig = stiff({"object.kind=contact", "object.surface_position_m=0.0002",
-                            "manipulator.initial_position_m=-0.01"});
+    const rig rig =
+        stiff({"object.kind=contact", "object.surface_position_m=0.0002", "manipulator.initial_position_m=-0.01"});
     for (int phase = 0; phase < 10; phase++) {
         CAPTURE(phase);
         CHECK(largest_difference(rig, -1.25e-6 * phase, 0.02) < 3e-4);
