@@ -79,7 +79,7 @@ help:
 	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
 	@echo "                    build/diagnosis"
-	@echo "make score          how often the diagnosis is right: 300 records with hidden effects (SEED=5001, COUNT=300)"
+	@echo "make score          how often the diagnosis is right: 300 records with hidden effects (SEED=6001, COUNT=300)"
 	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
 	@echo "make target         the loop on real-time kernels in QEMU, arm64 and amd64, over real CAN and GPIO drivers"
 	@echo "make jitter         how late this machine wakes the loop, beside cyclictest; picture in build/jitter"
@@ -108,7 +108,7 @@ readme: setup
 
 score: setup-test
 	@$(MAKE) all
-	@$(PYTHON) tests/hidden_effects/score.py --seed $(or $(SEED),5001) --count $(or $(COUNT),300)
+	@$(PYTHON) tests/hidden_effects/score.py --seed $(or $(SEED),6001) --count $(or $(COUNT),300)
 
 bench: setup-test
 	@$(MAKE) all build/tick_bench
