@@ -28,7 +28,7 @@ class Bound:
             return few  # nothing was shown: a full run cannot pass without
         if few:
             side = "greater" if self.at_most else "less"
-            return binomtest(self.count, self.total, self.limit, alternative=side).pvalue > 1e-3
+            return bool(binomtest(self.count, self.total, self.limit, alternative=side).pvalue > 1e-3)
         return self.share <= self.limit if self.at_most else self.share >= self.limit
 
     def as_json(self, few):

@@ -176,3 +176,8 @@ def test_which_names_a_record_cannot_tell_apart():
     assert not equivalents.indistinguishable(made, "robot.backlash", {"backlash_m": 1e-4})
     made = scenario.draw(22, "sensor.lag", "tiny", noise="high")  # 0.15 ms: the low-pass within its tolerance
     assert equivalents.indistinguishable(made, "sensor.delay", {"delay_ms": made.rig.values["sensor.delay_ms"] + 0.1})
+
+
+def test_few_records_fail_a_bound_only_if_that_is_improbable():
+    few = [tally.Bound("confident wrong name", wrong, 24, 0.01, True).as_json(True) for wrong in (0, 2, 4)]
+    assert [one["met"] for one in json.loads(json.dumps(few))] == [True, True, False]
