@@ -24,7 +24,7 @@ SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim
 	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
-FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp
+FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp hal/linux/can_link.cpp
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp tests/scenarios/*.cpp)
 TARGET_TESTS := $(wildcard tests/linux/*.cpp) tests/contract/hal_test.cpp tests/unit/main.cpp
 BENCH := tests/bench/tick_bench.cpp
@@ -80,7 +80,8 @@ help:
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
 	@echo "                    build/diagnosis"
 	@echo "make score          how often the diagnosis is right: 300 records with hidden effects (SEED=6001, COUNT=300)"
-	@echo "make bench          time the tick, the closed loop and stability maps against other people's libraries"
+	@echo "make bench          time the tick, the closed loop, stability maps and a diagnosis against other people's"
+	@echo "                    libraries"
 	@echo "make target         the loop on real-time kernels in QEMU, arm64 and amd64, over real CAN and GPIO drivers"
 	@echo "make jitter         how late this machine wakes the loop, beside cyclictest; picture in build/jitter"
 	@echo "make CROSS_COMPILE=aarch64-linux-gnu- target-image    Debian package of the loop for a board"
@@ -114,6 +115,7 @@ bench: setup-test
 	@$(MAKE) all build/tick_bench
 	@$(PYTHON) scripts/bench.py
 	@$(PYTHON) scripts/bench_map.py
+	@$(PYTHON) scripts/bench_diagnose.py
 
 map: setup
 	@$(MAKE) all
@@ -191,6 +193,11 @@ build/%/sysroot:
 	@scripts/sysroot.sh $@ $*
 
 $(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+# One side of a CANopen bus, for peers in Python.
+$(BUILD)/peer: $(call object,tests/peers/peer.cpp) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 

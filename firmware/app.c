@@ -17,16 +17,17 @@ static int receive_frame(struct app *app, enum received_message message, const s
 {
     switch (message) {
     case RECEIVED_ROBOT_FEEDBACK:
-        return robot_channel_receive(&app->robot_channel, frame);
+    case RECEIVED_DRIVE_STATUS:
+    case RECEIVED_DRIVE_HEARTBEAT:
+    case RECEIVED_DRIVE_EMERGENCY:
+    case RECEIVED_SDO_ANSWER:
+        return robot_channel_receive(&app->robot_channel, message, frame);
     case RECEIVED_OPERATOR_MOTION:
     case RECEIVED_OPERATOR_FORCE:
         return operator_channel_receive(&app->operator_channel, message, frame);
-    case RECEIVED_FORCE:
-        return sensor_channel_receive(&app->sensor_channel, frame);
-    case RECEIVED_COUNT:
-        break;
+    default:
+        return sensor_channel_receive(&app->sensor_channel, (int)message - RECEIVED_FORCE, frame);
     }
-    return 0;
 }
 
 static void receive_frames(struct app *app, const struct tick_input *in)
@@ -46,6 +47,7 @@ static void receive_frames(struct app *app, const struct tick_input *in)
             reception_reject_range(&app->reception);
         }
     }
+    robot_channel_end_receive(&app->robot_channel, &app->reception, in->tick.scheduled_ns);
 }
 
 static int robot_at_place(const struct app *app)
@@ -67,10 +69,11 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
     } conditions[] = {
         {CONDITION_EMERGENCY_STOP, in->emergency_stop},
         {CONDITION_ENABLE, in->enable},
-        {CONDITION_FEEDBACK_FRESH, !reception_is_stale(reception, RECEIVED_ROBOT_FEEDBACK, now_ns)},
-        {CONDITION_SENSOR_FRESH, !reception_is_stale(reception, RECEIVED_FORCE, now_ns)},
+        {CONDITION_FEEDBACK_FRESH, app->robot_channel.is_fresh},
+        {CONDITION_SENSOR_FRESH, !sensor_channel_is_stale(&app->sensor_channel, now_ns)},
         {CONDITION_OPERATOR_FRESH, !reception_is_stale(reception, from_operator, now_ns)},
         {CONDITION_ROBOT_AT_PLACE, robot_at_place(app)},
+        {CONDITION_ROBOT_FOLLOWS, app->robot_channel.follows},
         {CONDITION_ROBOT_FAULT, app->robot_channel.fault},
         {CONDITION_SENSOR_SATURATED, app->sensor_channel.saturated},
         {CONDITION_FORCE_LIMIT, app->sensor_channel.over_limit},
@@ -104,6 +107,7 @@ static void enter_state(struct app *app, enum supervisor_state from)
     }
     if (to == SUPERVISOR_START) {
         app->missed_ticks = 0;
+        robot_channel_restart(&app->robot_channel);
     }
 }
 
@@ -123,8 +127,13 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
     record->filtered_position_m = inverse_filter_step(&app->inverse_filter, app->manipulator.position_m);
     const double limited_m = limits_step(&app->limits, record->filtered_position_m);
-    record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, limited_m,
-                                                    app->limits.active, app->missed_ticks, out);
+    const struct robot_command command = {
+        .position_m = limited_m,
+        .limits = app->limits.active,
+        .missed_ticks = app->missed_ticks,
+        .reset_is_wanted = app->operator_channel.command.request == OPERATOR_RESET,
+    };
+    record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
 }
 
 static void advance_manipulator(struct app *app)
@@ -159,8 +168,14 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->missed_ticks = in->tick.missed;
     record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
     record->lost_frames = counts->lost;
+    record->force_samples = app->sensor_channel.samples;
+    record->torn_samples = app->sensor_channel.torn_samples;
     record->error_frames = counts->error_frames;
     record->saturated_setpoints = app->robot_channel.saturated_setpoints;
+    record->drive_error = app->robot_channel.drive.error;
+    record->drive_statusword = app->robot_channel.drive.statusword;
+    record->drive_trouble = app->robot_channel.drive.trouble;
+    record->drive_setup_step = (uint8_t)app->robot_channel.drive.setup.step;
     record->enable = in->enable;
     record->emergency_stop = in->emergency_stop;
     record->stop = in->tick.stop != 0;

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "can/codec.h"
+#include "canopen.h"
 
 struct app_config config_default(void)
 {
@@ -15,8 +16,19 @@ struct app_config config_default(void)
                              .velocity_limit_m_per_s = 2.0,
                              .force_limit_N = 5000.0,
                              .stale_after_ms = 200.0},
-        .sensor_channel = {.force_limit_N = 20000.0, .stale_after_ms = 50.0},
-        .robot_channel = {.stale_after_ms = 100.0, .start_tolerance_m = 0.002},
+        .sensor_channel = {.layout = SENSOR_ONE_FRAME,
+                           .axis = SENSOR_AXIS_Z,
+                           .rate_Hz = 0.0,
+                           .force_limit_N = 20000.0,
+                           .stale_after_ms = 50.0},
+        .robot_channel = {.profile = ROBOT_PROFILE_BERTH, .stale_after_ms = 100.0, .start_tolerance_m = 0.002},
+        .cia402 = {.node_id = 1,
+                   .master_node_id = CANOPEN_NODE_ID_MAX,
+                   .counts_per_m = 1e8,
+                   .heartbeat_ms = 100.0,
+                   .stale_after_ms = 300.0,
+                   .sdo_timeout_ms = 200.0,
+                   .state_timeout_ms = 2000.0},
         .limits = {.position_min_m = -1.0,
                    .position_max_m = 1.0,
                    .velocity_m_per_s = 2.0,
@@ -57,6 +69,56 @@ static bool divides_second(double rate_Hz)
     return period_ns - whole_ns <= tolerance_ns && whole_ns - period_ns <= tolerance_ns;
 }
 
+static bool node_id(int64_t value)
+{
+    return value >= 1 && value <= CANOPEN_NODE_ID_MAX;
+}
+
+/* As the objects of the heartbeats carry it: 16 bits. */
+static bool whole_ms(double value)
+{
+    return value >= 1.0 && value <= (double)UINT16_MAX && (double)(int64_t)value == value;
+}
+
+/* Of the profile "cia402"; looked at only if it is chosen. */
+static struct config_error validate_cia402(const struct app_config *config)
+{
+    static const char *const must_be_node_id = "must be a node's number, from 1 to 127";
+    static const char *const must_be_whole_ms = "must be a whole number of ms, from 1 to 65535";
+    static const char *const must_fit_counts =
+        "times cia402.counts_per_m must fit into 32 bits, the range of the target position";
+    const struct cia402_config *cia402 = &config->cia402;
+    const struct limits_config *limits = &config->limits;
+    const double range_m = cia402->counts_per_m > 0.0 ? (double)INT32_MAX / cia402->counts_per_m : 0.0;
+    const struct {
+        bool fails;
+        struct config_error error;
+    } checks[] = {
+        {!node_id(cia402->node_id), {"cia402.node_id", must_be_node_id}},
+        {!node_id(cia402->master_node_id), {"cia402.master_node_id", must_be_node_id}},
+        {cia402->node_id == cia402->master_node_id,
+         {"cia402.master_node_id", "must not be that of the drive, cia402.node_id"}},
+        {!positive(cia402->counts_per_m), {"cia402.counts_per_m", "must be a finite number greater than 0"}},
+        {!within(limits->position_min_m, range_m), {"limits.position_min_m", must_fit_counts}},
+        {!within(limits->position_max_m, range_m), {"limits.position_max_m", must_fit_counts}},
+        {!whole_ms(cia402->heartbeat_ms), {"cia402.heartbeat_ms", must_be_whole_ms}},
+        {!whole_ms(cia402->stale_after_ms), {"cia402.stale_after_ms", must_be_whole_ms}},
+        {cia402->stale_after_ms <= cia402->heartbeat_ms,
+         {"cia402.stale_after_ms", "must be longer than cia402.heartbeat_ms"}},
+        {!positive(cia402->sdo_timeout_ms), {"cia402.sdo_timeout_ms", "must be a finite number greater than 0"}},
+        {!positive(cia402->state_timeout_ms), {"cia402.state_timeout_ms", "must be a finite number greater than 0"}},
+        {config_interpolation_period(config).value == 0,
+         {"loop.rate_Hz", "gives a period that object 0x60C2 of CiA 402 cannot tell: it must be 1 to 255 times a "
+                          "power of ten, in ns"}},
+    };
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
+        if (checks[i].fails) {
+            return checks[i].error;
+        }
+    }
+    return (struct config_error){NULL, NULL};
+}
+
 struct config_error config_validate(const struct app_config *config)
 {
     static const char *const must_be_positive = "must be a finite number greater than 0";
@@ -66,6 +128,7 @@ struct config_error config_validate(const struct app_config *config)
     const struct loop_config *loop = &config->loop;
     const struct manipulator_config *manipulator = &config->manipulator;
     const struct operator_config *command = &config->operator_command;
+    const struct sensor_channel_config *sensor = &config->sensor_channel;
     const struct limits_config *limits = &config->limits;
     const struct inverse_filter_config *filter = &config->inverse_filter;
 
@@ -98,8 +161,15 @@ struct config_error config_validate(const struct app_config *config)
         {command->force_limit_N >= CAN_FORCE_MAX_N,
          {"operator.force_limit_N", "must be less than 54000 N, the range of the operator's frame"}},
         {!positive(command->stale_after_ms), {"operator.stale_after_ms", must_be_positive}},
-        {!positive(config->sensor_channel.force_limit_N), {"sensor_channel.force_limit_N", must_be_positive}},
-        {!positive(config->sensor_channel.stale_after_ms), {"sensor_channel.stale_after_ms", must_be_positive}},
+        {sensor->layout < 0 || sensor->layout >= SENSOR_LAYOUT_COUNT,
+         {"sensor_channel.layout", "must be one of the layouts in sensor_layout.h"}},
+        {sensor->axis < 0 || sensor->axis >= SENSOR_AXIS_COUNT, {"sensor_channel.axis", "must be x, y or z"}},
+        {!(sensor->rate_Hz == 0.0 || (sensor->rate_Hz >= 1.0 && sensor->rate_Hz <= 1e5)),
+         {"sensor.rate_Hz", "must be 0 (one sample a tick), or from 1 to 100000"}},
+        {!positive(sensor->force_limit_N), {"sensor_channel.force_limit_N", must_be_positive}},
+        {!positive(sensor->stale_after_ms), {"sensor_channel.stale_after_ms", must_be_positive}},
+        {config->robot_channel.profile < 0 || config->robot_channel.profile >= ROBOT_PROFILE_COUNT,
+         {"robot_channel.profile", "must be berth or cia402"}},
         {!positive(config->robot_channel.stale_after_ms), {"robot_channel.stale_after_ms", must_be_positive}},
         {!positive(config->robot_channel.start_tolerance_m), {"robot_channel.start_tolerance_m", must_be_positive}},
         {!within(limits->position_min_m, CAN_POSITION_MAX_m), {"limits.position_min_m", must_fit_frame}},
@@ -123,7 +193,8 @@ struct config_error config_validate(const struct app_config *config)
             return checks[i].error;
         }
     }
-    return (struct config_error){NULL, NULL};
+    return config->robot_channel.profile == ROBOT_PROFILE_CIA402 ? validate_cia402(config)
+                                                                 : (struct config_error){NULL, NULL};
 }
 
 int64_t config_period_ns(const struct app_config *config)
@@ -131,9 +202,27 @@ int64_t config_period_ns(const struct app_config *config)
     return (int64_t)((double)NS_PER_S / config->loop.rate_Hz + 0.5);
 }
 
+int64_t config_sample_period_ns(const struct app_config *config)
+{
+    const double rate_Hz = config->sensor_channel.rate_Hz;
+    return rate_Hz > 0.0 ? (int64_t)((double)NS_PER_S / rate_Hz + 0.5) : config_period_ns(config);
+}
+
 double config_period_s(const struct app_config *config)
 {
     return (double)config_period_ns(config) / (double)NS_PER_S;
+}
+
+struct interpolation_period config_interpolation_period(const struct app_config *config)
+{
+    static const int64_t unit_ns[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000, 1000000000};
+    const int64_t period_ns = config_period_ns(config);
+    for (int i = (int)(sizeof unit_ns / sizeof unit_ns[0]) - 1; i >= 0; i--) {
+        if (period_ns % unit_ns[i] == 0 && period_ns / unit_ns[i] <= UINT8_MAX) {
+            return (struct interpolation_period){(uint8_t)(period_ns / unit_ns[i]), (int8_t)(i - 9)};
+        }
+    }
+    return (struct interpolation_period){0, 0};
 }
 
 int64_t ns_from_ms(double duration_ms)

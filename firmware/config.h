@@ -12,7 +12,23 @@ extern "C" {
 
 enum integrator { INTEGRATOR_EXACT, INTEGRATOR_SEMI_IMPLICIT_EULER, INTEGRATOR_RK4, INTEGRATOR_COUNT };
 
+/* How the robot is spoken to: frames of berth.dbc, or a CiA 402 drive on CANopen. */
+enum robot_profile { ROBOT_PROFILE_BERTH, ROBOT_PROFILE_CIA402, ROBOT_PROFILE_COUNT };
+
 enum operator_interface { OPERATOR_INTERFACE_MOTION, OPERATOR_INTERFACE_FORCE, OPERATOR_INTERFACE_COUNT };
+
+/* Frames of a force sensor's sample, see sensor_layout.h. Byte order as DBC files call it: Intel is little-endian.
+ */
+enum sensor_layout {
+    SENSOR_ONE_FRAME,
+    SENSOR_TWO_FRAMES_INTEL,
+    SENSOR_TWO_FRAMES_MOTOROLA,
+    SENSOR_THREE_FRAMES_INTEL,
+    SENSOR_THREE_FRAMES_MOTOROLA,
+    SENSOR_LAYOUT_COUNT
+};
+
+enum sensor_axis { SENSOR_AXIS_X, SENSOR_AXIS_Y, SENSOR_AXIS_Z, SENSOR_AXIS_COUNT };
 
 /* [loop] */
 struct loop_config {
@@ -42,14 +58,29 @@ struct operator_config {
 
 /* [sensor_channel] */
 struct sensor_channel_config {
+    int32_t layout;       /* enum sensor_layout */
+    int32_t axis;         /* enum sensor_axis: the sensor's axis that the loop moves along */
+    double rate_Hz;       /* samples a second; 0: one a tick. In a rig file it is the sensor's, sensor.rate_Hz */
     double force_limit_N; /* a larger measured force is a fault */
     double stale_after_ms;
 };
 
 /* [robot_channel] */
 struct robot_channel_config {
+    int32_t profile; /* enum robot_profile */
     double stale_after_ms;
     double start_tolerance_m; /* largest distance between robot and first setpoint at which the loop gets ready */
+};
+
+/* [cia402]: the drive, for the profile of that name */
+struct cia402_config {
+    int64_t node_id;
+    int64_t master_node_id; /* ours */
+    double counts_per_m;    /* of target position and position actual value */
+    double heartbeat_ms;    /* of the drive and of ours: whole numbers */
+    double stale_after_ms;  /* age of a heartbeat, either way */
+    double sdo_timeout_ms;
+    double state_timeout_ms; /* for the drive to boot, and to be enabled */
 };
 
 /* [limits]: of the setpoints on the wire */
@@ -74,6 +105,7 @@ struct app_config {
     struct operator_config operator_command;
     struct sensor_channel_config sensor_channel;
     struct robot_channel_config robot_channel;
+    struct cia402_config cia402;
     struct limits_config limits;
     struct inverse_filter_config inverse_filter;
 };
@@ -93,7 +125,17 @@ struct app_config config_default(void);
 struct config_error config_validate(const struct app_config *config);
 
 int64_t config_period_ns(const struct app_config *config);
+/* Of the force sensor. */
+int64_t config_sample_period_ns(const struct app_config *config);
+
 double config_period_s(const struct app_config *config);
+
+/* The loop's period as object 0x60C2 of CiA 402 wants it: value * 10^index s. value is 0 if there is none. */
+struct interpolation_period {
+    uint8_t value;
+    int8_t index;
+};
+struct interpolation_period config_interpolation_period(const struct app_config *config);
 
 /* Milliseconds to the nearest nanosecond; the only conversion of configured durations. Non-negative input. */
 int64_t ns_from_ms(double duration_ms);

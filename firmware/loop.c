@@ -4,7 +4,7 @@
 static enum hal_status read_inputs(struct hal *hal, struct tick_input *in)
 {
     static const enum hal_bus order[] = {HAL_BUS_SENSOR, HAL_BUS_ROBOT};
-    static const uint32_t room_up_to[] = {TICK_FRAMES_IN_MAX / 2, TICK_FRAMES_IN_MAX};
+    static const uint32_t room_up_to[] = {TICK_SENSOR_FRAMES_MAX, TICK_FRAMES_IN_MAX};
     in->frame_count = 0;
     for (uint32_t i = 0; i < HAL_BUS_COUNT; i++) {
         while (in->frame_count < room_up_to[i]) {

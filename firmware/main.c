@@ -37,5 +37,11 @@ int main(int argc, char **argv)
     if (app.supervisor.stop_cause != STOP_NONE) {
         printf("stopped because: %s\n", stop_cause_name(app.supervisor.stop_cause));
     }
+    const struct cia402 *drive = &app.robot_channel.drive;
+    if (drive->trouble != DRIVE_TROUBLE_NONE) {
+        printf("drive: %s, object 0x%06X of its set-up, error code 0x%X\n",
+               cia402_trouble_name((enum cia402_trouble)drive->trouble), cia402_setup_object(drive->setup.step),
+               drive->error);
+    }
     return exit_code_of(status == HAL_END ? closed : status);
 }

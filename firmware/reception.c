@@ -3,39 +3,92 @@
 #include <string.h>
 
 #include "can/berth_can.h"
+#include "canopen.h"
 
-struct reception_row {
-    uint32_t id;
-    uint8_t bus;
-    uint8_t length;
-    uint8_t counter_byte;
-    uint8_t counter_shift;
-    uint8_t counter_mask; /* the counter runs from 0 to this and starts again */
-    uint8_t per_tick;     /* frames that belong to one period */
-    size_t stale_after;   /* place of the age in ms in struct app_config */
-    /* The ranges of the signals are checked where they are decoded, in the channel. */
+/* A message of the robot's bus; the sensor's come from its layout. */
+struct message_row {
+    uint8_t profiles;         /* of the robot channel that have this message, one bit each */
+    struct reception_row row; /* of a drive: its number is added to the identifier */
+    size_t stale_after;       /* place of the age in ms in struct app_config */
 };
 
+#define BERTH (1u << ROBOT_PROFILE_BERTH)
+#define CIA402 (1u << ROBOT_PROFILE_CIA402)
+#define EVERY (BERTH | CIA402)
 #define AGE_OF(member) offsetof(struct app_config, member.stale_after_ms)
 
 /* clang-format off */
-static const struct reception_row rows[] = {
-    /*                            identifier                          bus          length  counter    per tick  age */
-    [RECEIVED_ROBOT_FEEDBACK]  = {BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 0, 0xff, 1, AGE_OF(robot_channel)},
-    [RECEIVED_OPERATOR_MOTION] = {BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1, AGE_OF(operator_command)},
-    [RECEIVED_OPERATOR_FORCE]  = {BERTH_CAN_OPERATOR_FORCE_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1, AGE_OF(operator_command)},
-    [RECEIVED_FORCE]           = {BERTH_CAN_FORCE_FRAME_ID,           HAL_BUS_SENSOR, 8, 7, 0, 0xff, 1, AGE_OF(sensor_channel)},
+static const struct message_row message_rows[RECEIVED_FORCE] = {
+    /*                            profile  identifier                           bus           length  counter    per tick  age */
+    [RECEIVED_ROBOT_FEEDBACK]  = {BERTH,  {BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 0, 0xff, 1}, AGE_OF(robot_channel)},
+    [RECEIVED_DRIVE_STATUS]    = {CIA402, {CANOPEN_TPDO1_ID,                   HAL_BUS_ROBOT,  6, 0, 0, 0,    1}, AGE_OF(robot_channel)},
+    [RECEIVED_DRIVE_HEARTBEAT] = {CIA402, {CANOPEN_HEARTBEAT_ID,               HAL_BUS_ROBOT,  1, 0, 0, 0,    1}, AGE_OF(cia402)},
+    [RECEIVED_DRIVE_EMERGENCY] = {CIA402, {CANOPEN_EMERGENCY_ID,               HAL_BUS_ROBOT,  8, 0, 0, 0,    1}, AGE_OF(cia402)},
+    [RECEIVED_SDO_ANSWER]      = {CIA402, {CANOPEN_SDO_ANSWER_ID,              HAL_BUS_ROBOT,  8, 0, 0, 0,    1}, AGE_OF(cia402)},
+    [RECEIVED_OPERATOR_MOTION] = {EVERY,  {BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
+    [RECEIVED_OPERATOR_FORCE]  = {EVERY,  {BERTH_CAN_OPERATOR_FORCE_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
 };
 /* clang-format on */
-_Static_assert(sizeof rows / sizeof rows[0] == RECEIVED_COUNT, "one row per received message");
+
+/* Frames of the sensor's layout; per tick as many as its rate makes, rounded up. */
+static struct reception_row sensor_row(const struct app_config *config, int part)
+{
+    const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
+    const struct sensor_frame *frame = &layout->frames[part];
+    const int64_t sample_ns = config_sample_period_ns(config);
+    if (part >= layout->frame_count) {
+        return (struct reception_row){.bus = HAL_BUS_COUNT};
+    }
+    return (struct reception_row){.id = frame->id,
+                                  .bus = HAL_BUS_SENSOR,
+                                  .length = 8,
+                                  .counter_byte = frame->counter_byte,
+                                  .counter_mask = frame->counter_mask,
+                                  .per_tick = (uint32_t)((config_period_ns(config) + sample_ns - 1) / sample_ns)};
+}
+
+static struct reception_row row_for(const struct app_config *config, int message)
+{
+    if (message >= RECEIVED_FORCE) {
+        return sensor_row(config, message - RECEIVED_FORCE);
+    }
+    const struct message_row *entry = &message_rows[message];
+    struct reception_row row = entry->row;
+    if (!(entry->profiles & (1u << config->robot_channel.profile))) {
+        row.bus = HAL_BUS_COUNT;
+    }
+    if (entry->profiles == CIA402) {
+        row.id += (uint32_t)config->cia402.node_id;
+    }
+    return row;
+}
+
+static double stale_after_ms(const struct app_config *config, int message)
+{
+    const size_t place = message < RECEIVED_FORCE ? message_rows[message].stale_after : AGE_OF(sensor_channel);
+    double age_ms;
+    memcpy(&age_ms, (const char *)config + place, sizeof age_ms);
+    return age_ms;
+}
+
+uint32_t reception_ids(const struct app_config *config, enum hal_bus bus, uint32_t ids[RECEIVED_COUNT])
+{
+    uint32_t count = 0;
+    for (int i = 0; i < RECEIVED_COUNT; i++) {
+        const struct reception_row row = row_for(config, i);
+        if (row.bus == bus) {
+            ids[count++] = row.id;
+        }
+    }
+    return count;
+}
 
 void reception_start(struct reception *reception, const struct app_config *config)
 {
     *reception = (struct reception){0};
     for (int i = 0; i < RECEIVED_COUNT; i++) {
-        double stale_after_ms;
-        memcpy(&stale_after_ms, (const char *)config + rows[i].stale_after, sizeof stale_after_ms);
-        reception->stale_after_ns[i] = ns_from_ms(stale_after_ms);
+        reception->rows[i] = row_for(config, i);
+        reception->stale_after_ns[i] = ns_from_ms(stale_after_ms(config, i));
     }
 }
 
@@ -46,10 +99,11 @@ void reception_begin_tick(struct reception *reception, uint32_t missed_ticks)
     memset(reception->in_tick, 0, sizeof reception->in_tick);
 }
 
-static enum received_message row_of(const struct hal_frame *frame)
+static enum received_message row_of(const struct reception *reception, const struct hal_frame *frame)
 {
     for (int i = 0; i < RECEIVED_COUNT; i++) {
-        if (rows[i].id == frame->id && rows[i].bus == frame->bus) {
+        const struct reception_row *row = &reception->rows[i];
+        if (row->id == frame->id && row->bus == frame->bus) {
             return (enum received_message)i;
         }
     }
@@ -68,17 +122,18 @@ enum received_message reception_check(struct reception *reception, const struct 
         reception->bus_off |= (frame->flags & HAL_FRAME_BUS_OFF) != 0;
         return RECEIVED_NONE;
     }
-    enum received_message message = row_of(frame);
+    enum received_message message = row_of(reception, frame);
     if (message == RECEIVED_NONE) {
         reception->counts.unknown++;
         return RECEIVED_NONE;
     }
-    const struct reception_row *row = &rows[message];
+    const struct reception_row *row = &reception->rows[message];
     if (frame->length != row->length) {
         reception->counts.wrong_length++;
         return RECEIVED_NONE;
     }
-    if (reception->seen[message] && counter_of(row, frame) == reception->counter[message]) {
+    if (row->counter_mask != 0 && reception->seen[message] &&
+        counter_of(row, frame) == reception->counter[message]) {
         reception->counts.repeated++;
         return RECEIVED_NONE;
     }
@@ -87,9 +142,9 @@ enum received_message reception_check(struct reception *reception, const struct 
 
 void reception_accept(struct reception *reception, enum received_message message, const struct hal_frame *frame)
 {
-    const struct reception_row *row = &rows[message];
+    const struct reception_row *row = &reception->rows[message];
     uint8_t counter = counter_of(row, frame);
-    if (reception->seen[message]) {
+    if (row->counter_mask != 0 && reception->seen[message]) {
         uint8_t expected = (uint8_t)(reception->counter[message] + 1) & row->counter_mask;
         reception->counts.lost += (uint8_t)(counter - expected) & row->counter_mask;
     }

@@ -4,6 +4,7 @@
 #define FIRMWARE_RECEPTION_H
 
 #include "config.h"
+#include "sensor_layout.h"
 #include "types.h"
 
 #ifdef __cplusplus
@@ -11,10 +12,15 @@ extern "C" {
 #endif
 
 enum received_message {
-    RECEIVED_ROBOT_FEEDBACK,
+    RECEIVED_ROBOT_FEEDBACK,  /* profile "berth" */
+    RECEIVED_DRIVE_STATUS,    /* profile "cia402": TPDO 1 with statusword and position */
+    RECEIVED_DRIVE_HEARTBEAT, /* or its boot-up message */
+    RECEIVED_DRIVE_EMERGENCY,
+    RECEIVED_SDO_ANSWER,
     RECEIVED_OPERATOR_MOTION,
     RECEIVED_OPERATOR_FORCE,
-    RECEIVED_FORCE,
+    RECEIVED_FORCE, /* first frame of a sample, and the others of the sensor's layout */
+    RECEIVED_FORCE_LAST = RECEIVED_FORCE + SENSOR_FRAMES_MAX - 1,
     RECEIVED_COUNT,
     RECEIVED_NONE = RECEIVED_COUNT /* the frame was rejected */
 };
@@ -25,13 +31,25 @@ struct reception_counts {
     uint32_t unknown;      /* no row for this identifier on this bus */
     uint32_t wrong_length; /* shorter or longer than its row says */
     uint32_t repeated;     /* same counter as the frame before: rejected */
-    uint32_t out_of_range; /* a signal outside its range: rejected */
+    uint32_t out_of_range; /* a signal outside its range, or of a sample that a newer one has overtaken: rejected */
     uint32_t too_frequent; /* more than belong to the time since the last tick: taken, the newest counts */
     uint32_t lost;         /* frames missing between the counters of two accepted ones */
     uint32_t error_frames; /* the bus reported trouble */
 };
 
+struct reception_row {
+    uint32_t id;
+    uint8_t bus; /* HAL_BUS_COUNT: nothing is received by this row */
+    uint8_t length;
+    uint8_t counter_byte;
+    uint8_t counter_shift;
+    uint8_t counter_mask; /* the counter runs from 0 to this and starts again; 0: there is none */
+    uint32_t per_tick;    /* frames that belong to one period */
+    /* The ranges of the signals are checked where they are decoded, in the channel. */
+};
+
 struct reception {
+    struct reception_row rows[RECEIVED_COUNT];
     int64_t stale_after_ns[RECEIVED_COUNT];
     int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame */
     uint8_t counter[RECEIVED_COUNT];
@@ -41,6 +59,9 @@ struct reception {
     uint8_t bus_off;                  /* a controller left its bus in this tick */
     struct reception_counts counts;
 };
+
+/* Identifiers that the loop listens to on `bus`, by the same table: their number, at most RECEIVED_COUNT. */
+uint32_t reception_ids(const struct app_config *config, enum hal_bus bus, uint32_t ids[RECEIVED_COUNT]);
 
 void reception_start(struct reception *reception, const struct app_config *config);
 
@@ -57,7 +78,7 @@ void reception_accept(struct reception *reception, enum received_message message
 /* The channel found a signal out of range: the frame is dropped and its age goes on. */
 void reception_reject_range(struct reception *reception);
 
-/* No accepted frame yet, or the newest is older than its row allows. */
+/* No accepted frame yet, or the newest is older than its channel allows. */
 int reception_is_stale(const struct reception *reception, enum received_message message, int64_t now_ns);
 
 #ifdef __cplusplus

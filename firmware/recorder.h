@@ -11,7 +11,8 @@ extern "C" {
 #endif
 
 /* One a tick. Large fields first: no padding. Inputs: index to emergency_stop (and the frames); the rest are
- * outputs. `timestamp` is in us, as ULog wants it. */
+ * outputs. `timestamp` is in us, as ULog wants it.
+ * drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble says which. */
 #define TICK_RECORD_FIELDS(X)                                                                                       \
     X(uint64_t, timestamp)                                                                                          \
     X(int64_t, index)                                                                                               \
@@ -30,9 +31,15 @@ extern "C" {
     X(uint32_t, missed_ticks)                                                                                       \
     X(uint32_t, rejected_frames)                                                                                    \
     X(uint32_t, lost_frames)                                                                                        \
+    X(uint32_t, force_samples)                                                                                      \
+    X(uint32_t, torn_samples)                                                                                       \
     X(uint32_t, error_frames)                                                                                       \
     X(uint32_t, saturated_setpoints)                                                                                \
     X(uint32_t, conditions)                                                                                         \
+    X(uint32_t, drive_error)                                                                                        \
+    X(uint16_t, drive_statusword)                                                                                   \
+    X(uint8_t, drive_trouble)                                                                                       \
+    X(uint8_t, drive_setup_step)                                                                                    \
     X(uint8_t, enable)                                                                                              \
     X(uint8_t, emergency_stop)                                                                                      \
     X(uint8_t, stop)                                                                                                \

@@ -1,8 +1,9 @@
-/* Setpoints to frames, feedback frames to the robot's state. Sending is an allow-list: a frame leaves only if
- * its row says that it may in the supervisor's state. */
+/* Setpoints to frames, feedback frames to the robot's state; by the frames of berth.dbc, or to a CiA 402 drive.
+ * Sending is an allow-list: a frame leaves only if its row says that it may in the supervisor's state. */
 #ifndef FIRMWARE_ROBOT_CHANNEL_H
 #define FIRMWARE_ROBOT_CHANNEL_H
 
+#include "cia402.h"
 #include "config.h"
 #include "reception.h"
 #include "supervisor.h"
@@ -12,13 +13,25 @@ extern "C" {
 #endif
 
 struct robot_channel {
+    enum robot_profile profile;
     double position_m;    /* where the robot says it is */
     uint8_t fault;        /* the robot's controller reports a fault: in a frame of this tick, or in the newest one */
     uint8_t has_feedback; /* a frame has come in this tick */
+    uint8_t is_fresh;     /* where it says it is can be relied on */
+    uint8_t follows;      /* it follows setpoints: a drive has to be enabled first */
     uint8_t setpoint_counter;
     uint8_t status_counter;
     int64_t status_period_ticks;
     uint32_t saturated_setpoints; /* setpoints outside the range of the frame: sent at its end, and counted */
+    struct cia402 drive;          /* profile "cia402" */
+};
+
+/* What the robot is told in a tick. */
+struct robot_command {
+    double position_m;
+    uint32_t limits; /* set of enum limit */
+    uint32_t missed_ticks;
+    int reset_is_wanted; /* a person asks to put a fault back */
 };
 
 void robot_channel_start(struct robot_channel *channel, const struct app_config *config);
@@ -26,14 +39,20 @@ void robot_channel_start(struct robot_channel *channel, const struct app_config 
 /* Call before the first frame of a tick. */
 void robot_channel_begin_tick(struct robot_channel *channel);
 
-/* Takes a checked feedback frame. 0 if a signal is out of range: the frame is to be rejected. */
-int robot_channel_receive(struct robot_channel *channel, const struct hal_frame *frame);
+/* Takes a checked frame. 0 if a signal is out of range: the frame is to be rejected. */
+int robot_channel_receive(struct robot_channel *channel, enum received_message message,
+                          const struct hal_frame *frame);
+
+/* Call after the last frame of a tick. */
+void robot_channel_end_receive(struct robot_channel *channel, const struct reception *reception, int64_t now_ns);
+
+/* The loop starts again: a drive is set up anew. */
+void robot_channel_restart(struct robot_channel *channel);
 
 /* Appends the frames of this tick to `out` and returns the position that the setpoint frame really carries
  * (rounded to the frame's step), in m. */
 double robot_channel_send(struct robot_channel *channel, const struct supervisor *supervisor,
-                          const struct hal_tick *tick, double command_position_m, uint32_t limits,
-                          uint32_t missed_ticks, struct tick_output *out);
+                          const struct hal_tick *tick, const struct robot_command *command, struct tick_output *out);
 
 #ifdef __cplusplus
 }

@@ -1,10 +1,16 @@
 #include "sensor_channel.h"
 
-#include "can/berth_can.h"
+/* A frame that was held up comes behind its successor's; one further back is of another count, after a restart. */
+#define LATE_SAMPLES_MAX 2
 
 void sensor_channel_start(struct sensor_channel *channel, const struct app_config *config)
 {
-    *channel = (struct sensor_channel){.config = &config->sensor_channel};
+    const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
+    *channel = (struct sensor_channel){.config = &config->sensor_channel,
+                                       .layout = layout,
+                                       .stale_after_ns = ns_from_ms(config->sensor_channel.stale_after_ms),
+                                       .counter_lasts_ns = (layout->frames[0].counter_mask + 1) / 2 *
+                                                           config_sample_period_ns(config)};
 }
 
 void sensor_channel_begin_tick(struct sensor_channel *channel)
@@ -12,20 +18,68 @@ void sensor_channel_begin_tick(struct sensor_channel *channel)
     channel->has_sample = 0;
 }
 
-int sensor_channel_receive(struct sensor_channel *channel, const struct hal_frame *frame)
+static uint8_t all_parts(const struct sensor_channel *channel)
 {
-    struct berth_can_force_t raw;
-    if (berth_can_force_unpack(&raw, frame->data, frame->length) < 0 ||
-        !berth_can_force_force_n_is_in_range(raw.force_n)) {
-        return 0;
-    }
+    return (uint8_t)((1u << channel->layout->frame_count) - 1u);
+}
+
+/* What is left of a sample that a newer one has overtaken. */
+static int is_late(const struct sensor_channel *channel, uint8_t counter, int64_t time_ns)
+{
+    const uint8_t behind = (uint8_t)(channel->counter - counter) & channel->layout->frames[0].counter_mask;
+    return channel->layout->frame_count > 1 && channel->parts_here != 0 && behind >= 1 &&
+           behind <= LATE_SAMPLES_MAX && time_ns - channel->begun_ns <= channel->counter_lasts_ns;
+}
+
+/* The frame is another one of the sample that is coming in. */
+static int belongs(const struct sensor_channel *channel, int part, uint8_t counter, int64_t time_ns)
+{
+    return channel->parts_here != 0 && channel->parts_here != all_parts(channel) && counter == channel->counter &&
+           !(channel->parts_here & (1u << part)) && time_ns - channel->begun_ns <= channel->counter_lasts_ns;
+}
+
+static void take_sample(struct sensor_channel *channel, int64_t time_ns)
+{
     const double limit_N = channel->config->force_limit_N;
-    channel->force_N = berth_can_force_force_n_decode(raw.force_n);
-    channel->received_ns = frame->time_ns;
+    int is_over = 0;
+    for (int i = 0; i < channel->layout->axis_count; i++) {
+        const double force_N = channel->parts.force_N[i];
+        is_over |= !(force_N >= -limit_N && force_N <= limit_N);
+    }
+    channel->wrench = channel->parts;
+    channel->force_N = channel->wrench.force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+    channel->received_ns = time_ns;
     /* Of several samples in one tick the last one counts, but none of them may hide that one was wrong. */
-    const int is_over = !(channel->force_N >= -limit_N && channel->force_N <= limit_N);
-    channel->saturated = raw.saturated || (channel->has_sample && channel->saturated);
+    channel->saturated = channel->wrench.saturated || (channel->has_sample && channel->saturated);
     channel->over_limit = is_over || (channel->has_sample && channel->over_limit);
     channel->has_sample = 1;
+    channel->samples++;
+}
+
+int sensor_channel_receive(struct sensor_channel *channel, int part, const struct hal_frame *frame)
+{
+    const struct sensor_frame *row = &channel->layout->frames[part];
+    const uint8_t counter = sensor_frame_counter(row, frame->data);
+    const int goes_on = belongs(channel, part, counter, frame->time_ns);
+    struct wrench parts = goes_on ? channel->parts : (struct wrench){0};
+    if (frame->length != 8 || is_late(channel, counter, frame->time_ns) || !row->decode(frame->data, &parts)) {
+        return 0;
+    }
+    if (!goes_on) {
+        channel->torn_samples += channel->parts_here != 0 && channel->parts_here != all_parts(channel);
+        channel->parts_here = 0;
+        channel->counter = counter;
+        channel->begun_ns = frame->time_ns;
+    }
+    channel->parts = parts;
+    channel->parts_here |= (uint8_t)(1u << part);
+    if (channel->parts_here == all_parts(channel)) {
+        take_sample(channel, frame->time_ns);
+    }
     return 1;
+}
+
+int sensor_channel_is_stale(const struct sensor_channel *channel, int64_t now_ns)
+{
+    return channel->samples == 0 || now_ns - channel->received_ns > channel->stale_after_ns;
 }

@@ -60,7 +60,8 @@ enum supervisor_condition {
     CONDITION_REQUEST_RUN = 1 << 14,
     CONDITION_REQUEST_RESET = 1 << 15,
     CONDITION_STOP = 1 << 16,
-    CONDITION_AT_REST = 1 << 17, /* the setpoints have come to rest */
+    CONDITION_AT_REST = 1 << 17,       /* the setpoints have come to rest */
+    CONDITION_ROBOT_FOLLOWS = 1 << 18, /* it is enabled and follows setpoints */
 };
 
 struct supervisor {

@@ -5,10 +5,11 @@
 
 #include "../hal/hal.h"
 
-/* Frames taken per tick, all buses together. Three arrive in a regular tick; the rest is room for bursts.
- * What does not fit waits in the HAL for the next tick. */
-#define TICK_FRAMES_IN_MAX 16
-#define TICK_FRAMES_OUT_MAX 4
+/* Frames taken per tick, all buses together. Three arrive in a regular tick; the rest is room for bursts and for
+ * sensors with many frames a tick. What does not fit waits in the HAL for the next tick. */
+#define TICK_FRAMES_IN_MAX 64
+#define TICK_SENSOR_FRAMES_MAX (TICK_FRAMES_IN_MAX / 2)
+#define TICK_FRAMES_OUT_MAX 6
 
 struct tick_input {
     struct hal_tick tick;

@@ -55,6 +55,16 @@ def read(path):
     return [Histogram(path.stem, whole_us(thread["histogram"]), thread["min"], thread["avg"], thread["max"])]
 
 
+def print_beside(path):
+    """What berth-target's file says that is no histogram: overruns, and what a run without buses could not measure."""
+    told = json.loads(path.read_text()).get("berth")
+    if told is None:
+        return
+    print(f"overruns: {told['overruns']} in {told['wake_up']['count']} ticks")
+    if missing := [label for name, label in OURS.items() if told[name]["count"] == 0]:
+        print(f"not measured: {', '.join(missing)}; a loop with buses does, as berth-target --jitter")
+
+
 def print_table(histograms):
     print(f"{'us':14s}{'count':>9s}{'min':>9s}{'avg':>9s}" + "".join(f"{f'p{100 * s:g}':>9s}" for s in SHARES)
           + f"{'max':>9s}")
@@ -88,6 +98,7 @@ def main():
         return 2
     histograms = first + [one for other in others for one in other]
     print_table(histograms)
+    print_beside(given.file[0])
     for other in others:
         print(f"largest {first[0].name} to {other[0].name}: {first[0].most_us / max(other[0].most_us, 1):.2f}")
     picture = given.out or given.file[0].with_suffix(".png")

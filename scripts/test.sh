@@ -71,7 +71,7 @@ py() {
     fi
 }
 
-step "build" make all build/cpp_tests build/berth-target build/target_tests
+step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
 cpp "C++ tests" build/cpp_tests
 cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
 if [ "$mode" = full ]; then

@@ -978,3 +978,1575 @@ bool berth_can_force_counter_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
 }
+
+int berth_can_wrench2i_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2i_force_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fx_n = (uint16_t)src_p->fx_n;
+    dst_p[0] |= pack_left_shift_u16(fx_n, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u16(fx_n, 8u, 0xffu);
+    fy_n = (uint16_t)src_p->fy_n;
+    dst_p[2] |= pack_left_shift_u16(fy_n, 0u, 0xffu);
+    dst_p[3] |= pack_right_shift_u16(fy_n, 8u, 0xffu);
+    fz_n = (uint16_t)src_p->fz_n;
+    dst_p[4] |= pack_left_shift_u16(fz_n, 0u, 0xffu);
+    dst_p[5] |= pack_right_shift_u16(fz_n, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u16(src_p->counter, 0u, 0xffu);
+    dst_p[7] |= pack_right_shift_u16(src_p->counter, 8u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2i_force_unpack(
+    struct berth_can_wrench2i_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fx_n = unpack_right_shift_u16(src_p[0], 0u, 0xffu);
+    fx_n |= unpack_left_shift_u16(src_p[1], 8u, 0xffu);
+    dst_p->fx_n = (int16_t)fx_n;
+    fy_n = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+    fy_n |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+    dst_p->fy_n = (int16_t)fy_n;
+    fz_n = unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+    fz_n |= unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+    dst_p->fz_n = (int16_t)fz_n;
+    dst_p->counter = unpack_right_shift_u16(src_p[6], 0u, 0xffu);
+    dst_p->counter |= unpack_left_shift_u16(src_p[7], 8u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2i_force_init(struct berth_can_wrench2i_force_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2i_force_t));
+
+    return 0;
+}
+
+int16_t berth_can_wrench2i_force_fx_n_encode(double value)
+{
+    return (int16_t)(value / 0.01);
+}
+
+double berth_can_wrench2i_force_fx_n_decode(int16_t value)
+{
+    return ((double)value * 0.01);
+}
+
+bool berth_can_wrench2i_force_fx_n_is_in_range(int16_t value)
+{
+    return ((value >= -32700) && (value <= 32700));
+}
+
+bool berth_can_wrench2i_force_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+int16_t berth_can_wrench2i_force_fy_n_encode(double value)
+{
+    return (int16_t)(value / 0.01);
+}
+
+double berth_can_wrench2i_force_fy_n_decode(int16_t value)
+{
+    return ((double)value * 0.01);
+}
+
+bool berth_can_wrench2i_force_fy_n_is_in_range(int16_t value)
+{
+    return ((value >= -32700) && (value <= 32700));
+}
+
+bool berth_can_wrench2i_force_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+int16_t berth_can_wrench2i_force_fz_n_encode(double value)
+{
+    return (int16_t)(value / 0.01);
+}
+
+double berth_can_wrench2i_force_fz_n_decode(int16_t value)
+{
+    return ((double)value * 0.01);
+}
+
+bool berth_can_wrench2i_force_fz_n_is_in_range(int16_t value)
+{
+    return ((value >= -32700) && (value <= 32700));
+}
+
+bool berth_can_wrench2i_force_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+uint16_t berth_can_wrench2i_force_counter_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2i_force_counter_decode(uint16_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2i_force_counter_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2i_force_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
+int berth_can_wrench2i_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2i_torque_t *src_p,
+    size_t size)
+{
+    uint16_t tx_n_m;
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    tx_n_m = (uint16_t)src_p->tx_n_m;
+    dst_p[0] |= pack_left_shift_u16(tx_n_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u16(tx_n_m, 8u, 0xffu);
+    ty_n_m = (uint16_t)src_p->ty_n_m;
+    dst_p[2] |= pack_left_shift_u16(ty_n_m, 0u, 0xffu);
+    dst_p[3] |= pack_right_shift_u16(ty_n_m, 8u, 0xffu);
+    tz_n_m = (uint16_t)src_p->tz_n_m;
+    dst_p[4] |= pack_left_shift_u16(tz_n_m, 0u, 0xffu);
+    dst_p[5] |= pack_right_shift_u16(tz_n_m, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u16(src_p->counter, 0u, 0xffu);
+    dst_p[7] |= pack_right_shift_u16(src_p->counter, 8u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2i_torque_unpack(
+    struct berth_can_wrench2i_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t tx_n_m;
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    tx_n_m = unpack_right_shift_u16(src_p[0], 0u, 0xffu);
+    tx_n_m |= unpack_left_shift_u16(src_p[1], 8u, 0xffu);
+    dst_p->tx_n_m = (int16_t)tx_n_m;
+    ty_n_m = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+    ty_n_m |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+    dst_p->ty_n_m = (int16_t)ty_n_m;
+    tz_n_m = unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+    tz_n_m |= unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+    dst_p->tz_n_m = (int16_t)tz_n_m;
+    dst_p->counter = unpack_right_shift_u16(src_p[6], 0u, 0xffu);
+    dst_p->counter |= unpack_left_shift_u16(src_p[7], 8u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2i_torque_init(struct berth_can_wrench2i_torque_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2i_torque_t));
+
+    return 0;
+}
+
+int16_t berth_can_wrench2i_torque_tx_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2i_torque_tx_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2i_torque_tx_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2i_torque_tx_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+int16_t berth_can_wrench2i_torque_ty_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2i_torque_ty_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2i_torque_ty_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2i_torque_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+int16_t berth_can_wrench2i_torque_tz_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2i_torque_tz_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2i_torque_tz_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2i_torque_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+uint16_t berth_can_wrench2i_torque_counter_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2i_torque_counter_decode(uint16_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2i_torque_counter_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2i_torque_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
+int berth_can_wrench2m_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2m_force_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fx_n = (uint16_t)src_p->fx_n;
+    dst_p[0] |= pack_right_shift_u16(fx_n, 8u, 0xffu);
+    dst_p[1] |= pack_left_shift_u16(fx_n, 0u, 0xffu);
+    fy_n = (uint16_t)src_p->fy_n;
+    dst_p[2] |= pack_right_shift_u16(fy_n, 8u, 0xffu);
+    dst_p[3] |= pack_left_shift_u16(fy_n, 0u, 0xffu);
+    fz_n = (uint16_t)src_p->fz_n;
+    dst_p[4] |= pack_right_shift_u16(fz_n, 8u, 0xffu);
+    dst_p[5] |= pack_left_shift_u16(fz_n, 0u, 0xffu);
+    dst_p[6] |= pack_left_shift_u8(src_p->saturated, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2m_force_unpack(
+    struct berth_can_wrench2m_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fx_n = unpack_left_shift_u16(src_p[0], 8u, 0xffu);
+    fx_n |= unpack_right_shift_u16(src_p[1], 0u, 0xffu);
+    dst_p->fx_n = (int16_t)fx_n;
+    fy_n = unpack_left_shift_u16(src_p[2], 8u, 0xffu);
+    fy_n |= unpack_right_shift_u16(src_p[3], 0u, 0xffu);
+    dst_p->fy_n = (int16_t)fy_n;
+    fz_n = unpack_left_shift_u16(src_p[4], 8u, 0xffu);
+    fz_n |= unpack_right_shift_u16(src_p[5], 0u, 0xffu);
+    dst_p->fz_n = (int16_t)fz_n;
+    dst_p->saturated = unpack_right_shift_u8(src_p[6], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2m_force_init(struct berth_can_wrench2m_force_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2m_force_t));
+
+    return 0;
+}
+
+int16_t berth_can_wrench2m_force_fx_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2m_force_fx_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2m_force_fx_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2m_force_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+int16_t berth_can_wrench2m_force_fy_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2m_force_fy_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2m_force_fy_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2m_force_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+int16_t berth_can_wrench2m_force_fz_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2m_force_fz_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2m_force_fz_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2m_force_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+uint8_t berth_can_wrench2m_force_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2m_force_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2m_force_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench2m_force_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench2m_force_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2m_force_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2m_force_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2m_force_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench2m_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2m_torque_t *src_p,
+    size_t size)
+{
+    uint16_t tx_n_m;
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    tx_n_m = (uint16_t)src_p->tx_n_m;
+    dst_p[0] |= pack_right_shift_u16(tx_n_m, 8u, 0xffu);
+    dst_p[1] |= pack_left_shift_u16(tx_n_m, 0u, 0xffu);
+    ty_n_m = (uint16_t)src_p->ty_n_m;
+    dst_p[2] |= pack_right_shift_u16(ty_n_m, 8u, 0xffu);
+    dst_p[3] |= pack_left_shift_u16(ty_n_m, 0u, 0xffu);
+    tz_n_m = (uint16_t)src_p->tz_n_m;
+    dst_p[4] |= pack_right_shift_u16(tz_n_m, 8u, 0xffu);
+    dst_p[5] |= pack_left_shift_u16(tz_n_m, 0u, 0xffu);
+    dst_p[6] |= pack_left_shift_u8(src_p->saturated, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2m_torque_unpack(
+    struct berth_can_wrench2m_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t tx_n_m;
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    tx_n_m = unpack_left_shift_u16(src_p[0], 8u, 0xffu);
+    tx_n_m |= unpack_right_shift_u16(src_p[1], 0u, 0xffu);
+    dst_p->tx_n_m = (int16_t)tx_n_m;
+    ty_n_m = unpack_left_shift_u16(src_p[2], 8u, 0xffu);
+    ty_n_m |= unpack_right_shift_u16(src_p[3], 0u, 0xffu);
+    dst_p->ty_n_m = (int16_t)ty_n_m;
+    tz_n_m = unpack_left_shift_u16(src_p[4], 8u, 0xffu);
+    tz_n_m |= unpack_right_shift_u16(src_p[5], 0u, 0xffu);
+    dst_p->tz_n_m = (int16_t)tz_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[6], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2m_torque_init(struct berth_can_wrench2m_torque_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2m_torque_t));
+
+    return 0;
+}
+
+int16_t berth_can_wrench2m_torque_tx_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2m_torque_tx_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2m_torque_tx_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2m_torque_tx_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+int16_t berth_can_wrench2m_torque_ty_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2m_torque_ty_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2m_torque_ty_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2m_torque_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+int16_t berth_can_wrench2m_torque_tz_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.001);
+}
+
+double berth_can_wrench2m_torque_tz_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_wrench2m_torque_tz_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2m_torque_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+uint8_t berth_can_wrench2m_torque_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2m_torque_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2m_torque_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench2m_torque_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench2m_torque_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2m_torque_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2m_torque_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2m_torque_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench3i_fx_fy_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_fx_fy_t *src_p,
+    size_t size)
+{
+    uint32_t fx_n;
+    uint32_t fy_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fx_n = (uint32_t)src_p->fx_n;
+    dst_p[0] |= pack_left_shift_u32(fx_n, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(fx_n, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(fx_n, 16u, 0xffu);
+    fy_n = (uint32_t)src_p->fy_n;
+    dst_p[3] |= pack_left_shift_u32(fy_n, 0u, 0xffu);
+    dst_p[4] |= pack_right_shift_u32(fy_n, 8u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(fy_n, 16u, 0xffu);
+    dst_p[6] |= pack_left_shift_u8(src_p->saturated, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench3i_fx_fy_unpack(
+    struct berth_can_wrench3i_fx_fy_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t fx_n;
+    uint32_t fy_n;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fx_n = unpack_right_shift_u32(src_p[0], 0u, 0xffu);
+    fx_n |= unpack_left_shift_u32(src_p[1], 8u, 0xffu);
+    fx_n |= unpack_left_shift_u32(src_p[2], 16u, 0xffu);
+
+    if ((fx_n & (1u << 23)) != 0u) {
+        fx_n |= 0xff000000u;
+    }
+
+    dst_p->fx_n = (int32_t)fx_n;
+    fy_n = unpack_right_shift_u32(src_p[3], 0u, 0xffu);
+    fy_n |= unpack_left_shift_u32(src_p[4], 8u, 0xffu);
+    fy_n |= unpack_left_shift_u32(src_p[5], 16u, 0xffu);
+
+    if ((fy_n & (1u << 23)) != 0u) {
+        fy_n |= 0xff000000u;
+    }
+
+    dst_p->fy_n = (int32_t)fy_n;
+    dst_p->saturated = unpack_right_shift_u8(src_p[6], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench3i_fx_fy_init(struct berth_can_wrench3i_fx_fy_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3i_fx_fy_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3i_fx_fy_fx_n_encode(double value)
+{
+    return (int32_t)(value / 0.0001);
+}
+
+double berth_can_wrench3i_fx_fy_fx_n_decode(int32_t value)
+{
+    return ((double)value * 0.0001);
+}
+
+bool berth_can_wrench3i_fx_fy_fx_n_is_in_range(int32_t value)
+{
+    return ((value >= -8380000) && (value <= 8380000));
+}
+
+bool berth_can_wrench3i_fx_fy_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -838.0) && (value <= 838.0));
+}
+
+int32_t berth_can_wrench3i_fx_fy_fy_n_encode(double value)
+{
+    return (int32_t)(value / 0.0001);
+}
+
+double berth_can_wrench3i_fx_fy_fy_n_decode(int32_t value)
+{
+    return ((double)value * 0.0001);
+}
+
+bool berth_can_wrench3i_fx_fy_fy_n_is_in_range(int32_t value)
+{
+    return ((value >= -8380000) && (value <= 8380000));
+}
+
+bool berth_can_wrench3i_fx_fy_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -838.0) && (value <= 838.0));
+}
+
+uint8_t berth_can_wrench3i_fx_fy_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_fx_fy_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_fx_fy_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3i_fx_fy_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3i_fx_fy_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_fx_fy_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_fx_fy_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench3i_fx_fy_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench3i_fz_tx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_fz_tx_t *src_p,
+    size_t size)
+{
+    uint32_t fz_n;
+    uint32_t tx_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fz_n = (uint32_t)src_p->fz_n;
+    dst_p[0] |= pack_left_shift_u32(fz_n, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(fz_n, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(fz_n, 16u, 0xffu);
+    tx_n_m = (uint32_t)src_p->tx_n_m;
+    dst_p[3] |= pack_left_shift_u32(tx_n_m, 0u, 0xffu);
+    dst_p[4] |= pack_right_shift_u32(tx_n_m, 8u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(tx_n_m, 16u, 0xffu);
+    dst_p[6] |= pack_left_shift_u8(src_p->saturated, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench3i_fz_tx_unpack(
+    struct berth_can_wrench3i_fz_tx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t fz_n;
+    uint32_t tx_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fz_n = unpack_right_shift_u32(src_p[0], 0u, 0xffu);
+    fz_n |= unpack_left_shift_u32(src_p[1], 8u, 0xffu);
+    fz_n |= unpack_left_shift_u32(src_p[2], 16u, 0xffu);
+
+    if ((fz_n & (1u << 23)) != 0u) {
+        fz_n |= 0xff000000u;
+    }
+
+    dst_p->fz_n = (int32_t)fz_n;
+    tx_n_m = unpack_right_shift_u32(src_p[3], 0u, 0xffu);
+    tx_n_m |= unpack_left_shift_u32(src_p[4], 8u, 0xffu);
+    tx_n_m |= unpack_left_shift_u32(src_p[5], 16u, 0xffu);
+
+    if ((tx_n_m & (1u << 23)) != 0u) {
+        tx_n_m |= 0xff000000u;
+    }
+
+    dst_p->tx_n_m = (int32_t)tx_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[6], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench3i_fz_tx_init(struct berth_can_wrench3i_fz_tx_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3i_fz_tx_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3i_fz_tx_fz_n_encode(double value)
+{
+    return (int32_t)(value / 0.0001);
+}
+
+double berth_can_wrench3i_fz_tx_fz_n_decode(int32_t value)
+{
+    return ((double)value * 0.0001);
+}
+
+bool berth_can_wrench3i_fz_tx_fz_n_is_in_range(int32_t value)
+{
+    return ((value >= -8380000) && (value <= 8380000));
+}
+
+bool berth_can_wrench3i_fz_tx_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -838.0) && (value <= 838.0));
+}
+
+int32_t berth_can_wrench3i_fz_tx_tx_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3i_fz_tx_tx_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3i_fz_tx_tx_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -8300000) && (value <= 8300000));
+}
+
+bool berth_can_wrench3i_fz_tx_tx_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -83.0) && (value <= 83.0));
+}
+
+uint8_t berth_can_wrench3i_fz_tx_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_fz_tx_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_fz_tx_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3i_fz_tx_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3i_fz_tx_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_fz_tx_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_fz_tx_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench3i_fz_tx_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench3i_ty_tz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_ty_tz_t *src_p,
+    size_t size)
+{
+    uint32_t ty_n_m;
+    uint32_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    ty_n_m = (uint32_t)src_p->ty_n_m;
+    dst_p[0] |= pack_left_shift_u32(ty_n_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(ty_n_m, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(ty_n_m, 16u, 0xffu);
+    tz_n_m = (uint32_t)src_p->tz_n_m;
+    dst_p[3] |= pack_left_shift_u32(tz_n_m, 0u, 0xffu);
+    dst_p[4] |= pack_right_shift_u32(tz_n_m, 8u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(tz_n_m, 16u, 0xffu);
+    dst_p[6] |= pack_left_shift_u8(src_p->saturated, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench3i_ty_tz_unpack(
+    struct berth_can_wrench3i_ty_tz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t ty_n_m;
+    uint32_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    ty_n_m = unpack_right_shift_u32(src_p[0], 0u, 0xffu);
+    ty_n_m |= unpack_left_shift_u32(src_p[1], 8u, 0xffu);
+    ty_n_m |= unpack_left_shift_u32(src_p[2], 16u, 0xffu);
+
+    if ((ty_n_m & (1u << 23)) != 0u) {
+        ty_n_m |= 0xff000000u;
+    }
+
+    dst_p->ty_n_m = (int32_t)ty_n_m;
+    tz_n_m = unpack_right_shift_u32(src_p[3], 0u, 0xffu);
+    tz_n_m |= unpack_left_shift_u32(src_p[4], 8u, 0xffu);
+    tz_n_m |= unpack_left_shift_u32(src_p[5], 16u, 0xffu);
+
+    if ((tz_n_m & (1u << 23)) != 0u) {
+        tz_n_m |= 0xff000000u;
+    }
+
+    dst_p->tz_n_m = (int32_t)tz_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[6], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench3i_ty_tz_init(struct berth_can_wrench3i_ty_tz_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3i_ty_tz_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3i_ty_tz_ty_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3i_ty_tz_ty_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3i_ty_tz_ty_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -8300000) && (value <= 8300000));
+}
+
+bool berth_can_wrench3i_ty_tz_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -83.0) && (value <= 83.0));
+}
+
+int32_t berth_can_wrench3i_ty_tz_tz_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3i_ty_tz_tz_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3i_ty_tz_tz_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -8300000) && (value <= 8300000));
+}
+
+bool berth_can_wrench3i_ty_tz_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -83.0) && (value <= 83.0));
+}
+
+uint8_t berth_can_wrench3i_ty_tz_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_ty_tz_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_ty_tz_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3i_ty_tz_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3i_ty_tz_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3i_ty_tz_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3i_ty_tz_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench3i_ty_tz_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench3m_x_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_x_t *src_p,
+    size_t size)
+{
+    uint32_t fx_n;
+    uint32_t tx_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fx_n = (uint32_t)src_p->fx_n;
+    dst_p[0] |= pack_right_shift_u32(fx_n, 20u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(fx_n, 12u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(fx_n, 4u, 0xffu);
+    dst_p[3] |= pack_left_shift_u32(fx_n, 4u, 0xf0u);
+    tx_n_m = (uint32_t)src_p->tx_n_m;
+    dst_p[3] |= pack_right_shift_u32(tx_n_m, 24u, 0x0fu);
+    dst_p[4] |= pack_right_shift_u32(tx_n_m, 16u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(tx_n_m, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u32(tx_n_m, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->saturated, 7u, 0x80u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0x0fu);
+
+    return (8);
+}
+
+int berth_can_wrench3m_x_unpack(
+    struct berth_can_wrench3m_x_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t fx_n;
+    uint32_t tx_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fx_n = unpack_left_shift_u32(src_p[0], 20u, 0xffu);
+    fx_n |= unpack_left_shift_u32(src_p[1], 12u, 0xffu);
+    fx_n |= unpack_left_shift_u32(src_p[2], 4u, 0xffu);
+    fx_n |= unpack_right_shift_u32(src_p[3], 4u, 0xf0u);
+
+    if ((fx_n & (1u << 27)) != 0u) {
+        fx_n |= 0xf0000000u;
+    }
+
+    dst_p->fx_n = (int32_t)fx_n;
+    tx_n_m = unpack_left_shift_u32(src_p[3], 24u, 0x0fu);
+    tx_n_m |= unpack_left_shift_u32(src_p[4], 16u, 0xffu);
+    tx_n_m |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+    tx_n_m |= unpack_right_shift_u32(src_p[6], 0u, 0xffu);
+
+    if ((tx_n_m & (1u << 27)) != 0u) {
+        tx_n_m |= 0xf0000000u;
+    }
+
+    dst_p->tx_n_m = (int32_t)tx_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[7], 7u, 0x80u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0x0fu);
+
+    return (0);
+}
+
+int berth_can_wrench3m_x_init(struct berth_can_wrench3m_x_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3m_x_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3m_x_fx_n_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3m_x_fx_n_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3m_x_fx_n_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_x_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -1340.0) && (value <= 1340.0));
+}
+
+int32_t berth_can_wrench3m_x_tx_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-06);
+}
+
+double berth_can_wrench3m_x_tx_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-06);
+}
+
+bool berth_can_wrench3m_x_tx_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_x_tx_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -134.0) && (value <= 134.0));
+}
+
+uint8_t berth_can_wrench3m_x_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_x_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_x_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3m_x_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3m_x_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_x_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_x_counter_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool berth_can_wrench3m_x_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
+}
+
+int berth_can_wrench3m_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_y_t *src_p,
+    size_t size)
+{
+    uint32_t fy_n;
+    uint32_t ty_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fy_n = (uint32_t)src_p->fy_n;
+    dst_p[0] |= pack_right_shift_u32(fy_n, 20u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(fy_n, 12u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(fy_n, 4u, 0xffu);
+    dst_p[3] |= pack_left_shift_u32(fy_n, 4u, 0xf0u);
+    ty_n_m = (uint32_t)src_p->ty_n_m;
+    dst_p[3] |= pack_right_shift_u32(ty_n_m, 24u, 0x0fu);
+    dst_p[4] |= pack_right_shift_u32(ty_n_m, 16u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(ty_n_m, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u32(ty_n_m, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->saturated, 7u, 0x80u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0x0fu);
+
+    return (8);
+}
+
+int berth_can_wrench3m_y_unpack(
+    struct berth_can_wrench3m_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t fy_n;
+    uint32_t ty_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fy_n = unpack_left_shift_u32(src_p[0], 20u, 0xffu);
+    fy_n |= unpack_left_shift_u32(src_p[1], 12u, 0xffu);
+    fy_n |= unpack_left_shift_u32(src_p[2], 4u, 0xffu);
+    fy_n |= unpack_right_shift_u32(src_p[3], 4u, 0xf0u);
+
+    if ((fy_n & (1u << 27)) != 0u) {
+        fy_n |= 0xf0000000u;
+    }
+
+    dst_p->fy_n = (int32_t)fy_n;
+    ty_n_m = unpack_left_shift_u32(src_p[3], 24u, 0x0fu);
+    ty_n_m |= unpack_left_shift_u32(src_p[4], 16u, 0xffu);
+    ty_n_m |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+    ty_n_m |= unpack_right_shift_u32(src_p[6], 0u, 0xffu);
+
+    if ((ty_n_m & (1u << 27)) != 0u) {
+        ty_n_m |= 0xf0000000u;
+    }
+
+    dst_p->ty_n_m = (int32_t)ty_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[7], 7u, 0x80u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0x0fu);
+
+    return (0);
+}
+
+int berth_can_wrench3m_y_init(struct berth_can_wrench3m_y_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3m_y_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3m_y_fy_n_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3m_y_fy_n_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3m_y_fy_n_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_y_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -1340.0) && (value <= 1340.0));
+}
+
+int32_t berth_can_wrench3m_y_ty_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-06);
+}
+
+double berth_can_wrench3m_y_ty_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-06);
+}
+
+bool berth_can_wrench3m_y_ty_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_y_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -134.0) && (value <= 134.0));
+}
+
+uint8_t berth_can_wrench3m_y_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_y_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_y_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3m_y_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3m_y_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_y_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_y_counter_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool berth_can_wrench3m_y_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
+}
+
+int berth_can_wrench3m_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_z_t *src_p,
+    size_t size)
+{
+    uint32_t fz_n;
+    uint32_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    fz_n = (uint32_t)src_p->fz_n;
+    dst_p[0] |= pack_right_shift_u32(fz_n, 20u, 0xffu);
+    dst_p[1] |= pack_right_shift_u32(fz_n, 12u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(fz_n, 4u, 0xffu);
+    dst_p[3] |= pack_left_shift_u32(fz_n, 4u, 0xf0u);
+    tz_n_m = (uint32_t)src_p->tz_n_m;
+    dst_p[3] |= pack_right_shift_u32(tz_n_m, 24u, 0x0fu);
+    dst_p[4] |= pack_right_shift_u32(tz_n_m, 16u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(tz_n_m, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u32(tz_n_m, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->saturated, 7u, 0x80u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0x0fu);
+
+    return (8);
+}
+
+int berth_can_wrench3m_z_unpack(
+    struct berth_can_wrench3m_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t fz_n;
+    uint32_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    fz_n = unpack_left_shift_u32(src_p[0], 20u, 0xffu);
+    fz_n |= unpack_left_shift_u32(src_p[1], 12u, 0xffu);
+    fz_n |= unpack_left_shift_u32(src_p[2], 4u, 0xffu);
+    fz_n |= unpack_right_shift_u32(src_p[3], 4u, 0xf0u);
+
+    if ((fz_n & (1u << 27)) != 0u) {
+        fz_n |= 0xf0000000u;
+    }
+
+    dst_p->fz_n = (int32_t)fz_n;
+    tz_n_m = unpack_left_shift_u32(src_p[3], 24u, 0x0fu);
+    tz_n_m |= unpack_left_shift_u32(src_p[4], 16u, 0xffu);
+    tz_n_m |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+    tz_n_m |= unpack_right_shift_u32(src_p[6], 0u, 0xffu);
+
+    if ((tz_n_m & (1u << 27)) != 0u) {
+        tz_n_m |= 0xf0000000u;
+    }
+
+    dst_p->tz_n_m = (int32_t)tz_n_m;
+    dst_p->saturated = unpack_right_shift_u8(src_p[7], 7u, 0x80u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0x0fu);
+
+    return (0);
+}
+
+int berth_can_wrench3m_z_init(struct berth_can_wrench3m_z_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench3m_z_t));
+
+    return 0;
+}
+
+int32_t berth_can_wrench3m_z_fz_n_encode(double value)
+{
+    return (int32_t)(value / 1e-05);
+}
+
+double berth_can_wrench3m_z_fz_n_decode(int32_t value)
+{
+    return ((double)value * 1e-05);
+}
+
+bool berth_can_wrench3m_z_fz_n_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_z_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -1340.0) && (value <= 1340.0));
+}
+
+int32_t berth_can_wrench3m_z_tz_n_m_encode(double value)
+{
+    return (int32_t)(value / 1e-06);
+}
+
+double berth_can_wrench3m_z_tz_n_m_decode(int32_t value)
+{
+    return ((double)value * 1e-06);
+}
+
+bool berth_can_wrench3m_z_tz_n_m_is_in_range(int32_t value)
+{
+    return ((value >= -134000000) && (value <= 134000000));
+}
+
+bool berth_can_wrench3m_z_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -134.0) && (value <= 134.0));
+}
+
+uint8_t berth_can_wrench3m_z_saturated_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_z_saturated_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_z_saturated_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_wrench3m_z_saturated_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_wrench3m_z_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench3m_z_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench3m_z_counter_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool berth_can_wrench3m_z_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
+}

@@ -51,6 +51,16 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_MOTION_FRAME_ID (0x30u)
 #define BERTH_CAN_OPERATOR_FORCE_FRAME_ID (0x31u)
 #define BERTH_CAN_FORCE_FRAME_ID (0x40u)
+#define BERTH_CAN_WRENCH2I_FORCE_FRAME_ID (0x50u)
+#define BERTH_CAN_WRENCH2I_TORQUE_FRAME_ID (0x51u)
+#define BERTH_CAN_WRENCH2M_FORCE_FRAME_ID (0x52u)
+#define BERTH_CAN_WRENCH2M_TORQUE_FRAME_ID (0x53u)
+#define BERTH_CAN_WRENCH3I_FX_FY_FRAME_ID (0x54u)
+#define BERTH_CAN_WRENCH3I_FZ_TX_FRAME_ID (0x55u)
+#define BERTH_CAN_WRENCH3I_TY_TZ_FRAME_ID (0x56u)
+#define BERTH_CAN_WRENCH3M_X_FRAME_ID (0x57u)
+#define BERTH_CAN_WRENCH3M_Y_FRAME_ID (0x58u)
+#define BERTH_CAN_WRENCH3M_Z_FRAME_ID (0x59u)
 
 /* Frame lengths in bytes. */
 #define BERTH_CAN_SETPOINT_LENGTH (8u)
@@ -59,6 +69,16 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_MOTION_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_FORCE_LENGTH (8u)
 #define BERTH_CAN_FORCE_LENGTH (8u)
+#define BERTH_CAN_WRENCH2I_FORCE_LENGTH (8u)
+#define BERTH_CAN_WRENCH2I_TORQUE_LENGTH (8u)
+#define BERTH_CAN_WRENCH2M_FORCE_LENGTH (8u)
+#define BERTH_CAN_WRENCH2M_TORQUE_LENGTH (8u)
+#define BERTH_CAN_WRENCH3I_FX_FY_LENGTH (8u)
+#define BERTH_CAN_WRENCH3I_FZ_TX_LENGTH (8u)
+#define BERTH_CAN_WRENCH3I_TY_TZ_LENGTH (8u)
+#define BERTH_CAN_WRENCH3M_X_LENGTH (8u)
+#define BERTH_CAN_WRENCH3M_Y_LENGTH (8u)
+#define BERTH_CAN_WRENCH3M_Z_LENGTH (8u)
 
 /* Extended or standard frame types. */
 #define BERTH_CAN_SETPOINT_IS_EXTENDED (0)
@@ -67,6 +87,16 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_MOTION_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_FORCE_IS_EXTENDED (0)
 #define BERTH_CAN_FORCE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2I_FORCE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2I_TORQUE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2M_FORCE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2M_TORQUE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3I_FX_FY_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3I_FZ_TX_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3I_TY_TZ_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3M_X_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3M_Y_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH3M_Z_IS_EXTENDED (0)
 
 /* Frame cycle times in milliseconds. */
 
@@ -96,6 +126,16 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_MOTION_NAME "operator_motion"
 #define BERTH_CAN_OPERATOR_FORCE_NAME "operator_force"
 #define BERTH_CAN_FORCE_NAME "force"
+#define BERTH_CAN_WRENCH2I_FORCE_NAME "wrench2i_force"
+#define BERTH_CAN_WRENCH2I_TORQUE_NAME "wrench2i_torque"
+#define BERTH_CAN_WRENCH2M_FORCE_NAME "wrench2m_force"
+#define BERTH_CAN_WRENCH2M_TORQUE_NAME "wrench2m_torque"
+#define BERTH_CAN_WRENCH3I_FX_FY_NAME "wrench3i_fx_fy"
+#define BERTH_CAN_WRENCH3I_FZ_TX_NAME "wrench3i_fz_tx"
+#define BERTH_CAN_WRENCH3I_TY_TZ_NAME "wrench3i_ty_tz"
+#define BERTH_CAN_WRENCH3M_X_NAME "wrench3m_x"
+#define BERTH_CAN_WRENCH3M_Y_NAME "wrench3m_y"
+#define BERTH_CAN_WRENCH3M_Z_NAME "wrench3m_z"
 
 /* Signal Names. */
 #define BERTH_CAN_SETPOINT_POSITION_M_NAME "position_m"
@@ -120,6 +160,48 @@ extern "C" {
 #define BERTH_CAN_FORCE_FORCE_N_NAME "force_N"
 #define BERTH_CAN_FORCE_SATURATED_NAME "saturated"
 #define BERTH_CAN_FORCE_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH2I_FORCE_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH2I_FORCE_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH2I_FORCE_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH2I_FORCE_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH2I_TORQUE_TX_N_M_NAME "tx_N_m"
+#define BERTH_CAN_WRENCH2I_TORQUE_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH2I_TORQUE_TZ_N_M_NAME "tz_N_m"
+#define BERTH_CAN_WRENCH2I_TORQUE_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH2M_FORCE_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH2M_FORCE_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH2M_FORCE_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH2M_FORCE_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH2M_FORCE_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH2M_TORQUE_TX_N_M_NAME "tx_N_m"
+#define BERTH_CAN_WRENCH2M_TORQUE_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH2M_TORQUE_TZ_N_M_NAME "tz_N_m"
+#define BERTH_CAN_WRENCH2M_TORQUE_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH2M_TORQUE_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3I_FX_FY_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH3I_FX_FY_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH3I_FX_FY_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3I_FX_FY_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3I_FZ_TX_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH3I_FZ_TX_TX_N_M_NAME "tx_N_m"
+#define BERTH_CAN_WRENCH3I_FZ_TX_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3I_FZ_TX_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3I_TY_TZ_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH3I_TY_TZ_TZ_N_M_NAME "tz_N_m"
+#define BERTH_CAN_WRENCH3I_TY_TZ_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3I_TY_TZ_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3M_X_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH3M_X_TX_N_M_NAME "tx_N_m"
+#define BERTH_CAN_WRENCH3M_X_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3M_X_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3M_Y_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH3M_Y_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH3M_Y_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3M_Y_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH3M_Z_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH3M_Z_TZ_N_M_NAME "tz_N_m"
+#define BERTH_CAN_WRENCH3M_Z_SATURATED_NAME "saturated"
+#define BERTH_CAN_WRENCH3M_Z_COUNTER_NAME "counter"
 
 /**
  * Signals in message setpoint.
@@ -323,6 +405,390 @@ struct berth_can_force_t {
 
     /**
      * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench2i_force.
+ *
+ * Sensor bus, two frames a sample, Intel byte order: forces. No bit for saturation: the end of the range is it.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2i_force_t {
+    /**
+     * Range: -32700..32700 (-327..327 N)
+     * Scale: 0.01
+     * Offset: 0
+     */
+    int16_t fx_n;
+
+    /**
+     * Range: -32700..32700 (-327..327 N)
+     * Scale: 0.01
+     * Offset: 0
+     */
+    int16_t fy_n;
+
+    /**
+     * Range: -32700..32700 (-327..327 N)
+     * Scale: 0.01
+     * Offset: 0
+     */
+    int16_t fz_n;
+
+    /**
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t counter;
+};
+
+/**
+ * Signals in message wrench2i_torque.
+ *
+ * Sensor bus: the torques of the same sample have the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2i_torque_t {
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t tx_n_m;
+
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t ty_n_m;
+
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t tz_n_m;
+
+    /**
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t counter;
+};
+
+/**
+ * Signals in message wrench2m_force.
+ *
+ * Sensor bus, two frames a sample, Motorola byte order: forces.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2m_force_t {
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fx_n;
+
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fy_n;
+
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fz_n;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench2m_torque.
+ *
+ * Sensor bus: the torques of the same sample have the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2m_torque_t {
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t tx_n_m;
+
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t ty_n_m;
+
+    /**
+     * Range: -32000..32000 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    int16_t tz_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3i_fx_fy.
+ *
+ * Sensor bus, three frames a sample, Intel byte order: two axes a frame, 24 bits each.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3i_fx_fy_t {
+    /**
+     * Range: -8380000..8380000 (-838..838 N)
+     * Scale: 0.0001
+     * Offset: 0
+     */
+    int32_t fx_n;
+
+    /**
+     * Range: -8380000..8380000 (-838..838 N)
+     * Scale: 0.0001
+     * Offset: 0
+     */
+    int32_t fy_n;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3i_fz_tx.
+ *
+ * Sensor bus: second frame of the same sample, if it has the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3i_fz_tx_t {
+    /**
+     * Range: -8380000..8380000 (-838..838 N)
+     * Scale: 0.0001
+     * Offset: 0
+     */
+    int32_t fz_n;
+
+    /**
+     * Range: -8300000..8300000 (-83..83 Nm)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t tx_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3i_ty_tz.
+ *
+ * Sensor bus: third frame of the same sample, if it has the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3i_ty_tz_t {
+    /**
+     * Range: -8300000..8300000 (-83..83 Nm)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t ty_n_m;
+
+    /**
+     * Range: -8300000..8300000 (-83..83 Nm)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t tz_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3m_x.
+ *
+ * Sensor bus, three frames a sample, Motorola byte order: force and torque of an axis, 28 bits each, across bytes.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3m_x_t {
+    /**
+     * Range: -134000000..134000000 (-1340..1340 N)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t fx_n;
+
+    /**
+     * Range: -134000000..134000000 (-134..134 Nm)
+     * Scale: 1e-06
+     * Offset: 0
+     */
+    int32_t tx_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..15 (0..15 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3m_y.
+ *
+ * Sensor bus: second frame of the same sample, if it has the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3m_y_t {
+    /**
+     * Range: -134000000..134000000 (-1340..1340 N)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t fy_n;
+
+    /**
+     * Range: -134000000..134000000 (-134..134 Nm)
+     * Scale: 1e-06
+     * Offset: 0
+     */
+    int32_t ty_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..15 (0..15 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message wrench3m_z.
+ *
+ * Sensor bus: third frame of the same sample, if it has the same counter.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench3m_z_t {
+    /**
+     * Range: -134000000..134000000 (-1340..1340 N)
+     * Scale: 1e-05
+     * Offset: 0
+     */
+    int32_t fz_n;
+
+    /**
+     * Range: -134000000..134000000 (-134..134 Nm)
+     * Scale: 1e-06
+     * Offset: 0
+     */
+    int32_t tz_n_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t saturated;
+
+    /**
+     * Range: 0..15 (0..15 -)
      * Scale: 1
      * Offset: 0
      */
@@ -1430,6 +1896,2056 @@ bool berth_can_force_counter_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_force_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2i_force.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2i_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2i_force_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2i_force.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2i_force_unpack(
+    struct berth_can_wrench2i_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2i_force.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2i_force_init(struct berth_can_wrench2i_force_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_force_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_force_fx_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fx_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_force_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_force_fy_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fy_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_force_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_force_fz_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fz_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_fz_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2i_force_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_force_counter_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_counter_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_force_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2i_torque.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2i_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2i_torque_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2i_torque.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2i_torque_unpack(
+    struct berth_can_wrench2i_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2i_torque.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2i_torque_init(struct berth_can_wrench2i_torque_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_torque_tx_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_torque_tx_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_tx_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_tx_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_torque_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_torque_ty_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_ty_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2i_torque_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_torque_tz_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_tz_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_tz_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2i_torque_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2i_torque_counter_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_counter_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2i_torque_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2m_force.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2m_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2m_force_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2m_force.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2m_force_unpack(
+    struct berth_can_wrench2m_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2m_force.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2m_force_init(struct berth_can_wrench2m_force_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_force_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_force_fx_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fx_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_force_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_force_fy_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fy_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_force_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_force_fz_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fz_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_fz_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2m_force_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_force_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2m_force_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_force_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_force_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2m_torque.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2m_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2m_torque_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2m_torque.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2m_torque_unpack(
+    struct berth_can_wrench2m_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2m_torque.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2m_torque_init(struct berth_can_wrench2m_torque_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_torque_tx_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_torque_tx_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_tx_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_tx_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_torque_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_torque_ty_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_ty_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2m_torque_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_torque_tz_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_tz_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_tz_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2m_torque_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_torque_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2m_torque_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2m_torque_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2m_torque_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3i_fx_fy.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3i_fx_fy_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_fx_fy_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3i_fx_fy.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3i_fx_fy_unpack(
+    struct berth_can_wrench3i_fx_fy_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3i_fx_fy.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3i_fx_fy_init(struct berth_can_wrench3i_fx_fy_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_fx_fy_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fx_fy_fx_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_fx_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_fx_fy_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fx_fy_fy_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_fy_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_fx_fy_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fx_fy_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_fx_fy_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fx_fy_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fx_fy_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3i_fz_tx.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3i_fz_tx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_fz_tx_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3i_fz_tx.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3i_fz_tx_unpack(
+    struct berth_can_wrench3i_fz_tx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3i_fz_tx.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3i_fz_tx_init(struct berth_can_wrench3i_fz_tx_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_fz_tx_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fz_tx_fz_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_fz_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_fz_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_fz_tx_tx_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fz_tx_tx_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_tx_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_tx_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_fz_tx_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fz_tx_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_fz_tx_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_fz_tx_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_fz_tx_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3i_ty_tz.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3i_ty_tz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3i_ty_tz_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3i_ty_tz.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3i_ty_tz_unpack(
+    struct berth_can_wrench3i_ty_tz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3i_ty_tz.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3i_ty_tz_init(struct berth_can_wrench3i_ty_tz_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_ty_tz_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_ty_tz_ty_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_ty_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3i_ty_tz_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_ty_tz_tz_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_tz_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_tz_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_ty_tz_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_ty_tz_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3i_ty_tz_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3i_ty_tz_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3i_ty_tz_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3m_x.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3m_x_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_x_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3m_x.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3m_x_unpack(
+    struct berth_can_wrench3m_x_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3m_x.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3m_x_init(struct berth_can_wrench3m_x_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_x_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_x_fx_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_fx_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_x_tx_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_x_tx_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_tx_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_tx_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_x_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_x_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_x_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_x_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_x_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3m_y.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3m_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_y_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3m_y.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3m_y_unpack(
+    struct berth_can_wrench3m_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3m_y.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3m_y_init(struct berth_can_wrench3m_y_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_y_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_y_fy_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_fy_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_y_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_y_ty_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_ty_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_y_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_y_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_y_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_y_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_y_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench3m_z.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench3m_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench3m_z_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench3m_z.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench3m_z_unpack(
+    struct berth_can_wrench3m_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench3m_z.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench3m_z_init(struct berth_can_wrench3m_z_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_z_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_z_fz_n_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_fz_n_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_fz_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_wrench3m_z_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_z_tz_n_m_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_tz_n_m_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_tz_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_z_saturated_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_z_saturated_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_saturated_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_saturated_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench3m_z_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench3m_z_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench3m_z_counter_is_in_phys_range(double value);
 
 
 #ifdef __cplusplus

@@ -10,6 +10,10 @@
 /* Physical ranges of the signals, as in berth.dbc (a test compares them). */
 #define CAN_POSITION_MAX_m 5.4
 #define CAN_FORCE_MAX_N 54000.0
+#define CAN_WRENCH2I_FORCE_MAX_N 327.0
+#define CAN_WRENCH2M_FORCE_MAX_N 655.0
+#define CAN_WRENCH3I_FORCE_MAX_N 838.0
+#define CAN_WRENCH3M_FORCE_MAX_N 1340.0
 #define CAN_OPERATOR_POSITION_MAX_m 2.1
 #define CAN_OPERATOR_VELOCITY_MAX_m_per_s 8.3
 

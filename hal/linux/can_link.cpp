@@ -3,9 +3,13 @@
 #include <net/if.h> /* before the kernel's own: they know of each other in this order only */
 
 #include <linux/can/netlink.h>
+#include <linux/ethtool.h>
 #include <linux/if_arp.h>
 #include <linux/if_link.h>
+#include <linux/net_tstamp.h>
 #include <linux/rtnetlink.h>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -93,6 +97,24 @@ void read_link(const nlmsghdr *message, can_link &link)
 }
 
 } // namespace
+
+bool has_hardware_stamps(const std::string &interface)
+{
+    ethtool_ts_info info{};
+    info.cmd = ETHTOOL_GET_TS_INFO;
+    ifreq request{};
+    interface.copy(request.ifr_name, sizeof request.ifr_name - 1);
+    request.ifr_data = reinterpret_cast<char *>(&info);
+    const int socket =
+        ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0); /* any will do, and the unit allows this one */
+    const bool is_told = socket >= 0 && ioctl(socket, SIOCETHTOOL, &request) == 0;
+    if (socket >= 0) {
+        close(socket);
+    }
+    constexpr std::uint32_t wanted = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE;
+    return is_told && (info.so_timestamping & wanted) == wanted &&
+           (info.rx_filters & (1u << HWTSTAMP_FILTER_ALL)) != 0;
+}
 
 std::optional<can_link> find_can_link(const std::string &interface)
 {

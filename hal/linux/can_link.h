@@ -19,6 +19,9 @@ struct can_link {
     std::string state;            /* "error-active", "bus-off"; empty where there is no controller */
 };
 
+/* The driver stamps every received frame with the controller's own clock. */
+bool has_hardware_stamps(const std::string &interface);
+
 /* Nothing: there is no such interface. */
 std::optional<can_link> find_can_link(const std::string &interface);
 

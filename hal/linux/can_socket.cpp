@@ -3,13 +3,17 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
+#include <linux/errqueue.h>
+#include <linux/net_tstamp.h>
 #include <net/if.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 
+#include "can_link.h"
 #include "hardware_error.h"
 
 namespace berth
@@ -92,7 +96,8 @@ int open_socket(const std::string &interface)
 
 can_socket::can_socket(hal_bus bus, const std::string &interface, const std::vector<std::uint32_t> &ids,
                        const std::vector<std::uint32_t> &sent_ids)
-    : bus_(bus), interface_(interface), socket_(open_socket(interface)), buffer_(std::make_unique<message_buffer>())
+    : bus_(bus), interface_(interface), socket_(open_socket(interface)), buffer_(std::make_unique<message_buffer>()),
+      has_hardware_stamps_(has_hardware_stamps(interface))
 {
     try {
         set_filters(socket_, interface, ids, sent_ids);
@@ -101,6 +106,10 @@ can_socket::can_socket(hal_bus bus, const std::string &interface, const std::vec
         set_option(socket_, interface, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, int{!sent_ids.empty()},
                    "no confirmation of sent frames");
         set_option(socket_, interface, SOL_SOCKET, SO_TIMESTAMPNS, int{1}, "no receive stamps");
+        if (has_hardware_stamps_) {
+            set_option(socket_, interface, SOL_SOCKET, SO_TIMESTAMPING,
+                       int{SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE}, "no hardware stamps");
+        }
         set_option(socket_, interface, SOL_SOCKET, SO_RXQ_OVFL, int{1}, "no count of lost frames");
     } catch (...) {
         close(socket_);
@@ -173,27 +182,52 @@ void can_socket::report_down()
     received_.push(frame);
 }
 
-void can_socket::take(std::size_t number, const stamp_clock &clock)
+/* The loop's time of a frame, from its stamps. */
+std::int64_t can_socket::arrival_ns(const msghdr &header, const stamp_clock &clock)
 {
-    const can_frame &raw = buffer_->frames[number];
-    hal_frame frame{};
-    frame.id = raw.can_id & CAN_EFF_MASK;
-    frame.bus = static_cast<std::uint8_t>(bus_);
-    frame.length = raw.can_dlc;
-    std::memcpy(frame.data, raw.data, sizeof frame.data);
-    msghdr &header = buffer_->messages[number].msg_hdr;
-    for (cmsghdr *control = CMSG_FIRSTHDR(&header); control != nullptr; control = CMSG_NXTHDR(&header, control)) {
+    std::int64_t software_ns = 0;
+    std::int64_t hardware_ns = 0;
+    auto *const first = CMSG_FIRSTHDR(&header);
+    for (cmsghdr *control = first; control != nullptr;
+         control = CMSG_NXTHDR(const_cast<msghdr *>(&header), control)) {
         if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SCM_TIMESTAMPNS) {
             timespec stamp;
             std::memcpy(&stamp, CMSG_DATA(control), sizeof stamp);
-            frame.time_ns = clock.monotonic_ns(ns_of(stamp));
-        } else if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SO_RXQ_OVFL) {
+            software_ns = clock.monotonic_ns(ns_of(stamp));
+        } else if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SCM_TIMESTAMPING) {
+            scm_timestamping stamps;
+            std::memcpy(&stamps, CMSG_DATA(control), sizeof stamps);
+            hardware_ns = ns_of({stamps.ts[2].tv_sec, stamps.ts[2].tv_nsec});
+        }
+    }
+    /* 0: a frame of the kernel's own making, as error frames are */
+    return hardware_ns == 0 ? software_ns : hardware_clock_.software_time_ns(hardware_ns, software_ns);
+}
+
+void can_socket::note_overflows(const msghdr &header)
+{
+    for (cmsghdr *control = CMSG_FIRSTHDR(&header); control != nullptr;
+         control = CMSG_NXTHDR(const_cast<msghdr *>(&header), control)) {
+        if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SO_RXQ_OVFL) {
             std::uint32_t overflows = 0;
             std::memcpy(&overflows, CMSG_DATA(control), sizeof overflows);
             counts_.socket_lost += overflows - overflows_seen_;
             overflows_seen_ = overflows;
         }
     }
+}
+
+void can_socket::take(std::size_t number, const stamp_clock &clock)
+{
+    const can_frame &raw = buffer_->frames[number];
+    const msghdr &header = buffer_->messages[number].msg_hdr;
+    hal_frame frame{};
+    frame.time_ns = arrival_ns(header, clock);
+    frame.id = raw.can_id & CAN_EFF_MASK;
+    frame.bus = static_cast<std::uint8_t>(bus_);
+    frame.length = raw.can_dlc;
+    std::memcpy(frame.data, raw.data, sizeof frame.data);
+    note_overflows(header);
     if (raw.can_id & CAN_ERR_FLAG) {
         note_error(raw.can_id & CAN_ERR_MASK, raw.data);
         frame.flags = HAL_FRAME_ERROR;
@@ -258,6 +292,29 @@ hal_status can_socket::send(const hal_frame &frame)
     }
     counts_.not_sent++;
     return HAL_NO_BUFFER;
+}
+
+void print_trouble(const can_socket &bus)
+{
+    const can_counts &counts = bus.counts();
+    const struct {
+        std::uint64_t count;
+        const char *what;
+    } troubles[] = {
+        {counts.not_sent, "frames not sent: the transmit queue was full or the interface down"},
+        {counts.socket_lost, "frames lost: the socket's buffer overflowed"},
+        {counts.controller_lost, "overflows of the controller's receive buffer"},
+        {counts.error_passive, "times error-passive"},
+        {counts.bus_off, "times bus-off"},
+        {counts.restarted, "restarts of the controller"},
+        {counts.down, "times down"},
+    };
+    for (const auto &trouble : troubles) {
+        if (trouble.count > 0) {
+            std::printf("%s: %llu %s\n", bus.interface().c_str(), static_cast<unsigned long long>(trouble.count),
+                        trouble.what);
+        }
+    }
 }
 
 } // namespace berth

@@ -1,7 +1,10 @@
-/* One CAN bus through SocketCAN: exact identifiers only, error frames, the kernel's receive stamps. Nothing here
- * waits: frames are drained once a tick and a frame that finds no room is dropped. */
+/* One CAN bus through SocketCAN: exact identifiers only, error frames, receive stamps: the controller's own where
+ * its driver offers them, else the kernel's. Nothing here waits: frames are drained once a tick and a frame that
+ * finds no room is dropped. */
 #ifndef HAL_LINUX_CAN_SOCKET_H
 #define HAL_LINUX_CAN_SOCKET_H
+
+#include <sys/socket.h>
 
 #include <array>
 #include <cstdint>
@@ -10,6 +13,7 @@
 #include <vector>
 
 #include "../hal.h"
+#include "hardware_clock.h"
 #include "loop_time.h"
 
 namespace berth
@@ -58,6 +62,9 @@ class can_socket
     const can_counts &counts() const { return counts_; }
     const std::string &interface() const { return interface_; }
 
+    /* Who stamps received frames: "hardware" or "software". */
+    const char *stamps() const { return has_hardware_stamps_ ? "hardware" : "software"; }
+
   private:
     static constexpr std::size_t frames_a_drain = 64;
     static constexpr std::size_t queue_frames = 4 * frames_a_drain;
@@ -73,6 +80,8 @@ class can_socket
     struct message_buffer;
 
     void take(std::size_t number, const stamp_clock &clock);
+    std::int64_t arrival_ns(const msghdr &header, const stamp_clock &clock);
+    void note_overflows(const msghdr &header);
     void note_error(std::uint32_t error_class, const std::uint8_t data[8]);
     void report_down();
 
@@ -80,12 +89,17 @@ class can_socket
     std::string interface_;
     int socket_ = -1;
     std::unique_ptr<message_buffer> buffer_;
+    bool has_hardware_stamps_ = false;
+    hardware_clock hardware_clock_;
     bool is_down_ = false;
     std::uint32_t overflows_seen_ = 0;
     can_counts counts_;
     frame_queue received_;
     frame_queue confirmed_;
 };
+
+/* What went wrong on the bus, on stdout; nothing if all is well. */
+void print_trouble(const can_socket &bus);
 
 } // namespace berth
 

@@ -1,4 +1,5 @@
 /* hal.h on real buses and lines. */
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -6,6 +7,8 @@
 #include <optional>
 
 #include "../../firmware/can/berth_can.h"
+#include "../../firmware/canopen.h"
+#include "../../firmware/reception.h"
 #include "../hal.h"
 #include "../rig/rig_file.h"
 #include "../version.h"
@@ -54,6 +57,7 @@ struct hal {
     hal_tick tick{};
     bool was_pressed = false;                /* between two ticks */
     std::int64_t setpoint_tick_ns[256] = {}; /* of the newest setpoint with this counter */
+    std::uint32_t last_force_id;             /* with this frame a sample is whole */
     std::optional<std::int64_t> newest_force_ns;
 };
 
@@ -78,7 +82,10 @@ target_rig wiring(const rig &rig, const target_options &options)
     return target;
 }
 
-log_header header_of(const rig &rig, const target_options &options, const real_time &real_time)
+using bus_pair = std::unique_ptr<can_socket>[HAL_BUS_COUNT];
+
+log_header header_of(const rig &rig, const target_options &options, const real_time &real_time,
+                     const bus_pair &buses)
 {
 #define FORMAT_FIELD(type, name) #type " " #name ";"
     log_header header = {{{"sys_name", "berth"},
@@ -94,6 +101,12 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
     header.infos.emplace_back("berth_scheduling", real_time.is_real_time()
                                                       ? real_time.description()
                                                       : "not real-time: " + real_time.problem());
+    for (const auto &bus : buses) {
+        if (bus != nullptr) {
+            header.infos.emplace_back(bus == buses[HAL_BUS_ROBOT] ? "berth_robot_stamps" : "berth_sensor_stamps",
+                                      bus->stamps());
+        }
+    }
     header.infos.emplace_back("berth_without_realtime", options.without_realtime ? "allowed by option" : "refused");
     return header;
 }
@@ -108,19 +121,30 @@ void catch_stop_signals()
     std::signal(SIGPIPE, SIG_IGN);
 }
 
+/* The frame of each tick whose time on the wire is measured. */
+std::uint32_t timed_id(const rig &rig)
+{
+    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402 ? CANOPEN_SYNC_ID
+                                                                      : BERTH_CAN_SETPOINT_FRAME_ID;
+}
+
+std::vector<std::uint32_t> ids_on(hal_bus bus, const app_config &config)
+{
+    std::vector<std::uint32_t> ids(RECEIVED_COUNT);
+    ids.resize(reception_ids(&config, bus, ids.data()));
+    return ids;
+}
+
 std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_options &options)
 {
-    using ids = std::vector<std::uint32_t>;
     if (options.without_buses) {
         return nullptr;
     }
+    const std::vector<std::uint32_t> ids = ids_on(bus, rig.firmware);
     if (bus == HAL_BUS_SENSOR) {
-        return std::make_unique<can_socket>(bus, rig.target.sensor_interface, ids{BERTH_CAN_FORCE_FRAME_ID});
+        return std::make_unique<can_socket>(bus, rig.target.sensor_interface, ids);
     }
-    return std::make_unique<can_socket>(bus, rig.target.robot_interface,
-                                        ids{BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, BERTH_CAN_OPERATOR_MOTION_FRAME_ID,
-                                            BERTH_CAN_OPERATOR_FORCE_FRAME_ID},
-                                        ids{BERTH_CAN_SETPOINT_FRAME_ID});
+    return std::make_unique<can_socket>(bus, rig.target.robot_interface, ids, std::vector{timed_id(rig)});
 }
 
 void note_confirmations(struct hal &hal)
@@ -189,29 +213,6 @@ bool receive(struct hal &hal, hal_bus bus, hal_frame &frame)
     return is_received;
 }
 
-void say_bus_trouble(const can_socket &bus)
-{
-    const can_counts &counts = bus.counts();
-    const struct {
-        std::uint64_t count;
-        const char *what;
-    } troubles[] = {
-        {counts.not_sent, "frames not sent: the transmit queue was full or the interface down"},
-        {counts.socket_lost, "frames lost: the socket's buffer overflowed"},
-        {counts.controller_lost, "overflows of the controller's receive buffer"},
-        {counts.error_passive, "times error-passive"},
-        {counts.bus_off, "times bus-off"},
-        {counts.restarted, "restarts of the controller"},
-        {counts.down, "times down"},
-    };
-    for (const auto &trouble : troubles) {
-        if (trouble.count > 0) {
-            std::printf("%s: %llu %s\n", bus.interface().c_str(), static_cast<unsigned long long>(trouble.count),
-                        trouble.what);
-        }
-    }
-}
-
 enum hal_status open_hal(struct hal **hal, int argc, char **argv, struct app_config *config)
 {
     const target_options options = parse_options(argc, argv);
@@ -238,10 +239,11 @@ hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc,
       lines(berth::wiring(wanted, given)), real_time(wanted.target),
       may_move(real_time.is_real_time() || given.without_realtime),
       log(given.log_path.empty() ? wanted.target.log_path : given.log_path,
-          berth::header_of(wanted, given, real_time), real_time.other_cpus()),
+          berth::header_of(wanted, given, real_time, buses), real_time.other_cpus()),
       watchdog(wanted.target.watchdog_device, ticks, real_time.other_cpus()),
       end_ns(given.until_stopped || wanted.run.duration_s > 9e9 ? INT64_MAX - berth::rest_within_ns
-                                                                : ns_from_ms(1e3 * wanted.run.duration_s))
+                                                                : ns_from_ms(1e3 * wanted.run.duration_s)),
+      last_force_id(berth::ids_on(HAL_BUS_SENSOR, wanted.firmware).back())
 {
     if (!may_move) {
         std::fprintf(stderr,
@@ -286,7 +288,7 @@ enum hal_status hal_close(struct hal *hal)
     }
     for (const auto &bus : hal->buses) {
         if (bus != nullptr) {
-            berth::say_bus_trouble(*bus);
+            berth::print_trouble(*bus);
         }
     }
     if (hal->timing.wake_up.count() > 0) {
@@ -336,7 +338,7 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
     if (!hal->clock || !berth::receive(*hal, bus, *frame)) {
         return HAL_EMPTY;
     }
-    if (frame->id == BERTH_CAN_FORCE_FRAME_ID && frame->flags == 0) {
+    if (frame->id == hal->last_force_id && frame->flags == 0) {
         hal->newest_force_ns = frame->time_ns;
     }
     return HAL_OK;
@@ -348,7 +350,7 @@ enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
     if (bus == nullptr) {
         return HAL_OK;
     }
-    if (frame->id == BERTH_CAN_SETPOINT_FRAME_ID) {
+    if (frame->id == berth::timed_id(hal->rig)) {
         hal->setpoint_tick_ns[frame->data[7]] = hal->tick.scheduled_ns;
     }
     return bus->send(*frame);

@@ -88,6 +88,7 @@ void write_timing(const std::string &path, const loop_timing &timing, const timi
                       {"rt_test_version", version()},
                       {"start_time", setting.start_time},
                       {"end_time", date_now()},
+                      {"return_code", 0},
                       {"sysinfo",
                        {{"sysname", system.sysname},
                         {"nodename", system.nodename},

@@ -152,6 +152,11 @@ void check_bus(const std::string &key, const std::string &interface, const rig &
                                : queue < 4 ? ": too few"
                                            : ""),
                           "ip link set " + interface + " txqueuelen 10"));
+    found.push_back({verdict::fine, interface + " stamps",
+                     has_hardware_stamps(interface) ? "hardware: the controller stamps received frames"
+                                                    : "software: the kernel stamps received frames, after the "
+                                                      "interrupt",
+                     ""});
     check_controller(interface, *link, rig.target, found);
 }
 

@@ -143,8 +143,10 @@ std::string_view nearest_key(std::string_view path)
 {
     const bool has_section = path.find('.') != std::string_view::npos;
     const auto &keys = rig_keys();
+    /* The beginning of a key, cut off before its unit, is nearer than all else. */
     const auto to_wanted = [&](const rig_key &key) {
-        return distance(path, has_section ? key.path : bare_name(key.path));
+        const std::string_view known = has_section ? key.path : bare_name(key.path);
+        return known.substr(0, path.size()) == path ? 0 : distance(path, known);
     };
     return std::min_element(keys.begin(), keys.end(),
                             [&](const rig_key &a, const rig_key &b) { return to_wanted(a) < to_wanted(b); })

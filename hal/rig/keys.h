@@ -35,6 +35,7 @@ struct effect_key {
     std::string_view path;
     double low;
     std::string_view meaning;
+    std::string_view needed_with; /* a key that counts only while this one is not 0; empty: none does */
 };
 
 /* Given by the program: sim_hal/effects has those of the simulated rig. */

@@ -4,20 +4,30 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/sensor_layout.h"
+#include "../../firmware/types.h"
+#include "keys.h"
+
 namespace berth
 {
 
 namespace
 {
 
-std::string near_rates(double rate_Hz)
+std::string near_rates(const app_config &config)
 {
-    auto below = static_cast<std::int64_t>(std::floor(rate_Hz));
-    auto above = static_cast<std::int64_t>(std::ceil(rate_Hz));
-    while (NS_PER_S % below != 0) {
+    const auto is_fit = [&](std::int64_t rate_Hz) {
+        app_config other = config;
+        other.loop.rate_Hz = static_cast<double>(rate_Hz);
+        return NS_PER_S % rate_Hz == 0 && (config_interpolation_period(&other).value != 0 ||
+                                           other.robot_channel.profile != ROBOT_PROFILE_CIA402);
+    };
+    auto below = static_cast<std::int64_t>(std::floor(config.loop.rate_Hz));
+    auto above = static_cast<std::int64_t>(std::ceil(config.loop.rate_Hz));
+    while (!is_fit(below)) {
         below--;
     }
-    while (NS_PER_S % above != 0) {
+    while (!is_fit(above)) {
         above++;
     }
     return "; the nearest whole rates that do are " + std::to_string(below) + " and " + std::to_string(above) +
@@ -30,9 +40,9 @@ constexpr std::size_t interface_bytes = 16; /* IFNAMSIZ */
 
 std::optional<rig_error> check_bus(const rig &rig)
 {
-    const auto frames_a_second =
-        static_cast<std::int64_t>(std::ceil(robot_frames_a_tick * rig.firmware.loop.rate_Hz)) +
-        status_frames_a_second;
+    const auto frames_a_second = static_cast<std::int64_t>(std::ceil(static_cast<double>(robot_frames_a_tick(rig)) *
+                                                                     rig.firmware.loop.rate_Hz)) +
+                                 status_frames_a_second;
     if (frames_a_second * frame_time_ns(rig.bus, 8) > NS_PER_S) {
         return rig_error{"bus.bit_rate_bit_per_s",
                          "is too low for " + std::to_string(frames_a_second) +
@@ -57,10 +67,15 @@ std::optional<rig_error> check_robot(const rig &rig)
                              "move towards it; use \"hold\" for shorter dead times"};
     }
     if (robot.interpolation == interpolation::hold &&
-        ns_from_ms(robot.dead_time_ms) < robot_frames_a_tick * frame_time_ns(rig.bus, 8)) {
+        ns_from_ms(robot.dead_time_ms) < robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8)) {
         return rig_error{"robot.dead_time_ms",
                          "is shorter than the setpoint's time on the bus, which it includes (feedback and operator "
                          "command go first); set bus.ideal = true"};
+    }
+    if (robot.clock == robot_clock::free && rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402) {
+        return rig_error{"robot.clock",
+                         "must be locked with robot_channel.profile = \"cia402\": SYNC is the drive's "
+                         "clock"};
     }
     if (robot.jitter_ms >= 0.5 * period_ms) {
         return rig_error{"robot.jitter_ms", "must be less than half a period, so that setpoints keep their order"};
@@ -80,9 +95,20 @@ std::optional<rig_error> check_sensor(const rig &rig)
     if (sensor.low_pass_order > 2) {
         return rig_error{"sensor.low_pass_order", "must be 0, 1 or 2"};
     }
-    if (ns_from_ms(sensor.delay_ms) < frame_time_ns(rig.bus, 8)) {
+    const auto frames = std::int64_t{sensor_layouts[rig.firmware.sensor_channel.layout].frame_count};
+    const std::int64_t sample_ns = config_sample_period_ns(&rig.firmware);
+    if (ns_from_ms(sensor.delay_ms) < frames * frame_time_ns(rig.bus, 8)) {
         return rig_error{"sensor.delay_ms",
                          "is shorter than the sample's time on the bus, which it includes; set bus.ideal = true"};
+    }
+    if (sample_ns < frames * frame_time_ns(rig.bus, 8)) {
+        return rig_error{"sensor.rate_Hz", "is too fast for the bus: the frames of its samples would queue up"};
+    }
+    const std::int64_t samples_a_tick = (config_period_ns(&rig.firmware) + sample_ns - 1) / sample_ns;
+    if (samples_a_tick * frames > TICK_SENSOR_FRAMES_MAX) {
+        return rig_error{"sensor.rate_Hz", "is too fast for the loop, which takes at most " +
+                                               std::to_string(TICK_SENSOR_FRAMES_MAX) +
+                                               " frames of the sensor a tick"};
     }
     if (sensor.delay_ms > 1e5) {
         return rig_error{"sensor.delay_ms", "must be at most 100000 ms"};
@@ -168,6 +194,22 @@ std::optional<rig_error> check_others(const rig &rig)
     return {};
 }
 
+std::optional<rig_error> check_effects(const rig &rig)
+{
+    std::size_t place = 0; /* effect_values has them in this order */
+    for (const effect_key &key : effect_keys()) {
+        if (rig.effect_values[place++] == 0.0 && !key.needed_with.empty()) {
+            const rig_key &size = *find_key(key.needed_with);
+            if (rig.effect_values[size.effect_value] != 0.0) {
+                return rig_error{std::string(key.path), "is missing: " + std::string(key.needed_with) +
+                                                            " is not 0 and needs it (" + std::string(key.meaning) +
+                                                            ")"};
+            }
+        }
+    }
+    return {};
+}
+
 } // namespace
 
 double rig::sensor_damping_N_s_per_m() const
@@ -188,18 +230,36 @@ std::optional<rig_error> complete_and_check(rig &rig)
         rig.has_transfer_behaviour() ? rig.robot.transfer_frequency_Hz : 0.0;
     rig.firmware.inverse_filter.robot_damping_ratio = rig.robot.transfer_damping_ratio;
 
+    rig.firmware.sensor_channel.rate_Hz = rig.sensor.rate_Hz;
+
     const config_error error = config_validate(&rig.firmware);
     if (error.key != nullptr) {
         const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1.0 &&
                              rig.firmware.loop.rate_Hz <= 1e6;
-        return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware.loop.rate_Hz) : "")};
+        return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware) : "")};
     }
-    for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others}) {
+    for (const auto check :
+         {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others, check_effects}) {
         if (auto found = check(rig)) {
             return found;
         }
     }
     return {};
+}
+
+std::int64_t sync_wait_ns(const rig &rig)
+{
+    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402 ? config_period_ns(&rig.firmware) : 0;
+}
+
+std::int64_t command_to_motion_ns(const rig &rig)
+{
+    return ns_from_ms(rig.robot.dead_time_ms) + sync_wait_ns(rig);
+}
+
+std::int64_t robot_frames_a_tick(const rig &rig)
+{
+    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402 ? 4 : 3;
 }
 
 std::int64_t frame_time_ns(const bus_rig &bus, int data_bytes)

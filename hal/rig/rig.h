@@ -52,7 +52,7 @@ struct profile_rig {
 
 /* [robot] */
 struct robot_rig {
-    double dead_time_ms = 17.5; /* T_R: command to motion, time on the bus included */
+    double dead_time_ms = 17.5; /* command to motion, time on the bus included; see command_to_motion_ns() */
     berth::interpolation interpolation = berth::interpolation::linear;
     double transfer_frequency_Hz = unlimited; /* G_R = w^2 / (s^2 + 2 z w s + w^2); unlimited: none */
     double transfer_damping_ratio = 0.7;
@@ -74,6 +74,7 @@ struct sensor_rig {
     double low_pass_damping_ratio = 0.7;
     double delay_ms = 2.5; /* T_S: sample to arrival, time on the bus included */
     double sample_phase_ms = 0.0;
+    double rate_Hz = 0.0; /* samples a second; 0: one a tick */
     double bias_N = 0.0;
     double noise_N = 0.0; /* standard deviation, white, one value a sample */
     double resolution_N = 0.0;
@@ -180,6 +181,11 @@ struct rig {
 
     /* d_S in N s/m. */
     double sensor_damping_N_s_per_m() const;
+    /* The sensor samples at other places of every period. Its rate must have been checked. */
+    bool has_wandering_samples() const
+    {
+        return config_period_ns(&firmware) % config_sample_period_ns(&firmware) != 0;
+    }
     bool has_transfer_behaviour() const { return robot.transfer_frequency_Hz != unlimited; }
 };
 
@@ -193,8 +199,15 @@ struct rig_error {
  * the robot. Nothing: the rig is fine. */
 std::optional<rig_error> complete_and_check(rig &rig);
 
-/* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. */
-constexpr std::int64_t robot_frames_a_tick = 3;
+/* How long a setpoint waits until it acts: a synchronous one of a CiA 402 drive for the SYNC of the next tick. */
+std::int64_t sync_wait_ns(const rig &rig);
+
+/* T_R: command to motion, robot.dead_time_ms and that wait. */
+std::int64_t command_to_motion_ns(const rig &rig);
+
+/* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. A CiA 402 drive: and SYNC.
+ */
+std::int64_t robot_frames_a_tick(const rig &rig);
 
 /* Time that a frame of `data_bytes` takes on the bus, in ns: the longest that bit stuffing allows, so that a
  * dead time with the bus in it never turns out longer than stated. */

@@ -16,8 +16,8 @@ namespace
 {
 
 /* What belongs to a robot, its interface and the loop that drives it; everything else is the rig's. */
-constexpr std::array<std::string_view, 7> sections = {"loop",           "robot", "robot_channel", "sensor",
-                                                      "sensor_channel", "bus",   "limits"};
+constexpr std::array<std::string_view, 8> sections = {"loop",   "robot",          "robot_channel", "cia402",
+                                                      "sensor", "sensor_channel", "bus",           "limits"};
 
 std::string decimal(double value)
 {

@@ -28,6 +28,10 @@ struct varying_arguments : rig_arguments {
     std::int64_t ticks = 0;  /* 0: as many as it takes */
 };
 
+struct limits_arguments : rig_arguments {
+    double change_percent = 10.0; /* of what buys the most */
+};
+
 struct run_arguments : rig_arguments {
     std::string jitter_file;
     std::string profile_file;
@@ -72,7 +76,7 @@ int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const varying_arguments &arguments);
 int map_command(const map_arguments &arguments);
-int limits_command(const rig_arguments &arguments);
+int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);

@@ -33,24 +33,32 @@ int deadtime_command(const rig_arguments &arguments)
     rig.run.duration_s = never; /* as long as the measurement takes */
     struct hal *hal = sim_open(rig);
     deadtime_measurement measured;
-    const hal_status status = measure_deadtime(hal, rig.firmware, step_m, watch_s(rig), measured);
+    const bool is_drive = rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402;
+    const hal_status status = is_drive ? measure_drive_deadtime(hal, rig.firmware, step_m, watch_s(rig), measured)
+                                       : measure_deadtime(hal, rig.firmware, step_m, watch_s(rig), measured);
     hal_close(hal);
     if (status != HAL_OK) {
         std::fprintf(stderr, "berth: %s: the robot's feedback does not come; look at bus and robot of the rig\n",
                      arguments.rig.c_str());
         return 3;
     }
+    const double sync_wait_ms = 1e-6 * static_cast<double>(sync_wait_ns(rig));
     if (arguments.json) {
         print_json({{"rig", rig.name},
                     {"robot", robot_as_json(chosen)},
                     {"command_to_motion_ms", 1e3 * measured.command_to_motion_s},
                     {"first_motion_ms", 1e3 * measured.first_motion_s},
-                    {"configured_ms", rig.robot.dead_time_ms},
+                    {"configured_ms", 1e-6 * static_cast<double>(command_to_motion_ns(rig))},
+                    {"sync_wait_ms", sync_wait_ms},
                     {"period_ms", 1e3 * config_period_s(&rig.firmware)},
                     {"step", measured.step}});
     } else {
-        std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms%s)\n",
-                    rig.name.c_str(), 1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms,
+        char waits[80] = "";
+        if (is_drive) {
+            std::snprintf(waits, sizeof waits, ", and %g ms until the SYNC at which a setpoint acts", sync_wait_ms);
+        }
+        std::printf("%s: a setpoint step of 1 mm is displayed %.4f ms later (configured: %g ms%s%s)\n",
+                    rig.name.c_str(), 1e3 * measured.command_to_motion_s, rig.robot.dead_time_ms, waits,
                     rig.robot.interpolation == interpolation::hold ? "; \"hold\" is seen to one tick" : "");
         if (chosen.robot) {
             std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());

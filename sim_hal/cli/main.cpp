@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
+#include <new>
 
 #include "../../hal/version.h"
 #include "commands.h"
@@ -11,6 +12,12 @@ namespace
 {
 
 constexpr int exit_usage_or_input = 2;
+
+/* An empty text is no choice, as from a shell's variable that is not set. */
+CLI::Validator is_named(const std::string &advice)
+{
+    return CLI::Validator([advice](const std::string &name) { return name.empty() ? advice : std::string(); }, "");
+}
 
 void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
 {
@@ -21,9 +28,7 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
                     "a robot preset (see `berth robots`) or the path of a preset file: the rig gets its period and "
                     "dead time, before --set; of a reported range, the upper end")
         ->type_name("NAME")
-        ->check([](const std::string &name) {
-            return name.empty() ? std::string("a robot preset needs a name; see `berth robots`") : std::string();
-        });
+        ->check(is_named("a robot preset needs a name; see `berth robots`"));
     command
         .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
         ->type_name("KEY=VALUE")
@@ -38,7 +43,7 @@ void add_amplitude_option(CLI::App &command, berth::rig_arguments &arguments)
         .add_option("--amplitude", arguments.amplitude_m,
                     "of the manipulator's motion, at which effects that depend on it are taken, such as backlash; "
                     "default: that of the profile, or 0.01 m; 0: small motions, without them")
-        ->check(CLI::Number)
+        ->check(CLI::Validator(CLI::Number).description(""))
         ->type_name("M");
 }
 
@@ -47,6 +52,7 @@ void add_jitter_option(CLI::App &command, std::string &jitter_file)
     command
         .add_option("--jitter", jitter_file,
                     "how late the loop wakes: a histogram of cyclictest --json (run.lateness_file)")
+        ->check(is_named("a file needs a name"))
         ->type_name("FILE");
 }
 
@@ -55,7 +61,8 @@ void add_varying_options(CLI::App &command, berth::varying_arguments &arguments,
     add_rig_options(command, arguments);
     add_jitter_option(command, arguments.jitter_file);
     command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()).description(""))
+        ->type_name("INTEGER");
     command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
     add_amplitude_option(command, arguments);
 }
@@ -134,8 +141,10 @@ int run(int argc, char **argv)
     berth::run_arguments run;
     CLI::App *run_app = app.add_subcommand("run", "run the loop against the simulated rig");
     add_rig_options(*run_app, run);
-    run_app->add_option("--profile", run.profile_file,
-                        "operator follows this CSV file (column: --set profile.column=NAME)");
+    run_app
+        ->add_option("--profile", run.profile_file,
+                     "operator follows this CSV file (column: --set profile.column=NAME)")
+        ->check(is_named("a file needs a name"));
     add_jitter_option(*run_app, run.jitter_file);
     run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
     run_app->add_flag("--no-log", run.no_log, "write no files");
@@ -181,11 +190,16 @@ int run(int argc, char **argv)
     add_map_options(*map_app, map);
     map_app->callback([&] { exit_code = berth::map_command(map); });
 
-    berth::rig_arguments limits;
-    CLI::App *limits_app =
-        app.add_subcommand("limits", "how far each parameter of the rig may go until the loop is unstable");
+    berth::limits_arguments limits;
+    CLI::App *limits_app = app.add_subcommand(
+        "limits", "how far each parameter of the rig may go until the loop is unstable, and what buys the most");
     add_rig_options(*limits_app, limits);
     add_amplitude_option(*limits_app, limits);
+    limits_app
+        ->add_option("--change", limits.change_percent, "by how much each thing changes to see what buys the most")
+        ->check(CLI::Validator(CLI::Number).description(""))
+        ->type_name("PERCENT")
+        ->capture_default_str();
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
 
     berth::diagnose_arguments diagnose;
@@ -232,6 +246,9 @@ int main(int argc, char **argv)
         return exit_code;
     } catch (const berth::input_error &error) {
         std::fprintf(stderr, "berth: %s\n", error.what());
+        return exit_usage_or_input;
+    } catch (const std::bad_alloc &) {
+        std::fprintf(stderr, "berth: not enough memory: ask for fewer points, a shorter run or a shorter record\n");
         return exit_usage_or_input;
     } catch (const std::exception &error) {
         std::fprintf(stderr, "berth: internal error: %s\n", error.what());

@@ -100,6 +100,7 @@ std::string obstacles_of(const tick_record &last)
         {CONDITION_SENSOR_SATURATED, false, "the force sensor is saturated"},
         {CONDITION_FORCE_LIMIT, false, "the force is beyond sensor_channel.force_limit_N"},
         {CONDITION_BUS_OFF, false, "a bus is off"},
+        {CONDITION_ROBOT_FOLLOWS, true, "the drive is not enabled"},
         {CONDITION_ENABLE, true, "enable is off"},
         {CONDITION_REQUEST_RUN, true, "the operator does not request to run"},
     };
@@ -112,6 +113,37 @@ std::string obstacles_of(const tick_record &last)
     return text;
 }
 
+bool is_drive(const rig &rig)
+{
+    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402;
+}
+
+/* State and trouble of the drive in the last tick. */
+std::string drive_text(const run_result &result)
+{
+    char text[160];
+    int length = std::snprintf(text, sizeof text, "%s, statusword 0x%04X",
+                               cia402_state_name(cia402_state_of(result.drive_statusword)), result.drive_statusword);
+    std::string all(text, static_cast<std::size_t>(length));
+    if (result.drive_trouble == DRIVE_TROUBLE_NONE) {
+        return all;
+    }
+    all += std::string("; ") + cia402_trouble_name(result.drive_trouble);
+    const std::uint32_t object = cia402_setup_object(result.drive_setup_step);
+    if (object != 0) {
+        length = std::snprintf(text, sizeof text, ", object 0x%04X:%02X", object >> 8, object & 0xff);
+        all.append(text, static_cast<std::size_t>(length));
+    }
+    if (result.drive_error != 0) {
+        length =
+            std::snprintf(text, sizeof text, ", %s 0x%0*X",
+                          result.drive_trouble == DRIVE_TROUBLE_SDO_ABORT ? "SDO abort code" : "EMCY error code",
+                          result.drive_trouble == DRIVE_TROUBLE_SDO_ABORT ? 8 : 4, result.drive_error);
+        all.append(text, static_cast<std::size_t>(length));
+    }
+    return all;
+}
+
 void print_limits(const run_result &result)
 {
     std::string acted;
@@ -122,6 +154,21 @@ void print_limits(const run_result &result)
         }
     }
     std::printf("  %-14s %s\n", "limits", acted.empty() ? "never acted" : ("acted: " + acted).c_str());
+}
+
+/* Where a sample is more than one frame a tick. */
+void print_force_samples(const run_result &result, const rig &rig)
+{
+    if (rig.firmware.sensor_channel.layout == SENSOR_ONE_FRAME && rig.sensor.rate_Hz == 0.0) {
+        return;
+    }
+    std::printf("  %-14s %u samples, %u torn ones rejected", "force", result.force_samples, result.torn_samples);
+    if (!result.running_m.empty()) {
+        std::printf("; arrived %.3f to %.3f ms before their use",
+                    1e-6 * static_cast<double>(result.force_age_min_ns),
+                    1e-6 * static_cast<double>(result.force_age_max_ns));
+    }
+    std::printf("\n");
 }
 
 void print_transfer_behaviour(const rig &rig)
@@ -149,6 +196,8 @@ void note_tick(run_result &result, const tick_record &record)
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
     if (record.state == SUPERVISOR_RUNNING) {
+        result.force_age_min_ns = std::min(result.force_age_min_ns, record.force_frame_age_ns);
+        result.force_age_max_ns = std::max(result.force_age_max_ns, record.force_frame_age_ns);
         result.running_m.push_back(record.manipulator_position_m);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
     }
@@ -171,6 +220,12 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.frames_lost = last.lost_frames;
     result.error_frames = last.error_frames;
     result.saturated_setpoints = last.saturated_setpoints;
+    result.force_samples = last.force_samples;
+    result.torn_samples = last.torn_samples;
+    result.drive_statusword = last.drive_statusword;
+    result.drive_trouble = static_cast<cia402_trouble>(last.drive_trouble);
+    result.drive_error = last.drive_error;
+    result.drive_setup_step = last.drive_setup_step;
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.predicted_growth_per_s = predict_growth_per_s(rig);
     result.is_stable = judge(result, period_s);
@@ -197,6 +252,10 @@ void print_summary(const run_result &result, const rig &rig)
     std::printf("  %-14s %lld taken, %u rejected, %u lost, %u error frames, %u setpoints saturated\n", "frames",
                 static_cast<long long>(result.frames_accepted), result.frames_rejected, result.frames_lost,
                 result.error_frames, result.saturated_setpoints);
+    print_force_samples(result, rig);
+    if (is_drive(rig)) {
+        std::printf("  %-14s %s\n", "drive", drive_text(result).c_str());
+    }
     print_transfer_behaviour(rig);
     if (result.wall_s > 0.0) {
         std::printf("  %-14s %.0f times real time (%.1f ms)\n", "speed", result.simulated_s / result.wall_s,
@@ -237,6 +296,8 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"frames_lost", result.frames_lost},
         {"error_frames", result.error_frames},
         {"saturated_setpoints", result.saturated_setpoints},
+        {"force_samples", result.force_samples},
+        {"torn_samples", result.torn_samples},
         {"log", nullptr},
         {"config_hash", config_hash(rig)},
         {"version", result.version},
@@ -258,6 +319,13 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     if (!result.log.empty()) {
         json["log"] = result.log;
+    }
+    if (is_drive(rig)) {
+        json["drive"] = {{"state", cia402_state_name(cia402_state_of(result.drive_statusword))},
+                         {"statusword", result.drive_statusword},
+                         {"trouble", cia402_trouble_name(result.drive_trouble)},
+                         {"error_code", result.drive_error},
+                         {"setup_object", cia402_setup_object(result.drive_setup_step)}};
     }
     if (rig.has_transfer_behaviour()) {
         const inverse_filter_response response = respond(rig);

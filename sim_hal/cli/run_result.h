@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "../../firmware/cia402.h"
 #include "../../firmware/limits.h"
 #include "../../firmware/recorder.h"
 #include "../../firmware/supervisor.h"
@@ -40,6 +41,14 @@ struct run_result {
     uint32_t frames_lost = 0;
     uint32_t error_frames = 0;
     uint32_t saturated_setpoints = 0;
+    uint32_t force_samples = 0;                /* whole ones */
+    uint32_t torn_samples = 0;                 /* of which a frame was missing: rejected */
+    std::int64_t force_age_min_ns = INT64_MAX; /* at use, while running */
+    std::int64_t force_age_max_ns = 0;
+    uint16_t drive_statusword = 0; /* profile "cia402", of the last tick; and what was wrong with the drive then */
+    cia402_trouble drive_trouble = DRIVE_TROUBLE_NONE;
+    uint32_t drive_error = 0;
+    uint8_t drive_setup_step = 0;
     uint64_t dropped_records = 0;
     std::string log;
     std::string robot = "null"; /* its preset, see robot_as_text() */

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "../../firmware/can/berth_can.h"
+#include "../../firmware/canopen.h"
 #include "../../firmware/supervisor.h"
 #include "../../hal/linux/hardware_error.h"
 
@@ -31,6 +32,22 @@ void become_real_time(std::int64_t priority)
     }
 }
 
+/* What the loop sends: setpoints first, its status last. */
+std::vector<std::uint32_t> ids_of(const app_config &firmware)
+{
+    if (firmware.robot_channel.profile == ROBOT_PROFILE_BERTH) {
+        return {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID};
+    }
+    const auto node = static_cast<std::uint32_t>(firmware.cia402.node_id);
+    const auto master = static_cast<std::uint32_t>(firmware.cia402.master_node_id);
+    return {CANOPEN_RPDO1_ID + node,
+            CANOPEN_NMT_ID,
+            CANOPEN_SYNC_ID,
+            CANOPEN_SDO_REQUEST_ID + node,
+            CANOPEN_HEARTBEAT_ID + master,
+            BERTH_CAN_LOOP_STATUS_FRAME_ID};
+}
+
 void sleep_until(std::int64_t monotonic_ns)
 {
     const timespec wanted = timespec_of(monotonic_ns);
@@ -41,10 +58,9 @@ void sleep_until(std::int64_t monotonic_ns)
 } // namespace
 
 far_end::far_end(const berth::rig &rig, const far_end_options &options)
-    : rig_(rig), options_(options), robot_bus_(HAL_BUS_ROBOT, options.robot_interface,
-                                               {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID}),
+    : rig_(rig), options_(options), robot_bus_(HAL_BUS_ROBOT, options.robot_interface, ids_of(rig.firmware)),
       sensor_bus_(HAL_BUS_SENSOR, options.sensor_interface, {}), period_ns_(config_period_ns(&rig.firmware)),
-      frame_ns_(frame_time_ns(rig.bus, 8))
+      setpoint_id_(ids_of(rig.firmware).front())
 {
 }
 
@@ -84,24 +100,41 @@ void far_end::receive()
                 berth_can_loop_status_unpack(&raw, frame.data, frame.length) >= 0 && raw.state == SUPERVISOR_STOPPED;
             continue;
         }
-        result_.setpoints++;
-        frame.time_ns = std::max(frame.time_ns - zero_ns_ - frame_ns_, rig_.now_ns());
+        result_.setpoints += frame.id == setpoint_id_;
+        const std::int64_t frame_ns = rig_.bus(HAL_BUS_ROBOT).frame_time_ns(frame.length);
+        frame.time_ns = std::max(frame.time_ns - zero_ns_ - frame_ns, rig_.now_ns());
         rig_.receive_from_loop(frame);
     }
     while (sensor_bus_.receive(INT64_MAX, frame)) { /* error frames */
     }
 }
 
-void far_end::send(std::int64_t now_ns)
+void far_end::send(hal_bus bus, std::int64_t now_ns)
 {
-    can_socket *const sockets[HAL_BUS_COUNT] = {&robot_bus_, &sensor_bus_};
-    for (const hal_bus bus : {HAL_BUS_SENSOR, HAL_BUS_ROBOT}) {
-        hal_frame frame;
-        while (rig_.bus(bus).receive(now_ns, frame)) {
-            if ((frame.flags & HAL_FRAME_ERROR) == 0) {
-                sockets[bus]->send(frame);
-            }
+    hal_frame frame;
+    while (rig_.bus(bus).receive(now_ns, frame)) {
+        if ((frame.flags & HAL_FRAME_ERROR) == 0) {
+            (bus == HAL_BUS_ROBOT ? robot_bus_ : sensor_bus_).send(frame);
         }
+    }
+}
+
+/* The rig moves on only for a sample that it has not taken yet: a setpoint must not come behind its time. */
+void far_end::send_forces_until(std::int64_t time_ns)
+{
+    can_bus &bus = rig_.bus(HAL_BUS_SENSOR);
+    for (;;) {
+        const std::int64_t next_sample_ns = rig_.force_sensor().next_arrival_ns();
+        const std::int64_t due_ns = std::min(bus.next_arrival_ns(), next_sample_ns);
+        if (due_ns >= time_ns) {
+            return;
+        }
+        sleep_until(zero_ns_ + due_ns);
+        if (due_ns == next_sample_ns) {
+            receive();
+            rig_.advance_to(due_ns);
+        }
+        send(HAL_BUS_SENSOR, due_ns);
     }
 }
 
@@ -120,10 +153,12 @@ far_end_result far_end::run(const std::atomic<bool> &stop)
         if (options_.waits_for_loop && zero_ns_ + tick_ns > heard_ns_ + silence_ns) {
             break;
         }
+        send_forces_until(tick_ns - lead_ns);
         sleep_until(zero_ns_ + tick_ns - lead_ns);
         receive();
         rig_.advance_to(tick_ns);
-        send(tick_ns);
+        send(HAL_BUS_SENSOR, tick_ns);
+        send(HAL_BUS_ROBOT, tick_ns);
         result_.periods++;
         result_.late_periods += read_clock_ns(CLOCK_MONOTONIC) > zero_ns_ + tick_ns;
     }

@@ -2,8 +2,9 @@
  * for a loop that runs in another process over the kernel's CAN stack.
  *
  * Its periods lie where the loop's ticks lie, at whole multiples of the period of CLOCK_MONOTONIC. A little before
- * each it moves on to that instant and sends what has arrived there by then; a setpoint counts from the kernel's
- * receive stamp, so a tick that sends late is passed late, as in the simulation. */
+ * each it moves on to that instant and sends what has arrived there by then; force frames that are due earlier leave
+ * when they are. A setpoint counts from the kernel's receive stamp, so a tick that sends late is passed late, as in
+ * the simulation. */
 #ifndef SIM_HAL_FAR_END_FAR_END_H
 #define SIM_HAL_FAR_END_FAR_END_H
 
@@ -44,7 +45,8 @@ class far_end
   private:
     bool wait_for_loop(const std::atomic<bool> &stop);
     void receive();
-    void send(std::int64_t now_ns);
+    void send(hal_bus bus, std::int64_t now_ns);
+    void send_forces_until(std::int64_t time_ns);
 
     virtual_rig rig_;
     far_end_options options_;
@@ -52,7 +54,7 @@ class far_end
     can_socket sensor_bus_;
     stamp_clock stamps_;
     std::int64_t period_ns_;
-    std::int64_t frame_ns_;
+    std::uint32_t setpoint_id_;
     std::int64_t zero_ns_ = 0;  /* the rig's time 0 by CLOCK_MONOTONIC */
     std::int64_t heard_ns_ = 0; /* the loop's newest frame */
     bool loop_has_stopped_ = false;

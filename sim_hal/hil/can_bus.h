@@ -28,6 +28,9 @@ class can_bus
     /* The oldest frame that has arrived by `now_ns`. */
     bool receive(std::int64_t now_ns, hal_frame &frame);
 
+    /* When the oldest frame that the loop has not taken arrives. */
+    std::int64_t next_arrival_ns() const { return count_ == 0 ? INT64_MAX : queue_[first_].time_ns; }
+
     std::int64_t frame_time_ns(int data_bytes) const
     {
         return frame_times_ns_[static_cast<std::size_t>(data_bytes)];

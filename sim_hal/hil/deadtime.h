@@ -25,6 +25,10 @@ struct deadtime_measurement {
 hal_status measure_deadtime(struct hal *hal, const app_config &config, double step_m, double watch_s,
                             deadtime_measurement &result);
 
+/* The same for a CiA 402 drive, with the firmware's channel as its master. What it reports is of the SYNC before. */
+hal_status measure_drive_deadtime(struct hal *hal, const app_config &config, double step_m, double watch_s,
+                                  deadtime_measurement &result);
+
 } // namespace berth
 
 #endif

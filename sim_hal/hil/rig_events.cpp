@@ -13,6 +13,10 @@ rig_events::rig_events(const rig &rig)
       lost_(rig.run.seed, stream_lost_samples), ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
       lost_probability_(value_of_effect(rig, "loop.lost_sample_probability"))
 {
+    if (rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402) {
+        drive_ = std::make_unique<cia402_drive>(rig, robot_, buses_[HAL_BUS_ROBOT]);
+        next_report_ns_ = canopen_node::never_ns;
+    }
 }
 
 /* Whether what arrives for this tick is lost as a whole. Reports and samples ask for different ticks at a time, so
@@ -41,16 +45,26 @@ void rig_events::sample_force(double force_N)
 
 void rig_events::report_robot_position(double position_m)
 {
+    next_report_ns_ = drive_ ? canopen_node::never_ns : next_report_ns_ + period_ns_;
     if (feedback_noise_m_ > 0.0) {
         position_m += feedback_noise_m_ * feedback_.normal();
     }
-    if (robot_is_silent_) {
-        return;
+    const bool is_lost = !robot_is_silent_ && is_tick_lost(now_ns_ / period_ns_);
+    if (!drive_) {
+        report_counter_ += is_lost;
+        if (!robot_is_silent_ && !is_lost) {
+            send_feedback(position_m);
+        }
+    } else if (is_lost) {
+        drive_->drop_samples();
+    } else {
+        drive_->set_position_m(position_m);
+        drive_->send_samples();
     }
-    if (is_tick_lost(now_ns_ / period_ns_)) {
-        report_counter_++;
-        return;
-    }
+}
+
+void rig_events::send_feedback(double position_m)
+{
     bool saturated = false;
     const double step_m = berth_can_robot_feedback_position_m_decode(1);
     berth_can_robot_feedback_t raw{};
@@ -68,8 +82,33 @@ void rig_events::report_robot_position(double position_m)
 void rig_events::receive_from_loop(const hal_frame &frame)
 {
     std::int64_t end_ns = 0;
-    if (buses_[frame.bus].transmit(frame, frame.time_ns, &end_ns)) {
+    if (!buses_[frame.bus].transmit(frame, frame.time_ns, &end_ns)) {
+        return;
+    }
+    if (!drive_) {
         robot_.receive(frame, end_ns);
+        return;
+    }
+    if (drive_->is_process_data(frame) && robot_.loses_command()) {
+        return;
+    }
+    drive_->receive(frame, end_ns);
+    next_report_ns_ = drive_->next_sample_ns();
+}
+
+void rig_events::set_robot_silent(bool silent)
+{
+    robot_is_silent_ = silent;
+    if (drive_) {
+        drive_->set_silent(silent);
+    }
+}
+
+void rig_events::set_robot_fault(bool fault)
+{
+    robot_has_fault_ = fault;
+    if (drive_) {
+        drive_->set_fault(fault, now_ns_);
     }
 }
 

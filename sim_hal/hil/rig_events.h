@@ -8,8 +8,10 @@
 #define SIM_HAL_HIL_RIG_EVENTS_H
 
 #include <algorithm>
+#include <memory>
 
 #include "can_bus.h"
+#include "cia402_drive.h"
 #include "operator_station.h"
 #include "robot.h"
 #include "sensor.h"
@@ -21,6 +23,8 @@ class rig_events
 {
   public:
     explicit rig_events(const rig &rig);
+    rig_events(const rig_events &) = delete; /* the drive knows robot and bus */
+    rig_events &operator=(const rig_events &) = delete;
 
     /* Lets everything happen up to and including `now_ns`. Time never runs backwards. `hardware` has
      *   void travel(const robot &, std::int64_t now_ns, std::int64_t duration_ns)   no event for so long
@@ -32,7 +36,7 @@ class rig_events
     {
         for (;;) {
             const std::int64_t next_ns = std::min({robot_.next_event_ns(), sensor_.next_sample_ns(), next_report_ns_,
-                                                   operator_station_.next_frame_ns()});
+                                                   operator_station_.next_frame_ns(), drive_event_ns()});
             if (next_ns > now_ns) {
                 break;
             }
@@ -42,10 +46,11 @@ class rig_events
             } else if (sensor_.next_sample_ns() == next_ns) {
                 sample_force(hardware.measured_force_N(robot_, now_ns_));
             } else if (next_report_ns_ == next_ns) {
-                next_report_ns_ += period_ns_;
                 report_robot_position(hardware.robot_position_m(robot_, now_ns_));
             } else if (operator_station_.next_frame_ns() == next_ns) {
                 operator_station_.send(buses_[HAL_BUS_ROBOT]);
+            } else if (drive_event_ns() == next_ns) {
+                drive_->handle_event();
             } else { /* the robot stops, unless the loop is about to send where to go on */
                 if (next_ns == now_ns) {
                     break;
@@ -71,8 +76,9 @@ class rig_events
     /* A frame from the loop, sent at `frame.time_ns`. */
     void receive_from_loop(const hal_frame &frame);
 
-    void set_robot_silent(bool silent) { robot_is_silent_ = silent; }
-    void set_robot_fault(bool fault) { robot_has_fault_ = fault; }
+    void set_robot_silent(bool silent);
+    void set_robot_fault(bool fault);
+    cia402_drive *drive() { return drive_.get(); } /* nullptr: another profile */
     sensor &force_sensor() { return sensor_; }
     operator_station &operators() { return operator_station_; }
 
@@ -97,15 +103,18 @@ class rig_events
 
     void sample_force(double force_N);
     void report_robot_position(double position_m);
+    void send_feedback(double position_m);
+    std::int64_t drive_event_ns() const { return drive_ ? drive_->next_event_ns() : canopen_node::never_ns; }
     bool is_tick_lost(std::int64_t tick);
 
     can_bus buses_[HAL_BUS_COUNT];
     berth::robot robot_;
+    std::unique_ptr<cia402_drive> drive_; /* profile "cia402" */
     sensor sensor_;
     operator_station operator_station_;
     std::int64_t period_ns_;
     std::int64_t now_ns_ = 0;
-    std::int64_t next_report_ns_ = 0;
+    std::int64_t next_report_ns_ = 0; /* a drive's: as SYNC asks for it */
     std::uint8_t report_counter_ = 0;
     random_stream feedback_;
     double feedback_noise_m_;

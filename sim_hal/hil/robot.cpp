@@ -39,7 +39,7 @@ void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
     if (frame.id != BERTH_CAN_SETPOINT_FRAME_ID || berth_can_setpoint_unpack(&raw, frame.data, frame.length) < 0) {
         return;
     }
-    if (lost_.happens(lost_probability_)) {
+    if (loses_command()) {
         return;
     }
     const setpoint received{arrival_ns, berth_can_setpoint_position_m_decode(raw.position_m), raw.counter};
@@ -51,6 +51,13 @@ void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
         take(received, frame.time_ns);
         find_next_event();
     }
+}
+
+void robot::take_synchronous(double position_m, std::int64_t now_ns, std::int64_t interpolation_ns)
+{
+    period_ns_ = interpolation_ns;
+    take({now_ns, position_m, 0}, now_ns);
+    find_next_event();
 }
 
 /* Of a setpoint that is sent at `now_ns`. However it drifts, it stays what the robot needs to know where to go, and

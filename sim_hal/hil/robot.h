@@ -23,6 +23,12 @@ class robot
     /* Takes a setpoint frame that was sent at `frame.time_ns` and arrives at `arrival_ns`. */
     void receive(const hal_frame &frame, std::int64_t arrival_ns);
 
+    /* A drive's setpoint acts at a SYNC that was sent at `now_ns`, and is reached over `interpolation_ns`. */
+    void take_synchronous(double position_m, std::int64_t now_ns, std::int64_t interpolation_ns);
+
+    /* Whether the command that has just come is lost inside of the robot. */
+    bool loses_command() { return lost_.happens(lost_probability_); }
+
     /* When the reference next changes its course, or the robot's own clock next looks for a setpoint. */
     std::int64_t next_event_ns() const { return next_event_ns_; }
 
@@ -85,7 +91,7 @@ class robot
     bool holds_;
     bool clock_is_free_;
     std::int64_t dead_time_ns_;
-    std::int64_t period_ns_; /* between setpoints, by the robot's clock */
+    std::int64_t period_ns_; /* between setpoints, by the robot's clock or as a drive was told */
     double clock_period_ns_;
     double clock_phase_ns_;
     double jitter_ns_;

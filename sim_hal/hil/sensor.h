@@ -1,5 +1,5 @@
-/* The simulated force sensor's electronics: sample, bias, noise, saturation, quantisation, frame. Spring and
- * low-pass belong to the plant. */
+/* The simulated force sensor's electronics: sample, bias, noise, saturation, quantisation, frames. Spring and
+ * low-pass belong to the plant, which moves along one axis: the others measure 0. */
 #ifndef SIM_HAL_HIL_SENSOR_H
 #define SIM_HAL_HIL_SENSOR_H
 
@@ -11,6 +11,7 @@
 #include "../effects/stages.h"
 #include "can_bus.h"
 #include "random.h"
+#include "sensor_frames.h"
 
 namespace berth
 {
@@ -25,8 +26,8 @@ class sensor
     /* When the sample that is due arrives at the loop. */
     std::int64_t next_arrival_ns() const { return next_sample_ns_ + delay_ns_; }
 
-    /* Takes the sample that is due and puts its frame on the bus, so that it arrives one delay later; or loses it.
-     */
+    /* Takes the sample that is due and puts its frames on the bus, so that the last one arrives one delay later; or
+     * loses it. */
     void sample(double force_N, can_bus &bus, bool is_lost = false);
 
     /* What it makes of a force: gain, bias, noise, steps, saturation. */
@@ -42,13 +43,15 @@ class sensor
     double spike_probability_;
     double spike_N_;
     std::vector<std::unique_ptr<sample_stage>> stages_;
-    std::int64_t period_ns_;
+    sensor_layout layout_;
+    std::size_t axis_; /* place of the force in a sample */
+    std::int64_t sample_period_ns_;
     std::int64_t delay_ns_;
     std::int64_t next_sample_ns_;
-    std::uint8_t counter_ = 0;
+    std::uint32_t counter_ = 0;
     bool is_saturated_ = false;
     bool is_silent_ = false;
-    hal_frame newest_{};
+    sensor_frames newest_;
 };
 
 } // namespace berth

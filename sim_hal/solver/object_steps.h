@@ -97,6 +97,9 @@ class object_steps
     /* There is a contact that begins and ends, or a grip that gives way. */
     bool switches() const { return plant_.one_sided || grip_force_N_ > 0.0; }
 
+    /* Once it was started: a step is a map of state and robot alone, the one of a grip that holds. */
+    bool is_linear() const { return forces_.empty() && !switches(); }
+
     /* The robot jumps to `to_m`. */
     void jump(double to_m);
 

@@ -75,7 +75,12 @@ FUNCTION = re.compile(r"^[0-9a-f]+ <(.+)>:$")
 BRANCH = re.compile(r"\s(?:call|jmp|j\w+|bl|b|b\.\w+|cbn?z|tbn?z)\s.*<([^>+]+)(?:\+0x[0-9a-f]+)?>")
 INDIRECT = re.compile(r"\s(?:call\s+\*|blr\s)")
 # Where a function calls through a pointer: parts of the (mangled) names of all that it may call.
-THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler")}
+LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "decode_wrench2m_force",
+           "decode_wrench2m_torque", "decode_wrench3i_fx_fy", "decode_wrench3i_fz_tx", "decode_wrench3i_ty_tz",
+           "decode_wrench3m_x", "decode_wrench3m_y", "decode_wrench3m_z")
+DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
+THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
+                    "sensor_channel_receive": LAYOUTS, "robot_channel_send": DRIVE_SETUP}
 DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+)(@|$)")
 
 
@@ -95,7 +100,7 @@ def reachable(program, objdump, roots):
             found[name] = functions.get(name, [])
             waiting += [match[1] for line in found[name] if (match := BRANCH.search(line))]
             for part in THROUGH_POINTERS.get(name, ()):
-                called = [other for other in functions if re.search(rf"\d{part}\D", other)]
+                called = [other for other in functions if re.search(rf"(\d|^){part}(\D|$)", other)]
                 assert called, f"{part} is not in the program"
                 waiting += called
     return found

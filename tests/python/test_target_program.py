@@ -1,11 +1,13 @@
 """berth-target as any machine can run it: without buses, and without the rights that a board gives it."""
 
+import json
 import os
 import resource
 import shutil
 import signal
 import socket
 import subprocess
+import sys
 import time
 
 import pytest
@@ -77,6 +79,24 @@ def test_timing_without_buses(tmp_path):
     assert command("replay", tmp_path / "log.ulg").returncode == EXIT_DONE
     used = command("eigen", "ess", "--jitter", tmp_path / "jitter.json", program=(BERTH,))
     assert b"the loop wakes late by" in used.stdout or b"would be missed" in used.stderr
+
+
+def test_the_table_of_the_timing_has_all_that_labs_ask_for(tmp_path):
+    target("ess", "--without-buses", "--jitter", tmp_path / "jitter.json", *settings({"run.duration_s": 1}))
+    told = json.loads((tmp_path / "jitter.json").read_text())
+    assert {"file_version", "cmdline", "return_code", "sysinfo", "num_threads", "resolution_in_ns", "thread"} <= told.keys()
+    assert {"histogram", "cycles", "min", "max", "avg", "cpu"} <= told["thread"]["0"].keys()
+    for name in ("wake_up", "execution", "tick_to_wire", "force_age"):
+        shares = {"min_us", "avg_us", "p50_us", "p99_us", "p99_9_us", "p99_99_us", "max_us", "histogram"}
+        assert shares <= told["berth"][name].keys()
+    done = subprocess.run([sys.executable, ROOT / "scripts" / "jitter_plot.py", tmp_path / "jitter.json"],
+                          capture_output=True, text=True, timeout=TIMEOUT_s, check=True)
+    head, wake_up, *_ = done.stdout.splitlines()
+    assert head.split() == ["us", "count", "min", "avg", "p50", "p99", "p99.9", "p99.99", "max"]
+    assert wake_up.split()[:2] == ["wake-up", str(told["thread"]["0"]["cycles"])]
+    assert f"overruns: {told['berth']['overruns']} in" in done.stdout
+    assert "not measured: tick to wire, force age" in done.stdout
+    assert (tmp_path / "jitter.png").stat().st_size > 10_000
 
 
 def test_sigterm_is_an_orderly_stop(tmp_path):

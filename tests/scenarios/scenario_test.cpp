@@ -47,6 +47,16 @@ action error_frame(int flags)
     };
 }
 
+/* As if it came from the drive, node 1. */
+action drive_frame(std::uint32_t id, const std::vector<std::uint8_t> &data)
+{
+    return [=](struct hal *hal) {
+        hal_frame frame{0, id, HAL_BUS_ROBOT, static_cast<std::uint8_t>(data.size()), 0, 0, {}};
+        std::copy(data.begin(), data.end(), frame.data);
+        sim_rig(hal).bus(HAL_BUS_ROBOT).transmit_to_loop(frame, sim_rig(hal).now_ns());
+    };
+}
+
 const std::map<std::string, action> actions = {
     {"press_emergency_stop", input(HAL_LINE_EMERGENCY_STOP, 1)},
     {"release_emergency_stop", input(HAL_LINE_EMERGENCY_STOP, 0)},
@@ -58,6 +68,8 @@ const std::map<std::string, action> actions = {
     {"robot_back", robot_silent(false)},
     {"bus_off", error_frame(HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF)},
     {"error_passive", error_frame(HAL_FRAME_ERROR)},
+    {"drive_emergency", drive_frame(0x081, {0x10, 0x23, 0x03, 0, 0, 0, 0, 0})},
+    {"drive_boot_up", drive_frame(0x701, {0})},
 };
 
 std::vector<std::string> words(const toml::table &scenario, const char *key)
@@ -81,9 +93,10 @@ std::vector<std::filesystem::path> scenario_files()
     return files;
 }
 
-void play(const toml::table &scenario)
+void play(const toml::table &scenario, const std::string &profile)
 {
-    closed_loop loop("ess", {"run.duration_s=" + std::to_string(duration_s)});
+    CAPTURE(profile);
+    closed_loop loop("ess", {"run.duration_s=" + std::to_string(duration_s), "robot_channel.profile=" + profile});
     std::vector<std::string> states = {supervisor_state_name(SUPERVISOR_START)};
     std::size_t next = 0;
     const toml::array &events = *scenario["events"].as_array();
@@ -112,7 +125,11 @@ TEST_CASE("scenarios: what goes wrong outside leads to the documented state")
         const toml::table scenario = toml::parse_file(file.string());
         if (scenario["where"].value_or(std::string("both")) == "both") {
             CAPTURE(file.stem().string());
-            play(scenario);
+            for (const std::string profile : {"berth", "cia402"}) {
+                if (scenario["profile"].value_or(profile) == profile) {
+                    play(scenario, profile);
+                }
+            }
             played++;
         }
     }

@@ -32,9 +32,32 @@ overflow_burst() {
     interrupt_priority can3 50
 }
 
+# As if it came from the drive, node 1.
+drive_emergency() { cansend can2 081#1023030000000000; }
+drive_boot_up() { cansend can2 701#00; }
+
 kill_rig() { kill -9 "$rig"; }
 # shellcheck disable=SC2086 # words
-restart_rig() { rig_start ess $ends; }
+restart_rig() { rig_start ess $ends $profile; }
+
+# The sensor as a process of its own: what the rig sends on vcan1, brought to the sensor's bus by can-utils.
+sensor_start() {
+    rm -f /tmp/sensor.pipe
+    mkfifo /tmp/sensor.pipe
+    chrt -f 65 canplayer -t -I /tmp/sensor.pipe can3=vcan1 >/dev/null &
+    sensor=$!
+    chrt -f 65 candump -L vcan1 >/tmp/sensor.pipe &
+    sensor="$sensor $!"
+}
+# shellcheck disable=SC2086 # words
+kill_sensor() { kill -9 $sensor; }
+restart_sensor() { sensor_start; }
+
+# Frames that are not for the loop, as many as fit beside its own.
+foreign_frames() {
+    cangen can2 -g 1 -n 800 -I 7F0 -L 8 -D r &
+    cangen can3 -g 1 -n 800 -I 7F1 -L 8 -D r &
+}
 
 clock_forward() { date -s "@$(($(date +%s) + 3600))"; }
 clock_back() { date -s "@$(($(date +%s) - 86400))"; }
@@ -47,7 +70,8 @@ stop_process() {
 stop_process_50ms() { stop_process 50000; }
 stop_process_100ms() { stop_process 100000; }
 
-# A log goes to $log. scenario_start BUSES LOG: "real" or "virtual", "disk" or "small_disk".
+# A log goes to $log. scenario_start BUSES LOG PROFILE: "real", "virtual" or "sensor_process", "disk" or "small_disk",
+# the robot channel's.
 scenario_start() {
     buses='--set target.robot_interface=can0 --set target.sensor_interface=can1'
     ends='--robot can2 --sensor can3'
@@ -55,6 +79,11 @@ scenario_start() {
         buses='--set target.robot_interface=vcan0 --set target.sensor_interface=vcan1'
         ends='--robot vcan0 --sensor vcan1'
     fi
+    if [ "$1" = sensor_process ]; then
+        ends='--robot can2 --sensor vcan1'
+        sensor_start
+    fi
+    profile="--set robot_channel.profile=$3"
     log=run.ulg
     if [ "$2" = small_disk ]; then
         mkdir -p /tmp/small
@@ -62,9 +91,9 @@ scenario_start() {
         log=/tmp/small/run.ulg
     fi
     # shellcheck disable=SC2086 # words
-    rig_start ess $ends
+    rig_start ess $ends $profile
     # shellcheck disable=SC2086
-    loop_start ess "$log" --set run.duration_s=3 $buses
+    loop_start ess "$log" --set run.duration_s=3 $buses $profile
 }
 
 scenario_end() {

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -21,11 +22,20 @@ sys.path.insert(0, str(ROOT / "scripts" / "guest"))
 import run as guest_run  # noqa: E402
 
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
-STEPS = ["machine", "preflight", "contract", "closed_loop", "without_realtime", "image"]
+STEPS = ["machine", "preflight", "contract", "closed_loop", "closed_loop_cia402", "without_realtime", "sensor_layouts",
+         "watchdog", "image"]
 SCENARIOS = {path.stem: tomllib.loads(path.read_text())
              for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
+BERTH = ROOT / "build" / "berth"
 TIMEOUT_s = 600  # of the host's time, for a machine that is busy with other things
+
+
+def berth(*arguments):
+    """The JSON object that the host command prints."""
+    done = subprocess.run([BERTH, *arguments, "--json"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 @dataclass
@@ -49,13 +59,19 @@ class Step:
     def path(self, name):
         return self.folder / name
 
+    def check_loop_done(self):
+        """Of a step that runs the loop: the step and the loop have ended well."""
+        self.check_done()
+        assert self.number("loop.exit_code") == 0, self.text("loop.stdout") + self.text("loop.stderr")
+
     def check_done(self):
         assert self.number("exit_code") == 0, f"{self.folder.name}: {self.text('stdout')}{self.text('stderr')}"
 
 
 def write_scenario(path, scenario):
     """The step that plays a scenario."""
-    start = f"scenario_start {scenario.get('buses', 'real')} {scenario.get('log', 'disk')}"
+    start = (f"scenario_start {scenario.get('buses', 'real')} {scenario.get('log', 'disk')} "
+             f"{scenario.get('profile', 'berth')}")
     events = [f"at {event['at_s']} {event['do']}" for event in scenario["events"]]
     lines = [". /src/tests/target/actions.sh", start, *events, "scenario_end"]
     path.write_text("\n".join(lines) + "\n")

@@ -44,10 +44,14 @@ load_start() {
         sleep 0.05
     done) &
     load="$load $!"
+    (while :; do
+        usleep 5000
+    done) &
+    load="$load $!"
 }
 
 load_stop() {
-    # shellcheck disable=SC2086 # two words
+    # shellcheck disable=SC2086 # three words
     kill $load
 }
 
@@ -73,7 +77,7 @@ rig_start() {
 
 rig_wait() {
     kill "$rig" 2>/dev/null || true
-    wait "$rig" || true
+    wait "$rig" # ends well, or the step does not
 }
 
 uptime_cs() { sed 's/^\([0-9]*\)\.\([0-9]*\) .*/\1\2/' /proc/uptime; }

@@ -1,33 +1,23 @@
 """The reference case for 60 s over the kernel's CAN stack, under load: the same motion as in simulation, seen by
 other people's tools as well, and in time."""
 
-import json
 import subprocess
 
 import cantools
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import BERTH, ROOT, berth
 from target_log import TargetLog, state_names
 
 TICKS = 24_000
 GROWTH_AGREES = 0.02  # of the growth rate in simulation
 RECEIVED, SENT = 0, 1
-BERTH = ROOT / "build" / "berth"
-
-
-def berth(*arguments):
-    """The JSON object that the host command prints."""
-    done = subprocess.run([BERTH, *arguments, "--json"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 @pytest.fixture
 def loop(guest):
     step = guest("closed_loop")
-    step.check_done()
-    assert step.number("loop.exit_code") == 0, step.text("loop.stdout") + step.text("loop.stderr")
+    step.check_loop_done()
     return step
 
 
@@ -73,6 +63,11 @@ def test_it_runs_to_the_end_and_records_every_tick(loop, log):
     assert np.count_nonzero(log.before_end) == TICKS
     log.check_no_tick_is_missing()
     assert "0 not recorded, 0 frames not sent" in loop.text("loop.stdout")
+
+
+def test_the_log_says_who_stamps_the_frames(log):
+    for bus in ("robot", "sensor"):
+        assert log.ulog.msg_info_dict[f"berth_{bus}_stamps"] == "software"
 
 
 def test_the_log_replays_bit_for_bit(loop):

@@ -23,6 +23,9 @@ def test_a_machine_that_is_fit(preflight):
     for subject in ("kernel", "throttling", "scheduling", "can0", "can1"):
         assert found[subject][0] == "ok", found[subject]
     assert "1000000 bit/s" in found["can0"][1]
+    for bus in ("can0", "can1"):  # these controllers have no clock of their own
+        assert found[f"{bus} stamps"][0] == "ok" and found[f"{bus} stamps"][1].startswith("software")
+        assert found[f"{bus} restart"] == ("ok", "100 ms after bus-off")
     assert not [subject for subject, (verdict, _) in found.items() if verdict == "MISSING"]
 
 

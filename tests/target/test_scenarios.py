@@ -45,6 +45,12 @@ def test_nothing_recorded_is_lost(play, name):
     assert replay.returncode == 0, replay.stdout + replay.stderr
 
 
+def test_frames_that_are_not_for_the_loop_never_reach_it(play):
+    _, log = play("foreign_frames")
+    assert log.tick["rejected_frames"][-1] == log.tick["lost_frames"][-1] == 0
+    assert set(log.topic("can_frame")["id"]) == {0x10, 0x11, 0x20, 0x30, 0x40}
+
+
 def test_a_full_disk_cuts_the_log_and_not_the_loop(play):
     """What is missing is told, to the tick."""
     step, log = play("disk_full")

@@ -118,7 +118,7 @@ TEST_CASE("sensor_channel: the force, its time, saturation and the limit")
     const auto receive = [&](double force_N, bool saturated) {
         const hal_frame frame = bench::force_frame(force_N, 0, 1234, saturated);
         sensor_channel_begin_tick(&channel);
-        return sensor_channel_receive(&channel, &frame) != 0;
+        return sensor_channel_receive(&channel, 0, &frame) != 0;
     };
     CHECK(receive(-123.4567891, false));
     CHECK(std::abs(channel.force_N + 123.4567891) <= 0.51e-7);
@@ -144,15 +144,15 @@ TEST_CASE("sensor_channel: a force outside the range of the frame is refused and
     sensor_channel channel;
     sensor_channel_start(&channel, &config);
     const hal_frame good = bench::force_frame(3.0, 0, 10);
-    REQUIRE(sensor_channel_receive(&channel, &good));
+    REQUIRE(sensor_channel_receive(&channel, 0, &good));
     for (const double force_N : {54000.001, -54000.001}) {
         CAPTURE(force_N);
         const hal_frame frame = bench::force_frame(force_N, 1, 20, true);
-        CHECK_FALSE(sensor_channel_receive(&channel, &frame));
+        CHECK_FALSE(sensor_channel_receive(&channel, 0, &frame));
     }
     hal_frame cut = good;
     cut.length = 7;
-    CHECK_FALSE(sensor_channel_receive(&channel, &cut));
+    CHECK_FALSE(sensor_channel_receive(&channel, 0, &cut));
     CHECK(channel.force_N == 3.0);
     CHECK(channel.received_ns == 10);
     CHECK(channel.saturated == 0);
@@ -166,7 +166,7 @@ TEST_CASE("robot_channel: feedback gives position and fault; outside the range o
     const auto receive = [&](double position_m, bool fault) {
         const hal_frame frame = bench::feedback_frame(position_m, 0, 0, fault);
         robot_channel_begin_tick(&channel);
-        return robot_channel_receive(&channel, &frame) != 0;
+        return robot_channel_receive(&channel, RECEIVED_ROBOT_FEEDBACK, &frame) != 0;
     };
     CHECK(receive(-1.23456789012, true));
     CHECK(std::abs(channel.position_m + 1.23456789012) <= 0.51e-11);
@@ -187,7 +187,7 @@ TEST_CASE("sensor_channel, robot_channel: of several frames in one tick none hid
     sensor_channel_start(&sensor, &config);
     const auto sense = [&](double force_N, bool saturated) {
         const hal_frame frame = bench::force_frame(force_N, 0, 0, saturated);
-        REQUIRE(sensor_channel_receive(&sensor, &frame));
+        REQUIRE(sensor_channel_receive(&sensor, 0, &frame));
     };
     sensor_channel_begin_tick(&sensor);
     sense(50.0, true);
@@ -206,7 +206,7 @@ TEST_CASE("sensor_channel, robot_channel: of several frames in one tick none hid
     robot_channel_start(&robot, &config);
     const auto report = [&](bool fault) {
         const hal_frame frame = bench::feedback_frame(0.0, 0, 0, fault);
-        REQUIRE(robot_channel_receive(&robot, &frame));
+        REQUIRE(robot_channel_receive(&robot, RECEIVED_ROBOT_FEEDBACK, &frame));
     };
     robot_channel_begin_tick(&robot);
     report(true);

@@ -11,9 +11,10 @@
 namespace
 {
 
-constexpr std::uint32_t condition_bits = 18;
+constexpr std::uint32_t condition_bits = 19;
 constexpr std::uint32_t fresh = CONDITION_FEEDBACK_FRESH | CONDITION_SENSOR_FRESH | CONDITION_OPERATOR_FRESH;
-constexpr std::uint32_t healthy = fresh | CONDITION_ENABLE | CONDITION_ROBOT_AT_PLACE | CONDITION_AT_REST;
+constexpr std::uint32_t healthy =
+    fresh | CONDITION_ENABLE | CONDITION_ROBOT_AT_PLACE | CONDITION_AT_REST | CONDITION_ROBOT_FOLLOWS;
 /* What must be over before a fault can be left; missed ticks and the position limit are put back by the reset. */
 constexpr std::uint32_t trouble = CONDITION_EMERGENCY_STOP | CONDITION_ROBOT_FAULT | CONDITION_SENSOR_SATURATED |
                                   CONDITION_FORCE_LIMIT | CONDITION_BUS_OFF | CONDITION_NOT_FINITE;
@@ -135,7 +136,7 @@ int broken_rule(supervisor_state from, std::uint32_t conditions, const outcome &
     const auto [to, cause] = result;
     const bool may_run = has(fresh | CONDITION_ENABLE) &&
                          !has_any(trouble | CONDITION_POSITION_LIMIT | CONDITION_MISSED_TICKS | CONDITION_STOP);
-    const bool enters_running = from == SUPERVISOR_READY && has(CONDITION_REQUEST_RUN);
+    const bool enters_running = from == SUPERVISOR_READY && has(CONDITION_REQUEST_RUN | CONDITION_ROBOT_FOLLOWS);
     const bool stays_running = from == SUPERVISOR_RUNNING && !has_any(CONDITION_REQUEST_HOLD);
     if (to == SUPERVISOR_RUNNING && !(may_run && (enters_running || stays_running))) {
         return 1;
@@ -196,7 +197,7 @@ TEST_CASE("supervisor: each single condition in each state leads where it is doc
     }
 }
 
-TEST_CASE("supervisor: the rules hold for every state and all 2^18 sets of conditions")
+TEST_CASE("supervisor: the rules hold for every state and all 2^19 sets of conditions")
 {
     for (int from = 0; from < SUPERVISOR_STATE_COUNT; from++) {
         std::uint32_t broken = 0, first_conditions = 0;
@@ -226,6 +227,12 @@ TEST_CASE("supervisor: a fault is left only by reset, at rest, with every troubl
             CHECK(step(SUPERVISOR_FAULT, healthy | CONDITION_REQUEST_RESET | 1u << bit) == faulty_before);
         }
     }
+}
+
+TEST_CASE("supervisor: a robot that does not follow yet is waited for")
+{
+    CHECK(step(SUPERVISOR_READY, (healthy | CONDITION_REQUEST_RUN) & ~CONDITION_ROBOT_FOLLOWS) == ready);
+    CHECK(step(SUPERVISOR_READY, healthy | CONDITION_REQUEST_RUN) == running);
 }
 
 TEST_CASE("supervisor: a condition that lasts is looked at again when another comes")

@@ -1,0 +1,109 @@
+#include "sensor_layout.h"
+
+#include "can/codec.h"
+
+/* In a decoder: unpacks the message into `raw`, or takes a signal of it if it is in its range. */
+#define UNPACK(message)                                                                                             \
+    struct berth_can_##message##_t raw;                                                                             \
+    if (berth_can_##message##_unpack(&raw, data, 8) < 0) {                                                          \
+        return 0;                                                                                                   \
+    }
+#define TAKE(message, signal, place)                                                                                \
+    if (!berth_can_##message##_##signal##_is_in_range(raw.signal)) {                                                \
+        return 0;                                                                                                   \
+    }                                                                                                               \
+    wrench->place = berth_can_##message##_##signal##_decode(raw.signal)
+
+static int decode_force(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(force)
+    TAKE(force, force_n, force_N[0]);
+    wrench->saturated |= raw.saturated;
+    return 1;
+}
+
+static int is_at_end(double force_N, double max_N)
+{
+    return force_N >= max_N || force_N <= -max_N;
+}
+
+static int decode_wrench2i_force(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2i_force)
+    TAKE(wrench2i_force, fx_n, force_N[0]);
+    TAKE(wrench2i_force, fy_n, force_N[1]);
+    TAKE(wrench2i_force, fz_n, force_N[2]);
+    for (int i = 0; i < SENSOR_AXES_MAX; i++) {
+        wrench->saturated |= (uint8_t)is_at_end(wrench->force_N[i], CAN_WRENCH2I_FORCE_MAX_N);
+    }
+    return 1;
+}
+
+static int decode_wrench2i_torque(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2i_torque)
+    TAKE(wrench2i_torque, tx_n_m, torque_N_m[0]);
+    TAKE(wrench2i_torque, ty_n_m, torque_N_m[1]);
+    TAKE(wrench2i_torque, tz_n_m, torque_N_m[2]);
+    return 1;
+}
+
+static int decode_wrench2m_force(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2m_force)
+    TAKE(wrench2m_force, fx_n, force_N[0]);
+    TAKE(wrench2m_force, fy_n, force_N[1]);
+    TAKE(wrench2m_force, fz_n, force_N[2]);
+    wrench->saturated |= raw.saturated;
+    return 1;
+}
+
+static int decode_wrench2m_torque(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2m_torque)
+    TAKE(wrench2m_torque, tx_n_m, torque_N_m[0]);
+    TAKE(wrench2m_torque, ty_n_m, torque_N_m[1]);
+    TAKE(wrench2m_torque, tz_n_m, torque_N_m[2]);
+    wrench->saturated |= raw.saturated;
+    return 1;
+}
+
+/* Two signals and the bit for saturation: the frames of the layouts with three. */
+#define DECODE_PAIR(message, first, first_place, second, second_place)                                              \
+    static int decode_##message(const uint8_t data[8], struct wrench *wrench)                                       \
+    {                                                                                                               \
+        UNPACK(message)                                                                                             \
+        TAKE(message, first, first_place);                                                                          \
+        TAKE(message, second, second_place);                                                                        \
+        wrench->saturated |= raw.saturated;                                                                         \
+        return 1;                                                                                                   \
+    }
+
+DECODE_PAIR(wrench3i_fx_fy, fx_n, force_N[0], fy_n, force_N[1])
+DECODE_PAIR(wrench3i_fz_tx, fz_n, force_N[2], tx_n_m, torque_N_m[0])
+DECODE_PAIR(wrench3i_ty_tz, ty_n_m, torque_N_m[1], tz_n_m, torque_N_m[2])
+DECODE_PAIR(wrench3m_x, fx_n, force_N[0], tx_n_m, torque_N_m[0])
+DECODE_PAIR(wrench3m_y, fy_n, force_N[1], ty_n_m, torque_N_m[1])
+DECODE_PAIR(wrench3m_z, fz_n, force_N[2], tz_n_m, torque_N_m[2])
+
+/* clang-format off */
+const struct sensor_layout_row sensor_layouts[SENSOR_LAYOUT_COUNT] = {
+    /*                      frames  axes  range                     step   identifier, byte and mask of the counter */
+    [SENSOR_ONE_FRAME]             = {1, 1, CAN_FORCE_MAX_N,          1e-7, {
+        {BERTH_CAN_FORCE_FRAME_ID,           7, 0xff, decode_force}}},
+    [SENSOR_TWO_FRAMES_INTEL]      = {2, 3, CAN_WRENCH2I_FORCE_MAX_N, 1e-2, {
+        {BERTH_CAN_WRENCH2I_FORCE_FRAME_ID,  6, 0xff, decode_wrench2i_force},
+        {BERTH_CAN_WRENCH2I_TORQUE_FRAME_ID, 6, 0xff, decode_wrench2i_torque}}},
+    [SENSOR_TWO_FRAMES_MOTOROLA]   = {2, 3, CAN_WRENCH2M_FORCE_MAX_N, 2e-2, {
+        {BERTH_CAN_WRENCH2M_FORCE_FRAME_ID,  7, 0xff, decode_wrench2m_force},
+        {BERTH_CAN_WRENCH2M_TORQUE_FRAME_ID, 7, 0xff, decode_wrench2m_torque}}},
+    [SENSOR_THREE_FRAMES_INTEL]    = {3, 3, CAN_WRENCH3I_FORCE_MAX_N, 1e-4, {
+        {BERTH_CAN_WRENCH3I_FX_FY_FRAME_ID,  7, 0xff, decode_wrench3i_fx_fy},
+        {BERTH_CAN_WRENCH3I_FZ_TX_FRAME_ID,  7, 0xff, decode_wrench3i_fz_tx},
+        {BERTH_CAN_WRENCH3I_TY_TZ_FRAME_ID,  7, 0xff, decode_wrench3i_ty_tz}}},
+    [SENSOR_THREE_FRAMES_MOTOROLA] = {3, 3, CAN_WRENCH3M_FORCE_MAX_N, 1e-5, {
+        {BERTH_CAN_WRENCH3M_X_FRAME_ID,      7, 0x0f, decode_wrench3m_x},
+        {BERTH_CAN_WRENCH3M_Y_FRAME_ID,      7, 0x0f, decode_wrench3m_y},
+        {BERTH_CAN_WRENCH3M_Z_FRAME_ID,      7, 0x0f, decode_wrench3m_z}}},
+};
+/* clang-format on */

@@ -1,0 +1,231 @@
+"""Force sensors of several frames a sample and of a rate of their own: cantools is the peer for what the bits mean, and
+samples are put together here once more, from the candump text of a run."""
+
+import ctypes
+import json
+import random
+import subprocess
+
+import cantools
+import numpy as np
+import pytest
+from conftest import DBC, EXIT_INPUT, ROOT, STATE_RUNNING, command, run_json, settings, topic
+
+# Rig key -> messages of a sample in their order, as in berth.dbc.
+LAYOUTS = {
+    "one_frame": ["force"],
+    "two_frames_intel": ["wrench2i_force", "wrench2i_torque"],
+    "two_frames_motorola": ["wrench2m_force", "wrench2m_torque"],
+    "three_frames_intel": ["wrench3i_fx_fy", "wrench3i_fz_tx", "wrench3i_ty_tz"],
+    "three_frames_motorola": ["wrench3m_x", "wrench3m_y", "wrench3m_z"],
+}
+SEVERAL_FRAMES = [name for name in LAYOUTS if name != "one_frame"]
+STEP_N = {"two_frames_intel": 1e-2, "two_frames_motorola": 2e-2, "three_frames_intel": 1e-4,
+          "three_frames_motorola": 1e-5}
+PERIOD_us = 2500
+AXES = "xyz"
+SEED = random.SystemRandom().randrange(1 << 32)
+
+
+@pytest.fixture(scope="module")
+def dbc():
+    return cantools.database.load_file(DBC)
+
+
+# --- the bits, by cantools ---------------------------------------------------------------------------------------
+class Wrench(ctypes.Structure):
+    _fields_ = [("force_N", ctypes.c_double * 3), ("torque_N_m", ctypes.c_double * 3), ("saturated", ctypes.c_uint8)]
+
+
+DECODE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_char_p, ctypes.POINTER(Wrench))
+
+
+class SensorFrame(ctypes.Structure):
+    _fields_ = [("id", ctypes.c_uint32), ("counter_byte", ctypes.c_uint8), ("counter_mask", ctypes.c_uint8),
+                ("decode", DECODE)]
+
+
+class LayoutRow(ctypes.Structure):
+    _fields_ = [("frame_count", ctypes.c_uint8), ("axis_count", ctypes.c_uint8), ("force_max_N", ctypes.c_double),
+                ("force_step_N", ctypes.c_double), ("frames", SensorFrame * 3)]
+
+
+@pytest.fixture(scope="module")
+def firmware_layouts(tmp_path_factory):
+    """The firmware's own table of layouts, compiled for this test: {layout: row}."""
+    library = tmp_path_factory.mktemp("layouts") / "layouts.so"
+    sources = [ROOT / "firmware" / "sensor_layout.c", ROOT / "firmware" / "can" / "berth_can.c"]
+    subprocess.run(["gcc", "-std=c11", "-O1", "-shared", "-fPIC", "-o", library, *sources], check=True)
+    table = (LayoutRow * len(LAYOUTS)).in_dll(ctypes.CDLL(str(library)), "sensor_layouts")
+    return dict(zip(LAYOUTS, table, strict=True))
+
+
+def place(wrench, signal):
+    """Where a signal of the DBC belongs: fx_N, ty_N_m; the one force of one_frame counts as x."""
+    axis = AXES.index(signal[1]) if signal != "force_N" else 0
+    return (wrench.torque_N_m if signal.startswith("t") else wrench.force_N)[axis]
+
+
+def random_values(message, draw):
+    """A value of each signal, on the wire's grid and within its range; ends of the range among them."""
+    values = {}
+    for signal in message.signals:
+        low, high = round(signal.minimum / signal.scale), round(signal.maximum / signal.scale)
+        raw = draw.choice([low, high, 0, -1 if low < 0 else 1, draw.randint(low, high), draw.randint(low, high)])
+        values[signal.name] = raw * signal.scale
+    return values
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_the_firmware_decodes_what_cantools_encodes(layout, dbc, firmware_layouts):
+    draw = random.Random(SEED)
+    row = firmware_layouts[layout]
+    assert row.frame_count == len(LAYOUTS[layout])
+    for frame, name in zip(row.frames, LAYOUTS[layout]):
+        message = dbc.get_message_by_name(name)
+        assert (frame.id, message.length) == (message.frame_id, 8)
+        for _ in range(500):
+            values = random_values(message, draw)
+            data = message.encode(values)
+            wrench = Wrench()
+            assert frame.decode(data, wrench) == 1, f"seed {SEED}: {name} {values}"
+            for signal, value in values.items():
+                if signal.endswith(("_N", "_m")):
+                    assert place(wrench, signal) == pytest.approx(value, abs=1e-9), f"seed {SEED}: {name} {values}"
+            counter = int(values["counter"]) & frame.counter_mask
+            assert data[frame.counter_byte] & frame.counter_mask == counter, f"seed {SEED}: {name} {values}"
+            at_end = name == "wrench2i_force" and any(abs(values[f"f{axis}_N"]) >= 327 for axis in AXES)
+            assert wrench.saturated == int(values.get("saturated", at_end)), f"seed {SEED}: {name} {values}"
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_signal_beyond_its_range_is_refused(layout, dbc, firmware_layouts):
+    for frame, name in zip(firmware_layouts[layout].frames, LAYOUTS[layout]):
+        message = dbc.get_message_by_name(name)
+        for signal in message.signals:
+            for end, step in ((signal.minimum, -signal.scale), (signal.maximum, signal.scale)):
+                if signal.name.endswith(("_N", "_m")):
+                    values = {other.name: 0 for other in message.signals} | {signal.name: end + step}
+                    assert frame.decode(message.encode(values, strict=False), Wrench()) == 0, (name, values)
+
+
+# --- a run, by cantools ------------------------------------------------------------------------------------------
+def candump(log):
+    """(us, id, data) of each line of the sensor bus beside a log."""
+    words = (line.split() for line in log.with_suffix(".sensor.candump").read_text().splitlines())
+    return [(round(float(time.strip("()")) * 1e6), int(frame.split("#")[0], 16), bytes.fromhex(frame.split("#")[1]))
+            for time, _, frame in words]
+
+
+def whole_samples(log, dbc, layout, axis):
+    """Arrival in us and force of each sample all of whose messages came, one after the other with one counter."""
+    messages = {dbc.get_message_by_name(name).frame_id: dbc.get_message_by_name(name) for name in LAYOUTS[layout]}
+    samples, parts = [], {}
+    for time_us, identifier, data in candump(log):
+        signals = messages[identifier].decode(data)
+        if parts and signals["counter"] != parts["counter"]:
+            parts = {}
+        parts |= signals
+        if len(parts) - 1 - ("saturated" in parts) == (1 if layout == "one_frame" else 6):
+            samples.append((time_us, parts["force_N" if layout == "one_frame" else f"f{axis}_N"]))
+            parts = {}
+    return samples
+
+
+def check_forces(log, samples):
+    """At each tick the log has the newest whole sample that had arrived, and its age."""
+    tick = topic(log)
+    times = np.array([time for time, _ in samples])
+    at = np.searchsorted(times, tick["timestamp"], side="right") - 1
+    there = at >= 0
+    expected = np.array([force for _, force in samples])[at[there]]
+    np.testing.assert_allclose(tick["force_N"][there], expected, rtol=0, atol=1e-9)
+    ages_us = tick["timestamp"][there] - times[at[there]]
+    np.testing.assert_allclose(tick["force_frame_age_ns"][there] / 1000, ages_us, rtol=0, atol=1.1)
+    np.testing.assert_array_equal(tick["force_samples"][there], at[there] + 1)
+
+
+@pytest.mark.parametrize("rate_Hz", [0, 1000, 333, 250])
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_each_tick_uses_the_newest_whole_sample(layout, rate_Hz, logs, dbc):
+    axis = AXES[(len(layout) + rate_Hz) % 3]
+    result, log = logs("ess", {"run.duration_s": 5, "sensor_channel.layout": layout, "sensor.rate_Hz": rate_Hz,
+                               "sensor_channel.axis": axis})
+    assert result["torn_samples"] == result["frames_rejected"] == result["frames_lost"] == 0
+    samples = whole_samples(log, dbc, layout, axis)
+    assert len(samples) == pytest.approx(5 * (rate_Hz or 400), abs=5)
+    check_forces(log, samples)
+    assert np.ptp(topic(log)["force_N"]) > 30
+
+
+@pytest.mark.parametrize("layout", SEVERAL_FRAMES)
+def test_torn_samples_are_found_and_counted_where_the_bus_loses_frames(layout, logs, dbc):
+    """Samples begun and never whole, counted here from the text of the bus."""
+    result, log = logs("ess", {"run.duration_s": 10, "sensor_channel.layout": layout, "bus.loss_probability": 0.05})
+    samples = whole_samples(log, dbc, layout, "z")
+    counters = [identifier_data[2] for identifier_data in candump(log)]
+    begun = 1 + sum(number(layout, a) != number(layout, b) for a, b in zip(counters, counters[1:]))
+    assert result["force_samples"] == len(samples)
+    assert abs(result["torn_samples"] - (begun - len(samples))) <= 1  # the last one may still be coming
+    assert result["torn_samples"] > 200
+    check_forces(log, samples)
+
+
+def number(layout, data):
+    return data[6] if layout == "two_frames_intel" else data[7] & (0x0F if layout == "three_frames_motorola" else 0xFF)
+
+
+# --- the motion --------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("layout", SEVERAL_FRAMES)
+def test_a_layout_changes_nothing_but_the_steps_of_the_force(layout, logs):
+    """The loop of a one-frame sensor with the same resolution makes the same motion."""
+    _, log = logs("ess", {"run.duration_s": 5, "sensor_channel.layout": layout})
+    _, plain = logs("ess", {"run.duration_s": 5, "sensor.resolution_N": STEP_N[layout]})
+    ours, theirs = topic(log), topic(plain)
+    np.testing.assert_allclose(ours["force_N"], theirs["force_N"], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(ours["manipulator_position_m"], theirs["manipulator_position_m"], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate_Hz", [1000, 800, 333, 250])
+def test_a_run_grows_as_the_model_says_at_each_rate(rate_Hz, logs):
+    result, _ = logs("ess", {"sensor.rate_Hz": rate_Hz, "sensor_channel.layout": "three_frames_motorola",
+                             "run.duration_s": 20})
+    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=5e-4)
+
+
+def test_a_slow_sensor_is_an_older_force():
+    """Older by half a sample period in the mean: below the manipulator's own frequency dead time damps."""
+    growth = {}
+    for rate_Hz in (400, 250, 100):
+        done = command("eigen", "ess", "--json", *settings({"sensor.rate_Hz": rate_Hz}))
+        growth[rate_Hz] = json.loads(done.stdout)["growth_per_s"]
+    assert growth[400] > growth[250] > growth[100]
+
+
+# --- what does not fit -------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("overrides, key, says", [
+    ({"sensor_channel.layout": "four_frames"}, "sensor_channel.layout", "three_frames_motorola"),
+    ({"sensor_channel.axis": "w"}, "sensor_channel.axis", '"z"'),
+    ({"sensor.rate_Hz": 0.5}, "sensor.rate_Hz", "must be 0"),
+    ({"sensor.rate_Hz": 9000}, "sensor.rate_Hz", "queue up"),
+    ({"sensor.rate_Hz": 3000, "sensor_channel.layout": "three_frames_intel"}, "sensor.rate_Hz", "queue up"),
+    ({"sensor.rate_Hz": 4000, "loop.rate_Hz": 100, "robot.dead_time_ms": 20}, "sensor.rate_Hz", "at most 32 frames"),
+    ({"sensor.delay_ms": 0.3, "sensor_channel.layout": "three_frames_intel"}, "sensor.delay_ms", "time on the bus"),
+])
+def test_a_sensor_that_cannot_be_is_refused(overrides, key, says):
+    done = command("run", "ess", "--no-log", *settings(overrides))
+    assert done.returncode == EXIT_INPUT
+    assert key in done.stderr.decode() and says in done.stderr.decode()
+
+
+def test_a_run_tells_of_samples_and_their_age():
+    done = command("run", "ess", "--no-log", *settings({"sensor.rate_Hz": 1000, "run.duration_s": 2}))
+    assert "1996 samples, 0 torn ones rejected; arrived 0.000 to 0.500 ms before their use" in done.stdout.decode()
+
+
+def test_the_diagnosis_says_that_it_neglects_the_changing_age(tmp_path):
+    made = run_json("ess", tmp_path, *settings({"run.duration_s": 5, "sensor.rate_Hz": 333}))
+    rig = tmp_path / "rig.toml"
+    rig.write_bytes(command("run", "ess", "--print-config", "--set", "sensor.rate_Hz=333").stdout)
+    done = command("diagnose", made["log"], "--rig", rig, "--out", tmp_path)
+    assert "sensor.rate_Hz" in done.stdout.decode() and "neglected" in done.stdout.decode()
