@@ -7,6 +7,7 @@
 #include "../diagnosis/diagnosis.h"
 #include "atomic_file.h"
 #include "commands.h"
+#include "progress_line.h"
 
 namespace berth
 {
@@ -82,8 +83,13 @@ nlohmann::json as_json(const block_diagnosis &block)
                            {"delta_bic", one.delta_bic},
                            {"share_explained", one.share_explained}});
     }
+    nlohmann::json tried = nlohmann::json::array();
+    for (const effect *const one : block.tried) {
+        tried.push_back(one->name);
+    }
     return {{"block", name_of(block.block)},
             {"verdict", name_of(block.verdict)},
+            {"tried", tried},
             {"ranking", ranking},
             {"causes", causes},
             {"alternatives", alternatives},
@@ -338,7 +344,11 @@ int diagnose_command(const diagnose_arguments &arguments)
         }
         request.options.without.push_back(name);
     }
-    const diagnosis found = diagnose(request);
+    const diagnosis found = [&] {
+        const progress_line line;
+        request.progress = [&](const std::string &what) { line.show(what); };
+        return diagnose(request);
+    }();
 
     std::error_code error;
     std::filesystem::create_directories(arguments.out_folder, error);
@@ -374,39 +384,6 @@ int diagnose_command(const diagnose_arguments &arguments)
     std::printf("written to %s: diagnosis.json, extended.toml, given.toml, series.csv\n"
                 "report: .venv/bin/python scripts/diagnosis_report.py %s\n",
                 arguments.out_folder.c_str(), arguments.out_folder.c_str());
-    return 0;
-}
-
-int effects_command(bool json)
-{
-    nlohmann::json all = nlohmann::json::array();
-    for (const effect &known : effect_library()) {
-        nlohmann::json parameters = nlohmann::json::array();
-        for (const effect_parameter &parameter : known.parameters) {
-            const rig_key *const key = find_key(parameter.key);
-            parameters.push_back({{"key", parameter.key},
-                                  {"unit", unit_of(parameter.key)},
-                                  {"meaning", key->meaning},
-                                  {"low", parameter.low},
-                                  {"high", parameter.high}});
-        }
-        all.push_back({{"effect", known.name},
-                       {"physics", known.physics},
-                       {"source", known.source},
-                       {"parameters", parameters}});
-    }
-    if (json) {
-        print_json(all);
-        return 0;
-    }
-    for (const auto &known : all) {
-        std::printf("%s\n  %s\n  source: %s\n", known["effect"].get<std::string>().c_str(),
-                    known["physics"].get<std::string>().c_str(), known["source"].get<std::string>().c_str());
-        for (const auto &parameter : known["parameters"]) {
-            std::printf("  %-45s %s\n", parameter["key"].get<std::string>().c_str(),
-                        parameter["meaning"].get<std::string>().c_str());
-        }
-    }
     return 0;
 }
 

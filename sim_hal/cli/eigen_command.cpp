@@ -14,7 +14,19 @@ namespace berth
 namespace
 {
 
-nlohmann::json as_json(const spectrum &spectrum)
+/* Rounding moves z = 1 by this much where it is a double eigenvalue. */
+constexpr double drift_rounding = 1e-6;
+
+/* Null: nothing holds the two bodies, and all else decays. */
+nlohmann::json stable_json(const spectrum &spectrum, bool is_free)
+{
+    if (is_free && spectrum.spectral_radius < 1.0 + drift_rounding) {
+        return nullptr;
+    }
+    return spectrum.is_stable;
+}
+
+nlohmann::json as_json(const spectrum &spectrum, bool is_free)
 {
     nlohmann::json eigenvalues = nlohmann::json::array();
     for (const mode &mode : spectrum.modes) {
@@ -23,7 +35,7 @@ nlohmann::json as_json(const spectrum &spectrum)
     return {{"eigenvalues", eigenvalues},
             {"spectral_radius", spectrum.spectral_radius},
             {"growth_per_s", spectrum.growth_per_s},
-            {"stable", spectrum.is_stable}};
+            {"stable", stable_json(spectrum, is_free)}};
 }
 
 void print_modes(const char *title, const spectrum &spectrum)
@@ -41,12 +53,14 @@ void print_modes(const char *title, const spectrum &spectrum)
 
 nlohmann::json spectra_json(const rig &steady, double amplitude_m)
 {
-    nlohmann::json json = as_json(loop_spectrum(linear_at(steady, amplitude_m)));
+    const rig linear = linear_at(steady, amplitude_m);
+    nlohmann::json json = as_json(loop_spectrum(linear), drifts_freely(linear));
     json["rig"] = steady.name;
     json["left_out"] = left_out(steady, amplitude_m);
     json["describing_function"] = describing_function_json(steady, amplitude_m);
-    json["manipulator"] = as_json(manipulator_spectrum(steady));
-    json["coupled"] = as_json(coupled_spectrum(steady));
+    json["manipulator"] =
+        as_json(manipulator_spectrum(steady), steady.firmware.manipulator.stiffness_N_per_m == 0.0);
+    json["coupled"] = as_json(coupled_spectrum(steady), drifts_freely(steady));
     return json;
 }
 
@@ -57,9 +71,15 @@ void print_spectra(const rig &steady, double amplitude_m, const char *loop_title
     print_modes("manipulator and object coupled, without dead time", coupled_spectrum(steady));
 }
 
-void print_verdict(const spectrum &loop)
+/* `title` goes before it. */
+void print_verdict(const char *title, const rig &linear)
 {
-    std::printf("%s, spectral radius %.9f, growth %+.6f /s\n", loop.is_stable ? "stable" : "UNSTABLE",
+    const spectrum loop = loop_spectrum(linear);
+    const nlohmann::json stable = stable_json(loop, drifts_freely(linear));
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", title,
+                stable.is_null() ? "NEITHER STABLE NOR UNSTABLE (no spring holds manipulator or object: z = 1)"
+                : stable == true ? "stable"
+                                 : "UNSTABLE",
                 loop.spectral_radius, loop.growth_per_s);
 }
 
@@ -103,29 +123,28 @@ void print_robot(const chosen_rig &chosen)
 int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
 {
     const rig &rig = chosen.rig;
-    std::optional<spectrum> lower_end;
+    std::optional<berth::rig> lower_end;
     if (chosen.dead_time_band) {
-        lower_end = loop_spectrum(linear_at(chosen.at_lower_end(), amplitude_m));
+        lower_end = linear_at(chosen.at_lower_end(), amplitude_m);
     }
     if (wants_json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
         json["robot"] = robot_as_json(chosen);
         json["lower_end"] = nullptr;
         if (lower_end) {
-            json["lower_end"] = as_json(*lower_end);
+            json["lower_end"] = as_json(loop_spectrum(*lower_end), drifts_freely(*lower_end));
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
         return 0;
     }
-    const spectrum loop = loop_spectrum(linear_at(rig, amplitude_m));
-    std::printf("%s: ", rig.name.c_str());
-    print_verdict(loop);
+    print_verdict(rig.name.c_str(), linear_at(rig, amplitude_m));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
-        std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
-        print_verdict(*lower_end);
+        char title[60];
+        std::snprintf(title, sizeof title, "  dead time %g ms, the lower end", chosen.dead_time_band->from);
+        print_verdict(title, *lower_end);
     }
     print_spectra(rig, amplitude_m, "loop with dead time");
     return 0;
@@ -171,8 +190,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    std::printf("  without: ");
-    print_verdict(loop_spectrum(linear_at(steady, amplitude_m)));
+    print_verdict("  without", linear_at(steady, amplitude_m));
     print_spectra(steady, amplitude_m, "loop with dead time, without that");
     return 0;
 }

@@ -5,8 +5,10 @@
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
+#include "../stability/physical_parameter.h"
 #include "amplitude.h"
 #include "commands.h"
+#include "gains_report.h"
 #include "robot_choice.h"
 
 namespace berth
@@ -28,7 +30,8 @@ nlohmann::json as_json(const stability_limit *limit)
     }
     return {{"value", limit->value},
             {"stable", limit->stable_above ? "above" : "below"},
-            {"jump", limit->is_jump},
+            {"jump", !limit->jump.empty()},
+            {"jump_reason", limit->jump.empty() ? nlohmann::json() : nlohmann::json(limit->jump)},
             {"mode", limit->mode_name},
             {"frequency_Hz", limit->mode.frequency_Hz}};
 }
@@ -41,9 +44,6 @@ nlohmann::json as_json(const std::vector<stable_interval> &intervals)
     }
     return list;
 }
-
-/* As scan_step, where each value has harmonics to be balanced. */
-constexpr double sized_scan_step = 0.04;
 
 /* The dead times that the robot preset reports, and where in their range the loop is stable. */
 struct band_verdict {
@@ -131,9 +131,9 @@ void print_mode(const stability_limit *limit, bool is_below)
 {
     if (limit != nullptr) {
         const std::string what = limit->stable_above == is_below ? "lost" : "regained";
-        std::printf("  %32s   %.4f Hz, %s%s\n", (what + (is_below ? " below" : " above")).c_str(),
+        std::printf("  %32s   %.4f Hz, %s%s%s\n", (what + (is_below ? " below" : " above")).c_str(),
                     limit->mode.frequency_Hz, limit->mode_name.c_str(),
-                    limit->is_jump ? "; jumps: the force becomes a tick older" : "");
+                    limit->jump.empty() ? "" : "; jumps: ", limit->jump.c_str());
     }
 }
 
@@ -168,7 +168,7 @@ void print_band(const std::optional<band_verdict> &verdict)
     std::printf("\n");
 }
 
-void print_parameters(const std::vector<parameter_limits> &parameters, double share)
+void print_parameters(const std::vector<parameter_limits> &parameters, const scan &how)
 {
     std::printf("  %-32s %12s %25s   %25s\n", "", "", "nearest limit", "first-order formula");
     print_line("parameter", "value", "below", "above", "below", "above");
@@ -181,14 +181,14 @@ void print_parameters(const std::vector<parameter_limits> &parameters, double sh
         print_intervals(parameter);
     }
     std::printf(
-        "none: no limit within a factor of 1000 either way (delays: 10), as far as a rig may go; ends of that\n"
-        "range end intervals, too. Intervals narrower than %.1f %% may be overlooked.\n",
-        100.0 * share);
+        "none: no limit within a factor of %g either way (delays: 10), as far as a rig may go; ends of that\n"
+        "range end intervals, too. Intervals narrower than %.3g %% may be overlooked.\n",
+        how.factor, 100.0 * how.step);
 }
 
-void print_rates(const std::vector<rate_verdict> &rates)
+void print_rates(const char *which, const std::vector<rate_verdict> &rates)
 {
-    std::printf("rates in Hz, dead times as they are\n");
+    std::printf("%s\n", which);
     const auto print_those = [&](const char *title, const auto &belongs) {
         std::string those;
         for (const rate_verdict &rate : rates) {
@@ -214,6 +214,7 @@ void print_rates(const std::vector<rate_verdict> &rates)
 struct loop_verdict {
     spectrum loop;
     std::optional<double> margin_ms;
+    double loop_delay_ms;
     double damping_ratio;
     double first_order_damping_limit;
     std::optional<band_verdict> band;
@@ -232,7 +233,7 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"spectral_radius", verdict.loop.spectral_radius},
             {"growth_per_s", verdict.loop.growth_per_s},
             {"dead_time_margin_ms", or_null(verdict.margin_ms)},
-            {"loop_delay_ms", 1e3 * loop_delay_s(chosen.rig)},
+            {"loop_delay_ms", verdict.loop_delay_ms},
             {"damping_ratio", verdict.damping_ratio},
             {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }
@@ -255,14 +256,17 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
                                                                   : "none up to ten times the robot's dead time");
     }
     std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
-                number(1e3 * loop_delay_s(chosen.rig)).c_str(), number(verdict.first_order_damping_limit).c_str(),
+                number(verdict.loop_delay_ms).c_str(), number(verdict.first_order_damping_limit).c_str(),
                 number(verdict.damping_ratio).c_str());
 }
 
 } // namespace
 
-int limits_command(const rig_arguments &arguments)
+int limits_command(const limits_arguments &arguments)
 {
+    if (!(arguments.change_percent > 0.0 && arguments.change_percent < 100.0)) {
+        throw input_error("--change: must be between 0 and 100 %");
+    }
     chosen_rig chosen = choose_rig(arguments);
     loop_verdict verdict{};
     if (is_time_varying(chosen.rig)) {
@@ -270,40 +274,49 @@ int limits_command(const rig_arguments &arguments)
         chosen.rig = without_variation(chosen.rig);
     }
     const rig &rig = chosen.rig;
-    if (rig.firmware.manipulator.stiffness_N_per_m == 0.0 && rig.object.stiffness_N_per_m == 0.0) {
+    const double amplitude_m = chosen_amplitude_m(arguments, rig);
+    tell_left_out(rig, amplitude_m);
+    const berth::rig own = linear_at(rig, amplitude_m);
+    if (drifts_freely(own)) {
         throw input_error(
             "limits: neither manipulator.stiffness_N_per_m nor object.stiffness_N_per_m holds the two "
             "anywhere: they may drift together for ever (z = 1), neither stable nor unstable; give one "
             "of them a stiffness");
     }
-    const double amplitude_m = chosen_amplitude_m(arguments, rig);
-    tell_left_out(rig, amplitude_m);
-    const berth::rig own = linear_at(rig, amplitude_m);
     verdict.loop = loop_spectrum(own);
     verdict.describing_function = describing_function_json(rig, amplitude_m);
-    const bool is_slow = is_slow_to_find(rig);
     /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
-        return amplitude_m == 0.0 ? of
-               : is_slow          ? with_equivalents(of, rig, own)
-                                  : equivalent_finder(amplitude_m).find(of).linear;
+        return amplitude_m == 0.0 ? of : equivalent_finder(amplitude_m).find(of).linear;
     };
-    const double share = amplitude_m > 0.0 ? sized_scan_step : scan_step;
+    const scan &how = amplitude_m == 0.0 ? fine_scan : is_slow_to_find(rig) ? scan_of_slow_ones : scan_of_harmonics;
+    if (amplitude_m > 0.0 && is_slow_to_find(rig) && !arguments.json) {
+        std::fprintf(
+            stderr,
+            "berth: limits: what this effect is like takes milliseconds at each value: some seconds in all\n");
+    }
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(rig)) {
-        parameters.push_back(find_limits(rig, key, linear, share));
+        parameters.push_back(find_limits(rig, key, linear, how));
         if (key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
         }
     }
-    const std::vector<rate_verdict> rates = judge_rates(rig, linear);
+    const std::vector<rate_verdict> rates = judge_rates(rig, delays_stay::in_ms, linear);
+    const std::vector<rate_verdict> rates_in_ticks = judge_rates(rig, delays_stay::in_ticks, linear);
+    const double change = 1e-2 * arguments.change_percent;
+    const gain_ranking ranking{change, quality_of(own), find_gains(rig, change, linear)};
     verdict.band = judge_band(chosen, linear);
-    verdict.damping_ratio = map_point_of(rig).damping_ratio;
-    verdict.first_order_damping_limit = first_order_damping_limit(rig);
+    verdict.damping_ratio = map_point_of(own).damping_ratio;
+    verdict.first_order_damping_limit = first_order_damping_limit(own);
+    verdict.loop_delay_ms = 1e3 * loop_delay_s(own);
 
     if (arguments.json) {
         nlohmann::json json = as_json(chosen, verdict);
         json["rates"] = as_json(rates);
+        json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
+        json["buys"] = as_json(ranking);
+        json["nearest_limit"] = nearest_limit_json(parameters);
         for (const parameter_limits &parameter : parameters) {
             json["parameters"][std::string(parameter.key)] = as_json(parameter);
         }
@@ -311,8 +324,11 @@ int limits_command(const rig_arguments &arguments)
         return 0;
     }
     print_loop(chosen, verdict);
-    print_parameters(parameters, share);
-    print_rates(rates);
+    print_parameters(parameters, how);
+    print_nearest_limit(parameters, verdict.loop.is_stable);
+    print_rates("rates in Hz, dead time and delay as they are in ms", rates);
+    print_rates("rates in Hz, dead time and delay as many ticks as now", rates_in_ticks);
+    print_gains(ranking);
     return 0;
 }
 

@@ -25,6 +25,9 @@ constexpr double value_bytes = 19;
 /* Above this time, too, where each point is a sequence of ticks. */
 constexpr double long_map_s = 600.0;
 
+/* At an amplitude: from here on it is said how long it takes. A sample of them takes seconds. */
+constexpr std::size_t slow_map_points = 10000;
+
 /* Of each point's sequence, if nobody says: enough ticks for the scatter, enough time for the modes to part. */
 constexpr std::int64_t default_ticks = 8000;
 constexpr double default_duration_s = 20.0;
@@ -79,15 +82,11 @@ map_values compute_steady(const map_job &job, int threads, const std::function<v
     return map;
 }
 
-void ask_if_large(const map_job &job, int threads, bool yes)
+/* The map itself with all threads, its file with one. */
+double estimate_steady_s(const map_job &job, int threads)
 {
-    const map_request &request = job.request;
-    if (request.points() <= large_map_points || yes) {
-        return;
-    }
-    /* The map itself with all threads, its file with one. */
     map_job sample;
-    sample.request = sample_of(request);
+    sample.request = sample_of(job.request);
     if (job.lower_end) {
         sample.lower_end = sample_of(*job.lower_end);
     }
@@ -97,8 +96,26 @@ void ask_if_large(const map_job &job, int threads, bool yes)
     write_csv(sample.request, map, [](std::string_view) {});
     const std::chrono::duration<double> compute = computed - start;
     const std::chrono::duration<double> write = std::chrono::steady_clock::now() - computed;
-    const double duration_s = (compute.count() / threads + write.count()) * static_cast<double>(request.points()) /
-                              static_cast<double>(sample.request.points());
+    return (compute.count() / threads + write.count()) * static_cast<double>(job.request.points()) /
+           static_cast<double>(sample.request.points());
+}
+
+/* Points at an amplitude take a thousand times longer than others. */
+void ask_if_large(const map_job &job, int threads, const map_arguments &arguments)
+{
+    const map_request &request = job.request;
+    const bool has_amplitude = request.amplitude_m > 0.0 && request.points() > slow_map_points;
+    if (arguments.yes || !(request.points() > large_map_points || has_amplitude)) {
+        return;
+    }
+    const double duration_s = estimate_steady_s(job, threads);
+    if (request.points() <= large_map_points && duration_s <= long_map_s) {
+        if (!arguments.json) {
+            std::fprintf(stderr, "%zu points at an amplitude: about %.0f s\n", request.points(),
+                         std::ceil(duration_s));
+        }
+        return;
+    }
     const double points = static_cast<double>(request.points());
     const double more_values = (job.lower_end ? 1.0 : 0.0) + (job.varying ? 1.0 : 0.0);
     char text[300];
@@ -159,6 +176,28 @@ map_job make_job(const map_arguments &arguments)
     return job;
 }
 
+const std::string nothing_to_see = "map: nothing to be seen, none of its points is a loop: ";
+
+void refuse_if_none_is_possible(const map_request &request)
+{
+    map_point_setter setter(request);
+    for (int row = 0; row < request.y.count; row++) {
+        for (int i = 0; i < request.x.count; i++) {
+            if (setter.set(request.x.value(i), request.y.value(row)) == point_state::possible) {
+                return;
+            }
+        }
+    }
+    if (setter.set(request.x.value(0), request.y.value(0)) == point_state::not_passive) {
+        throw input_error(
+            nothing_to_see +
+            "the first needs a negative stiffness, damping or mass of the object; choose other ranges");
+    }
+    rig refused = setter.rig();
+    const auto error = complete_and_check(refused);
+    throw input_error(nothing_to_see + "at the first " + error->key + ": " + error->message);
+}
+
 map_values compute(const map_job &job, int threads)
 {
     progress_bar bar(job.request.y.count);
@@ -177,10 +216,11 @@ int map_command(const map_arguments &arguments)
 {
     const map_job job = make_job(arguments);
     const map_request &request = job.request;
+    refuse_if_none_is_possible(request);
     tell_left_out(request.rig, request.amplitude_m);
     const int threads = arguments.threads > 0 ? arguments.threads
                                               : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    ask_if_large(job, threads, arguments.yes);
+    ask_if_large(job, threads, arguments);
     if (job.varying) {
         const double duration_s = estimate_s(job, threads, arguments.yes);
         if (!arguments.json) {
@@ -205,6 +245,12 @@ int map_command(const map_arguments &arguments)
     const std::string stem = arguments.out_folder + "/" + request.rig.name + robot + "-" + what;
     atomic_file csv(stem + ".csv");
     const map_summary sums = write_csv(request, map, [&](std::string_view text) { csv.write(text); });
+    if (sums.steady.possible == 0) {
+        throw input_error(
+            nothing_to_see +
+            "they are like no linear loop at this amplitude (a spring that softens to nothing?); choose "
+            "a smaller --amplitude or other ranges");
+    }
     csv.finish();
     nlohmann::json json = as_json(job, sums);
     atomic_file beside(stem + ".json");

@@ -149,14 +149,15 @@ map_summary write_csv(const map_request &request, const map_values &map,
             const double x = request.x.value(i);
             const double radius = map.steady.spectral_radius[point];
             const point_state state = setter.set(x, y);
-            const bool is_possible = state == point_state::possible;
+            const bool is_possible = state == point_state::possible && !std::isnan(radius);
             const bool is_below = is_possible && coupled_damped_frequency_Hz(setter.rig()) < wall_Hz;
             const double growth_per_s =
                 is_possible ? std::log(radius) / config_period_s(&setter.rig().firmware) : nan;
             if (is_possible) {
-                sums.steady.add(radius, radius < 1.0, is_below);
+                sums.steady.add(radius, radius < 1.0 && !(request.amplitude_m == 0.0 && drifts_freely(setter.rig())),
+                                is_below);
             } else {
-                (state == point_state::invalid ? sums.invalid : sums.not_passive)++;
+                (state == point_state::not_passive ? sums.not_passive : sums.invalid)++;
             }
             append(lines, x, ',');
             append(lines, y, ',');
@@ -167,7 +168,9 @@ map_summary write_csv(const map_request &request, const map_values &map,
                 const double lower = map.lower_end->spectral_radius[point];
                 append(lines, lower, ',');
                 if (!std::isnan(lower)) {
-                    sums.lower_end.add(lower, lower < 1.0, is_below);
+                    sums.lower_end.add(lower,
+                                       lower < 1.0 && !(request.amplitude_m == 0.0 && drifts_freely(setter.rig())),
+                                       is_below);
                 }
             }
             if (varies) {
@@ -235,7 +238,8 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
                     sums.not_passive);
     }
     if (sums.invalid > 0) {
-        std::printf("  %zu points left out (nan): there the rig is not valid\n", sums.invalid);
+        std::printf("  %zu points left out (nan): there the rig is not valid, or like no linear loop\n",
+                    sums.invalid);
     }
     if (sums.steady.possible > 0) {
         std::printf("  largest |z| from %.9f to %.9f\n", sums.steady.least, sums.steady.largest);

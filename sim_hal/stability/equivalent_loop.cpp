@@ -307,21 +307,6 @@ bool is_slow_to_find(const rig &rig)
            rig.robot.acceleration_limit_m_per_s2 != unlimited || rig.sensor.resolution_N > 0.0;
 }
 
-rig with_equivalents(const rig &changed, const rig &original, const rig &linear)
-{
-    rig made = without_effects_of_size(changed);
-    for (const char *const key :
-         {"object.stiffness_N_per_m", "object.damping_N_s_per_m", "manipulator.stiffness_N_per_m",
-          "manipulator.damping_N_s_per_m", "robot.dead_time_ms"}) {
-        set_number(made, key, value_of(changed, key) + value_of(linear, key) - value_of(original, key));
-    }
-    for (const char *const key : {"robot.gain_error", "sensor.gain_error"}) {
-        const double factor = (1.0 + value_of(linear, key)) / (1.0 + value_of(original, key));
-        set_number(made, key, (1.0 + value_of(changed, key)) * factor - 1.0);
-    }
-    return made;
-}
-
 equivalent_loop equivalent_finder::settle(const rig &rig, double w_rad_per_s, follows mode)
 {
     const int rounds_max = is_slow_to_find(rig) ? 16 : 80;

@@ -64,11 +64,8 @@ class equivalent_finder
     dominant_root_finder roots_;
 };
 
-/* Another rig with the equivalents of `original`, as they are in `linear`: for effects whose own are slow to find.
- */
-rig with_equivalents(const rig &changed, const rig &original, const rig &linear);
-
-/* The rig can let go of its object: an equivalent takes a simulation. */
+/* An equivalent takes a simulation of several periods, or many rounds: milliseconds, and more where a slow mode
+ * swings on a stiff contact. */
 bool is_slow_to_find(const rig &rig);
 
 /* An amplitude at which the loop neither grows nor decays. */

@@ -38,7 +38,7 @@ double low_pass_delay_s(const sensor_rig &sensor)
 double robot_delay_s(const rig &rig)
 {
     const robot_rig &robot = rig.robot;
-    const double dead_time_s = 1e-9 * static_cast<double>(ns_from_ms(robot.dead_time_ms));
+    const double dead_time_s = 1e-9 * static_cast<double>(command_to_motion_ns(rig));
     const double lag_s = rig.has_transfer_behaviour()
                              ? 2.0 * robot.transfer_damping_ratio / (two_pi * robot.transfer_frequency_Hz)
                              : 0.0;
@@ -51,8 +51,7 @@ double robot_delay_s(const rig &rig)
 double loop_delay_s(const rig &rig)
 {
     const double period_s = config_period_s(&rig.firmware);
-    const double sample_age_s = period_s * hardware_period(rig).sample_age_ticks() -
-                                1e-9 * static_cast<double>(ns_from_ms(rig.sensor.sample_phase_ms));
+    const double sample_age_s = 1e-9 * static_cast<double>(hardware_period(rig).sample_age_ns());
     return filter_delay_s(rig.firmware) + robot_delay_s(rig) + low_pass_delay_s(rig.sensor) +
            1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + 0.5 * period_s;
 }

@@ -7,6 +7,25 @@
 namespace berth
 {
 
+namespace
+{
+
+/* At a tick, of the newest sample that has arrived by then. */
+std::int64_t newest_sample_age_ns(const rig &rig)
+{
+    const std::int64_t sample_period_ns = config_sample_period_ns(&rig.firmware);
+    const std::int64_t phase_ns = ns_from_ms(rig.sensor.sample_phase_ms);
+    const std::int64_t arrival_ns = phase_ns + ns_from_ms(rig.sensor.delay_ms);
+    if (rig.has_wandering_samples()) {
+        throw input_error(
+            "sensor.rate_Hz: where it is no multiple of loop.rate_Hz the age of the force changes from "
+            "period to period and there are no eigenvalues; look at the growth that `berth eigen` tells");
+    }
+    return (arrival_ns + sample_period_ns - 1) / sample_period_ns * sample_period_ns - phase_ns;
+}
+
+} // namespace
+
 hardware_period::hardware_period(const rig &rig)
     : chain_(rig), period_ns_(config_period_ns(&rig.firmware)),
       holds_(rig.robot.interpolation == interpolation::hold)
@@ -15,13 +34,13 @@ hardware_period::hardware_period(const rig &rig)
         throw input_error("robot.clock: with a free clock the loop changes from period to period and has no "
                           "eigenvalues; use \"locked\", or look at the growth that `berth eigen` tells");
     }
-    const std::int64_t dead_time_ns = ns_from_ms(rig.robot.dead_time_ms);
+    const std::int64_t dead_time_ns = command_to_motion_ns(rig);
     whole_dead_periods_ = static_cast<int>(dead_time_ns / period_ns_);
     knot_ns_ = dead_time_ns % period_ns_;
     samples_before_knot_ = dead_time_ns == 0; /* a sample cannot know of a setpoint that is sent after it */
-    sample_ns_ = ns_from_ms(rig.sensor.sample_phase_ms);
-    const std::int64_t arrival_ns = sample_ns_ + ns_from_ms(rig.sensor.delay_ms);
-    sample_age_ticks_ = static_cast<int>((arrival_ns + period_ns_ - 1) / period_ns_);
+    const std::int64_t age_ns = newest_sample_age_ns(rig);
+    sample_age_ticks_ = static_cast<int>((age_ns + period_ns_ - 1) / period_ns_);
+    sample_ns_ = sample_age_ticks_ * period_ns_ - age_ns;
 
     std::array<std::int64_t, 4> instants{0, knot_ns_, sample_ns_, period_ns_};
     std::sort(instants.begin(), instants.end());

@@ -37,6 +37,7 @@ class hardware_period
 
     int whole_dead_periods() const { return whole_dead_periods_; }
     int sample_age_ticks() const { return sample_age_ticks_; } /* F[n] is the sample of period n - this */
+    std::int64_t sample_age_ns() const { return sample_age_ticks_ * period_ns_ - sample_ns_; } /* at a tick */
     bool needs_setpoint_before() const { return knot_ns_ > 0 || holds_; }
 
   private:

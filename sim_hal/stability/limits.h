@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig.h"
+#include "physical_parameter.h"
 #include "spectrum.h"
 
 namespace berth
@@ -18,7 +19,7 @@ namespace berth
 struct stability_limit {
     double value;
     bool stable_above; /* stable just above, unstable just below */
-    bool is_jump;      /* |z| jumps past 1: from here on the force is a tick older */
+    std::string jump;  /* why |z| jumps past 1; empty: it passes through */
     berth::mode mode;  /* the one that goes, just on the unstable side */
     std::string mode_name;
 };
@@ -47,11 +48,17 @@ struct parameter_limits {
     std::optional<double> first_order_above() const;
 };
 
-/* Stable intervals narrower than this share of the value may be overlooked. */
-constexpr double scan_step = 0.005;
-
-/* Keys of the physical parameters that this rig has. */
-std::vector<std::string_view> physical_parameters(const rig &rig);
+/* How a parameter is scanned: from grid point to grid point by this share of the value (and of a period, for
+ * delays), up to this factor either way (delays: 10 at most). Stable intervals narrower than a step may be
+ * overlooked. */
+struct scan {
+    double step;
+    double share_of_period;
+    double factor;
+};
+constexpr scan fine_scan{0.005, 0.05, 1e3};
+constexpr scan scan_of_harmonics{0.04, 0.25, 1e3}; /* each value has harmonics to be balanced */
+constexpr scan scan_of_slow_ones{0.1, 1.0, 10.0};  /* each value takes milliseconds */
 
 /* The linear loop of a rig: the rig itself, or what is equivalent to it at an amplitude. */
 using linear_view = std::function<rig(const rig &)>;
@@ -60,12 +67,12 @@ inline rig as_it_is(const rig &rig)
     return rig;
 }
 
-/* All else stays as it is; damping ratios that the rig names stay, too. `share` of the value from grid point to grid
- * point. */
+/* All else stays as it is; damping ratios that the rig names stay, too. */
 parameter_limits find_limits(const rig &rig, std::string_view key, const linear_view &linear = as_it_is,
-                             double share = scan_step);
+                             const scan &how = fine_scan);
 
-/* The stable parts of from..to, by rising value; parts narrower than `scan_step` of `to` may be overlooked. */
+/* The stable parts of from..to, by rising value; parts narrower than the step of `fine_scan` of `to` may be
+ * overlooked. */
 std::vector<stable_interval> stable_within(const rig &rig, std::string_view key, double from, double to,
                                            const linear_view &linear = as_it_is);
 
@@ -74,7 +81,7 @@ std::vector<stable_interval> stable_within(const rig &rig, std::string_view key,
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time,
                                           const linear_view &linear = as_it_is);
 
-/* A rate of the loop, everything else in seconds as it is. */
+/* A rate of the loop, everything else as it is. */
 struct rate_verdict {
     double rate_Hz;
     std::string refusal; /* why no rig may have it; empty: it may */
@@ -82,7 +89,7 @@ struct rate_verdict {
 };
 
 /* Common rates that divide 1e9, and the rig's own. */
-std::vector<rate_verdict> judge_rates(const rig &rig, const linear_view &linear = as_it_is);
+std::vector<rate_verdict> judge_rates(const rig &rig, delays_stay delays, const linear_view &linear = as_it_is);
 
 } // namespace berth
 

@@ -142,6 +142,18 @@ equation_value evaluate(const loop_equation &equation, std::complex<double> w)
             parts.a_slope + delayed * parts.b_slope + static_cast<double>(equation.delay) * before * parts.b};
 }
 
+bool is_finite(const loop_equation &equation)
+{
+    /* On the circle as well: what overflows need not do so everywhere. */
+    for (const std::complex<double> w : {std::complex<double>(0.5), std::polar(1.0, 0.01), std::polar(1.0, 1.0)}) {
+        const equation_value f = evaluate(equation, w);
+        if (!std::isfinite(f.value.real()) || !std::isfinite(f.value.imag()) || !std::isfinite(f.slope.real())) {
+            return false;
+        }
+    }
+    return true;
+}
+
 loop_equation_maker::firmware_response loop_equation_maker::respond(const app_config &config)
 {
     manipulator m;

@@ -66,6 +66,9 @@ struct equation_value {
 
 equation_value evaluate(const loop_equation &equation, std::complex<double> w);
 
+/* Not so where a spring softens so far that a period of its motion overflows. */
+bool is_finite(const loop_equation &equation);
+
 /* w^n. */
 std::complex<double> power(std::complex<double> w, int n);
 

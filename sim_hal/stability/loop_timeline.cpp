@@ -5,9 +5,11 @@
 
 #include "../../firmware/app.h"
 #include "../../firmware/can/codec.h"
+#include "../../firmware/canopen.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../hil/rig_events.h"
+#include "../hil/setpoint_step.h"
 
 namespace berth
 {
@@ -19,11 +21,6 @@ namespace
 constexpr std::int64_t start_ticks_max = 100000;
 
 /* In steps of the wire, numbers pass unchanged through every frame. */
-double number_step_m()
-{
-    return berth_can_setpoint_position_m_decode(1);
-}
-
 double number_step_N()
 {
     return berth_can_force_force_n_decode(1);
@@ -37,6 +34,7 @@ std::int32_t number_of(double value, double step)
 /* Takes the place of the plant behind the events: writes down what it would have to do. */
 struct timeline_writer {
     std::vector<timeline_step> &steps;
+    double step_m;
     std::int32_t samples = 0;
 
     timeline_step step_on_line(timeline_step::kind what, const robot &robot, std::int64_t now_ns) const
@@ -45,8 +43,8 @@ struct timeline_writer {
         const double line_s = static_cast<double>(course.to_ns - course.from_ns) * 1e-9;
         const double share_per_s = line_s > 0.0 ? 1.0 / line_s : 0.0;
         return {what,
-                number_of(course.from_m, number_step_m()),
-                number_of(course.to_m, number_step_m()),
+                number_of(course.from_m, step_m),
+                number_of(course.to_m, step_m),
                 0,
                 static_cast<double>(now_ns - course.from_ns) * 1e-9 * share_per_s,
                 share_per_s};
@@ -76,7 +74,7 @@ struct timeline_writer {
     void jump(const robot &robot, double jump_m)
     {
         timeline_step step = step_on_line(timeline_step::kind::jump, robot, 0);
-        step.from = step.to - number_of(jump_m, number_step_m());
+        step.from = step.to - number_of(jump_m, step_m);
         steps.push_back(step);
     }
     double measured_force_N(const robot &robot, std::int64_t now_ns)
@@ -100,11 +98,13 @@ rig timing_of(const rig &original)
     timing.firmware.manipulator.initial_velocity_m_per_s = 0.0;
     timing.firmware.limits = config_default().limits;
     timing.firmware.inverse_filter.enabled = 0;
+    timing.firmware.sensor_channel.layout = SENSOR_ONE_FRAME; /* which has room for the numbers */
     timing.firmware.sensor_channel.force_limit_N = CAN_FORCE_MAX_N;
     timing.firmware.sensor_channel.stale_after_ms = never_ms;
     timing.firmware.robot_channel.stale_after_ms = never_ms;
     timing.firmware.operator_command.stale_after_ms = never_ms;
     timing.firmware.robot_channel.start_tolerance_m = 1.0;
+    timing.firmware.cia402.counts_per_m = config_default().cia402.counts_per_m;
     timing.robot.velocity_limit_m_per_s = unlimited;
     timing.robot.acceleration_limit_m_per_s2 = unlimited;
     timing.sensor.bias_N = 0.0;
@@ -143,9 +143,7 @@ class numbered_loop
         app_step(app_.get(), &in, &out);
         index_++;
         for (std::uint32_t i = 0; i < out.frame_count; i++) {
-            if (out.frames[i].id == BERTH_CAN_SETPOINT_FRAME_ID) {
-                put_number(out.frames[i]);
-            }
+            put_number(out.frames[i]);
             out.frames[i].time_ns = woke_ns;
             events_.receive_from_loop(out.frames[i]);
         }
@@ -156,12 +154,19 @@ class numbered_loop
     std::int32_t setpoints() const { return static_cast<std::int32_t>(index_); } /* so far, one a tick */
 
   private:
+    /* In place of the position, if the frame is a setpoint. */
     void put_number(hal_frame &frame) const
     {
-        berth_can_setpoint_t raw;
-        berth_can_setpoint_unpack(&raw, frame.data, frame.length);
-        raw.position_m = setpoints();
-        berth_can_setpoint_pack(frame.data, &raw, sizeof frame.data);
+        if (config_.robot_channel.profile == ROBOT_PROFILE_CIA402) {
+            if (frame.id == CANOPEN_RPDO1_ID + static_cast<std::uint32_t>(config_.cia402.node_id)) {
+                canopen_put(frame.data + 2, static_cast<std::uint32_t>(setpoints()), 4);
+            }
+        } else if (frame.id == BERTH_CAN_SETPOINT_FRAME_ID) {
+            berth_can_setpoint_t raw;
+            berth_can_setpoint_unpack(&raw, frame.data, frame.length);
+            raw.position_m = setpoints();
+            berth_can_setpoint_pack(frame.data, &raw, sizeof frame.data);
+        }
     }
 
     std::unique_ptr<struct app> app_;
@@ -214,10 +219,11 @@ std::string words(const char *format, values... of)
 
 loop_timeline make_timeline(const rig &rig, const wake_histogram &histogram, std::int64_t ticks)
 {
-    numbered_loop loop(timing_of(rig), histogram);
+    const berth::rig timing = timing_of(rig);
+    numbered_loop loop(timing, histogram);
     loop_timeline timeline;
     timeline.ticks = ticks;
-    timeline_writer writer{timeline.steps};
+    timeline_writer writer{timeline.steps, setpoint_step_m(timing.firmware)};
     const auto tick = [&] {
         loop.tick(writer);
         timeline.steps.push_back({timeline_step::kind::tick, loop.used_sample(), 0, 0, 0.0, 0.0});
@@ -243,7 +249,7 @@ loop_timeline make_timeline(const rig &rig, const wake_histogram &histogram, std
 bool is_time_varying(const rig &rig)
 {
     return rig.robot.clock == robot_clock::free || rig.robot.jitter_ms > 0.0 || !rig.run.lateness_file.empty() ||
-           loses_frames(rig);
+           rig.has_wandering_samples() || loses_frames(rig);
 }
 
 std::vector<std::string> what_varies(const rig &rig, const wake_histogram &histogram)
@@ -266,7 +272,14 @@ std::vector<std::string> what_varies(const rig &rig, const wake_histogram &histo
     if (rig.robot.jitter_ms > 0.0) {
         effects.push_back(words("the robot passes setpoints up to %g ms early or late", rig.robot.jitter_ms));
     }
+    if (rig.has_wandering_samples()) {
+        effects.push_back(words("the sensor samples %g times a second, the loop runs at %g Hz", rig.sensor.rate_Hz,
+                                rig.firmware.loop.rate_Hz));
+    }
     if (loses_frames(rig)) {
+        if (rig.firmware.sensor_channel.layout != SENSOR_ONE_FRAME) {
+            effects.emplace_back("neglected: a sample is taken to be lost as one frame, it has several");
+        }
         effects.push_back("frames are lost, delayed or stale, see [bus] and [sensor]");
     }
     return effects;
@@ -278,6 +291,10 @@ rig without_variation(const rig &original)
     steady.run.lateness_file.clear();
     steady.robot.clock = robot_clock::locked;
     steady.robot.jitter_ms = 0.0;
+    if (original.has_wandering_samples()) {
+        steady.sensor.rate_Hz = 0.0;
+        steady.firmware.sensor_channel.rate_Hz = 0.0;
+    }
     steady.sensor.loss_probability = 0.0;
     steady.sensor.stale_probability = 0.0;
     steady.bus.loss_probability = 0.0;

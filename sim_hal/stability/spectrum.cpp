@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <Eigen/Eigenvalues>
 #include <string>
 
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
+#include "first_order_limit.h"
 #include "period_map.h"
 
 namespace berth
@@ -19,6 +21,9 @@ namespace
 constexpr Eigen::Index states_max = 2048;
 
 constexpr double two_pi = 6.28318530717958647692;
+
+/* Dead time alone turns the loop over at half a period of a mode: up to here it is what swings without dead time. */
+constexpr double slow_mode_periods = 1.0 / 3.0;
 
 bool comes_first(const mode &a, const mode &b)
 {
@@ -56,6 +61,29 @@ mode mode_of(std::complex<double> z, double period_s)
     const std::complex<double> s = std::log(z) / period_s;
     const double magnitude = std::abs(s);
     return {z, s.real(), std::abs(s.imag()) / two_pi, magnitude > 0.0 ? -s.real() / magnitude : 0.0};
+}
+
+std::string mode_name(const mode &mode, const rig &rig)
+{
+    const double half_rate_Hz = 0.5 / config_period_s(&rig.firmware);
+    const double periods = mode.frequency_Hz * loop_delay_s(rig);
+    if (mode.frequency_Hz == 0.0) {
+        return "drift without oscillation";
+    }
+    if (mode.frequency_Hz >= half_rate_Hz * (1.0 - 1e-9)) {
+        return "fast mode: alternates from tick to tick";
+    }
+    if (periods < slow_mode_periods) {
+        return "slow mode: manipulator and object together";
+    }
+    char text[80];
+    std::snprintf(text, sizeof text, "dead-time mode: %.2f periods of it fit into the loop's delay", periods);
+    return text;
+}
+
+bool drifts_freely(const rig &rig)
+{
+    return rig.firmware.manipulator.stiffness_N_per_m == 0.0 && rig.object.stiffness_N_per_m == 0.0;
 }
 
 spectrum loop_spectrum(const rig &rig)

@@ -3,6 +3,7 @@
 #define SIM_HAL_STABILITY_SPECTRUM_H
 
 #include <complex>
+#include <string>
 #include <vector>
 
 #include "../../hal/rig/rig.h"
@@ -20,12 +21,19 @@ struct mode {
 
 mode mode_of(std::complex<double> z, double period_s);
 
+/* What swings, in words. `rig` is linear. */
+std::string mode_name(const mode &mode, const rig &rig);
+
 struct spectrum {
     std::vector<mode> modes; /* by falling |z|; of a pair, the one with positive imaginary part first */
     double spectral_radius;
     double growth_per_s;
     bool is_stable; /* every |z| < 1 */
 };
+
+/* Without a spring on either body nothing holds the two: z = 1 is an eigenvalue by itself, whatever rounding makes
+ * of it, and the loop is neither stable nor unstable. */
+bool drifts_freely(const rig &rig);
 
 /* Of the whole loop. Throws input_error where the rig has no one-period map. */
 spectrum loop_spectrum(const rig &rig);

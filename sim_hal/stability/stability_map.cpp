@@ -24,6 +24,15 @@ void set_number(rig &rig, const rig_key &key, double value)
     }
 }
 
+/* Each point anew: a finder that goes on from its neighbour may follow another mode. NaN: like no linear loop. */
+double radius_at_amplitude(const rig &rig, double amplitude_m)
+{
+    const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);
+    return std::isfinite(found.growth_per_s)
+               ? dominant_root_finder().spectral_radius(make_loop_equation(found.linear))
+               : nan;
+}
+
 /* What goes along a row from point to point. */
 struct row_worker {
     explicit row_worker(const map_request &request) : setter(request), amplitude_m(request.amplitude_m) {}
@@ -35,8 +44,8 @@ struct row_worker {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
         }
-        if (amplitude_m > 0.0) { /* each point anew: one that goes on from its neighbour may follow another mode */
-            return std::abs(equivalent_finder(amplitude_m).find(setter.rig()).z);
+        if (amplitude_m > 0.0) {
+            return radius_at_amplitude(setter.rig(), amplitude_m);
         }
         return finder.spectral_radius(maker.make(setter.rig()));
     }

@@ -41,19 +41,20 @@ std::vector<double> compute_varying_map(const map_request &request, const wake_h
     const auto work = [&](bool reports) {
         map_point_setter setter(request);
         exponent_finder finder;
-        const auto linear_rig = [&](equivalent_finder &equivalent) {
-            return request.amplitude_m > 0.0 ? equivalent.find(setter.rig()).linear : setter.rig();
+        const auto linear_rig = [&] { /* each point anew, as in a map without what varies */
+                                      return request.amplitude_m > 0.0
+                                                 ? equivalent_finder(request.amplitude_m).find(setter.rig()).linear
+                                                 : setter.rig();
         };
         for (int row = next_row++; row < request.y.count; row = next_row++) {
             double *const values =
                 &exponents[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];
-            equivalent_finder equivalent(request.amplitude_m);
             for (int i = 0; i < request.x.count; i++) {
                 const bool is_possible =
                     setter.set(request.x.value(i), request.y.value(row)) == point_state::possible &&
                     fits_period(histogram, setter.rig());
                 if (is_possible) {
-                    const rig at_point = linear_rig(equivalent);
+                    const rig at_point = linear_rig();
                     values[i] = has_one_timeline
                                     ? finder.along(at_point, common).growth_per_s
                                     : finder.along(at_point, make_timeline(at_point, histogram, ticks)).growth_per_s;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace berth
 {
@@ -77,6 +78,9 @@ class walk
         double sum = 0.0;
         for (const double stop : stops) {
             sum += turn_to(from, stop);
+            if (std::isnan(sum)) {
+                break;
+            }
         }
         return sum;
     }
@@ -99,6 +103,9 @@ class walk
         while (from.angle < angle) {
             const double next = step < angle - from.angle ? from.angle + step : angle;
             sample to = at(next);
+            if (std::isnan(std::norm(to.ratio))) {
+                return std::numeric_limits<double>::quiet_NaN();
+            }
             const double turned = std::arg(to.ratio * std::conj(from.ratio));
             if ((std::abs(turned) > change_max || !(std::abs(to.loss - from.loss) < change_max) ||
                  !is_straight(from, to)) &&
@@ -221,7 +228,12 @@ double off_the_poles(const loop_equation &equation, double radius)
 int count_zeros_inside(const loop_equation &equation, double radius, std::vector<std::complex<double>> *starts)
 {
     radius = off_the_poles(equation, radius);
-    const double turned = walk(equation, radius, starts).turn();
+    const auto &b = equation.b_rest.coefficients;
+    const bool feeds_back = std::any_of(b.begin(), b.end(), [](double c) { return c != 0.0; });
+    const double turned = feeds_back ? walk(equation, radius, starts).turn() : 0.0;
+    if (std::isnan(turned)) {
+        return equation.degree(); /* numbers have overflowed: no loop that could be stable */
+    }
     int zeros_of_a = 0;
     for (int i = 0; i < equation.a_factor_count; i++) {
         for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {

@@ -203,3 +203,24 @@ def test_picture(tmp_path):
     red = (pixels[..., 0] > pixels[..., 2] + 0.3).mean()
     blue = (pixels[..., 2] > pixels[..., 0] + 0.05).mean()
     assert red > 0.1 and blue > 0.05  # both sides of the limit are there
+
+
+def test_map_at_an_amplitude_is_what_eigen_says_at_every_point(tmp_path):
+    """Also where the mode that decides is not the one whose frequency the equivalent spring was taken at."""
+    softening = ["--set", "object.cubic_stiffness_N_per_m3=-1e7"]
+    result, (x, y, radius, *_) = map_json(tmp_path, "ess", *softening, "--x", "sensor.stiffness_N_per_m=11482758.62:2e7:3",
+                                          "--y", "object.mass_kg=20:250:4")
+    assert result["amplitude_m"] == 0.01 and len(x) == 12
+    for stiffness, mass_kg, told in zip(x, y, radius):
+        values = [f"sensor.stiffness_N_per_m={float(stiffness)!r}", f"object.mass_kg={float(mass_kg)!r}"]
+        point = command("eigen", "ess", "--json", *softening, *(part for v in values for part in ("--set", v)))
+        assert one_json_object(point.stdout)["spectral_radius"] == pytest.approx(told, rel=1e-9), values
+
+
+def test_points_that_drift_freely_are_not_counted_as_stable(tmp_path):
+    """No spring on either body: z = 1, whatever rounding makes of it."""
+    result, columns = map_json(tmp_path, "ess", "--set", "manipulator.stiffness_N_per_m=0", "--x",
+                               "object.stiffness_N_per_m=0:100:2", "--y", "object.mass_kg=50:150:40")
+    free = columns[0] == 0.0
+    assert abs(columns[2][free] - 1.0).max() < 1e-7
+    assert result["stable_share"] == pytest.approx((columns[2][~free] < 1.0).sum() / 80)

@@ -195,3 +195,17 @@ def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval(
         for factor in (0.9999, 1.0001):
             done = command("eigen", "ess", *softening, *settings({key: factor * limit}), "--json")
             assert one_json_object(done.stdout)["stable"] == (factor < 1.0), key
+
+
+FREE = {"manipulator.stiffness_N_per_m": 0, "object.stiffness_N_per_m": 0}
+
+
+@pytest.mark.parametrize("values, stable", [
+    ({}, None), ({"manipulator.damping_N_s_per_m": 0, "object.damping_N_s_per_m": 0}, None),
+    ({"object.mass_kg": 500}, False), ({"manipulator.stiffness_N_per_m": 1}, True),
+])
+def test_what_no_spring_holds_is_neither_stable_nor_unstable_unless_another_mode_grows(values, stable):
+    told = ask("eigen", "ess", {**FREE, **values})
+    assert told["stable"] is stable
+    words = command("eigen", "ess", *settings({**FREE, **values})).stdout.decode().splitlines()[0]
+    assert {None: "NEITHER STABLE NOR UNSTABLE", True: "ess: stable", False: "ess: UNSTABLE"}[stable] in words

@@ -73,7 +73,7 @@ void disturb(rig &rig, const std::string &histogram_path, random_stream &random)
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
     const int count = 1 + static_cast<int>(3.0 * random.uniform());
     for (int i = 0; i < count; i++) {
-        switch (static_cast<int>(7.0 * random.uniform())) {
+        switch (static_cast<int>(8.0 * random.uniform())) {
         case 0:
             rig.robot.jitter_ms = 0.2 * random.uniform() * period_ms;
             break;
@@ -94,6 +94,9 @@ void disturb(rig &rig, const std::string &histogram_path, random_stream &random)
         case 5:
             rig.bus.burst_probability = 0.005 * random.uniform();
             rig.bus.burst_length_frames = 1.0 + 4.0 * random.uniform();
+            break;
+        case 6:
+            rig.sensor.rate_Hz = rig.firmware.loop.rate_Hz * (0.4 + 2.6 * random.uniform());
             break;
         default:
             rig.sensor.stale_probability = 0.2 * random.uniform();
@@ -131,8 +134,9 @@ rig run_rig_of(rig rig, double start_m, std::int64_t ticks)
     rig.run.duration_s = static_cast<double>(ticks) * config_period_s(&rig.firmware) + 10.0;
     rig.run.release_s = 0.0;
     rig.firmware.limits = {-5.0, 5.0, 1e6, 1e12};
-    rig.firmware.sensor_channel = {5.4e4, never_ms};
-    rig.firmware.robot_channel = {never_ms, 1.0};
+    rig.firmware.sensor_channel.force_limit_N = 5.4e4;
+    rig.firmware.sensor_channel.stale_after_ms = never_ms;
+    rig.firmware.robot_channel = {ROBOT_PROFILE_BERTH, never_ms, 1.0};
     rig.firmware.operator_command.stale_after_ms = never_ms;
     rig.firmware.manipulator.initial_position_m = start_m;
     REQUIRE(!complete_and_check(rig));
@@ -210,6 +214,17 @@ TEST_CASE("Lyapunov exponent: always as late is the same loop with its samples s
             CHECK(std::abs(growth_per_s / expected_per_s - 1.0) < 1e-9);
         }
     }
+}
+
+TEST_CASE("Lyapunov exponent: a sensor of another rate is so much older a force in each tick of its pattern")
+{
+    /* Five samples in two ticks: the force of every other tick has come half a sample period before it. Slow modes
+     * see the mean age. */
+    const double growth_per_s = exponent_of(load_rig("ess", {"sensor.rate_Hz=1000"}), {}, 40000).growth_per_s;
+    const double mean_per_s =
+        loop_spectrum(load_rig("ess", {"sensor.sample_phase_ms=2.25", "sensor.delay_ms=2.75"})).growth_per_s;
+    const double least_per_s = loop_spectrum(load_rig("ess", {})).growth_per_s;
+    CHECK(std::abs(growth_per_s - mean_per_s) < 0.02 * std::abs(mean_per_s - least_per_s));
 }
 
 TEST_CASE("Lyapunov exponent: it is taken along the very motion that the simulated rig makes")

@@ -188,6 +188,9 @@ const std::vector<map_case> &cases()
         {"sample between ticks", {"sensor.sample_phase_ms=1.2", "robot.dead_time_ms=8.8"}},
         {"sample and setpoint at once",
          {"sensor.sample_phase_ms=1.3", "robot.dead_time_ms=8.8", "sensor.delay_ms=3"}},
+        {"two samples a tick", {"sensor.rate_Hz=800", "sensor.delay_ms=2.0", "robot.dead_time_ms=8.8"}},
+        {"four samples a tick, between ticks",
+         {"sensor.rate_Hz=1600", "sensor.sample_phase_ms=0.4", "sensor.delay_ms=3.1", "robot.dead_time_ms=8.8"}},
         {"sample at the tick, one tick of dead time", {"robot.dead_time_ms=2.5"}},
         {"coarse integrator", {"manipulator.integrator=semi_implicit_euler", "manipulator.substeps=2"}},
         {"gain of the sensor", {"sensor.gain_error=-0.2"}}, /* the robot's is in other units, eigenvalues the same */

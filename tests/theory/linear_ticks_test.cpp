@@ -1,0 +1,83 @@
+/* Whole ticks of the linear object against the same ticks step by step. */
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <utility>
+#include <vector>
+
+#include "../../hal/rig/rig_file.h"
+#include "../../sim_hal/diagnosis/linear_ticks.h"
+
+using namespace berth;
+
+namespace
+{
+
+/* A robot that goes in corners, at the begin and at the end of each step. */
+std::vector<double> wandering(std::size_t steps)
+{
+    std::vector<double> position_m{0.004};
+    position_m.reserve(steps + 1);
+    for (std::size_t i = 1; i <= steps; i++) {
+        const double t = static_cast<double>(i);
+        position_m.push_back(0.004 + 1e-3 * std::sin(0.013 * t) + 1e-5 * std::abs(std::sin(0.4 * t)));
+    }
+    return position_m;
+}
+
+/* Largest difference of the sampled force, and the largest force, N. */
+std::pair<double, double> compare(const rig &rig, int steps_min)
+{
+    constexpr std::size_t ticks = 400;
+    const double period_s = config_period_s(&rig.firmware);
+    const tick_steps tick = divide_tick(rig, period_s, steps_min);
+    const std::vector<double> position_m = wandering(ticks * tick.count());
+    object_steps object(rig);
+    object.start(rig, position_m[0], 0.0);
+    REQUIRE(object.is_linear());
+    std::vector<object_steps::step_maps> maps(tick.kinds);
+    for (std::size_t step = 0; step < tick.count(); step++) {
+        maps[tick.kind[step]] = object.make_maps(tick.duration_s[step]);
+    }
+    const linear_ticks whole(tick, maps);
+    linear_ticks::state state = object.state();
+    double difference_N = 0.0;
+    double largest_N = 0.0;
+    const double *at_m = position_m.data();
+    for (std::size_t n = 0; n < ticks; n++) {
+        const double by_ticks_N = whole.advance(state, at_m);
+        double by_steps_N = 0.0;
+        for (std::size_t step = 0; step < tick.count(); step++) {
+            if (step == tick.sample_after) {
+                by_steps_N = object.measured_N();
+            }
+            object.advance(maps[tick.kind[step]], tick.duration_s[step], {at_m[0], at_m[1], 0.0}, 0.0);
+            at_m++;
+        }
+        difference_N = std::max(difference_N, std::abs(by_ticks_N - by_steps_N));
+        largest_N = std::max(largest_N, std::abs(by_steps_N));
+    }
+    return {difference_N, largest_N};
+}
+
+} // namespace
+
+TEST_CASE("linear object: whole ticks are their steps one after another, wherever the sample falls")
+{
+    for (const char *const delay : {"sensor.delay_ms=2.5", "sensor.delay_ms=1.1", "sensor.delay_ms=6.4"}) {
+        for (const char *const dead_time : {"robot.dead_time_ms=17.5", "robot.dead_time_ms=16.9"}) {
+            for (const char *const order : {"sensor.low_pass_order=1", "sensor.low_pass_order=2"}) {
+                for (const int steps_min : {1, 8}) {
+                    CAPTURE(delay);
+                    CAPTURE(dead_time);
+                    CAPTURE(order);
+                    CAPTURE(steps_min);
+                    const auto [difference_N, largest_N] =
+                        compare(load_rig("ess", {delay, dead_time, order}), steps_min);
+                    CHECK(largest_N > 1.0);
+                    CHECK(difference_N < 1e-11 * largest_N);
+                }
+            }
+        }
+    }
+}
