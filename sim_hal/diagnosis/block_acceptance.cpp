@@ -38,6 +38,9 @@ bool size_may_be_zero(const candidate &one)
 bool block_search::find_next(block_diagnosis &result)
 {
     metric_ = metric_for(incumbent_.rig);
+    if (found_.empty()) {
+        result.tried = effects_to_try(model_, given_, found_, input_.options);
+    }
     std::vector<candidate> candidates = search_effects(model_, metric_, incumbent_, given_, found_, input_.options);
     if (candidates.empty()) {
         return false;

@@ -58,6 +58,7 @@ struct block_diagnosis {
     std::vector<cause> causes;
     std::vector<alternative> alternatives;
     std::vector<ranked> ranking;
+    std::vector<const effect *> tried; /* in the first round; the most promising ones are ranked */
     part_rms fit_rms;
     part_rms held_out_rms;
     double bad_moments = 0.0; /* share of half seconds with an error well above the floor, after */

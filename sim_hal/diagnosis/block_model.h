@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_BLOCK_MODEL_H
 #define SIM_HAL_DIAGNOSIS_BLOCK_MODEL_H
 
+#include <array>
 #include <string_view>
 #include <vector>
 
@@ -52,6 +53,8 @@ class block_model
     /* Rows of a window in which a wrong force shows as one bow: of a manipulator without a spring; else 1. */
     double rows_per_fact() const { return rows_per_fact_; }
     const std::vector<row_use> &uses() const { return uses_; }
+    void use(std::vector<row_use> uses) { uses_ = std::move(uses); }
+    const sample_events &events() const { return events_; }
     const record &data() const { return record_; }
     block which() const { return block_; }
     const robot_motion &motion() const { return motion_; } /* of the last replay; block::robot, block::force */
@@ -68,6 +71,9 @@ class block_model
     void compare(const std::vector<double> &simulated, std::vector<double> &error) const;
     void replay_windows(const rig &rig, std::vector<double> &error);
     std::vector<Eigen::Vector2d> remove_starts(const rig &rig, std::vector<double> &error) const;
+    void follow_starts(const rig &rig, const std::vector<Eigen::Vector2d> &starts,
+                       const std::vector<double> &at_start);
+    std::vector<Eigen::Vector2d> remove_followed(std::vector<double> &error) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
     void pass_sensor(const rig &rig, std::vector<double> &force_N) const;
 
@@ -77,6 +83,8 @@ class block_model
     std::vector<row_use> uses_;
     std::vector<record_segment> windows_; /* manipulator: parts that each start anew, from these states */
     std::vector<Eigen::Vector2d> starts_;
+    double range_m_ = 0.0;                        /* of the command */
+    std::array<std::vector<double>, 2> followed_; /* of the replay, by position and velocity of its window's start */
     robot_motion motion_;
     std::vector<double> motion_keys_; /* what motion_ was made for */
     std::vector<double> simulated_;

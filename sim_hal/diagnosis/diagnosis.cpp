@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "../../hal/rig/rig_file.h"
+#include "../hil/setpoint_step.h"
+#include "record_table.h"
 
 namespace berth
 {
@@ -28,6 +30,7 @@ record read_all(const std::vector<std::string> &paths, const rig &rig,
             continue;
         }
         const std::size_t offset = all.size();
+        check_row_count(path + " and those before it", offset + next.size());
         const double shift_s = all.time_s.back() + all.period_s - next.time_s.front();
         for (const auto signal : all_signals) {
             if ((all.*signal).empty() != (next.*signal).empty()) {
@@ -164,10 +167,10 @@ verdict overall(const std::vector<block_diagnosis> &blocks)
     return verdict::nothing_detectable;
 }
 
-/* The command of this firmware must come out to the last step of the wire, 10 pm. */
-void judge_software(block_diagnosis &result)
+/* The command of this firmware must come out to the last step of the wire. */
+void judge_software(block_diagnosis &result, const rig &rig)
 {
-    constexpr double exact_m = 2e-11;
+    const double exact_m = 2.0 * setpoint_step_m(rig.firmware);
     if (result.fit_rms.before > exact_m) {
         result.verdict = verdict::software_mismatch;
     } else {
@@ -262,7 +265,13 @@ std::string_view unit_of(std::string_view key)
 
 diagnosis diagnose(const diagnosis_request &request)
 {
+    const auto tell = [&](const std::string &what) {
+        if (request.progress) {
+            request.progress(what);
+        }
+    };
     diagnosis result;
+    tell("reading");
     result.data = read_all(request.records, request.rig, result.inputs);
     const record &data = result.data;
     refuse_copies(data);
@@ -282,6 +291,10 @@ diagnosis diagnose(const diagnosis_request &request)
                                "would be better evidence");
     }
     result.notes.insert(result.notes.end(), data.notes.begin(), data.notes.end());
+    if (request.rig.has_wandering_samples()) {
+        result.notes.push_back("neglected: with sensor.rate_Hz the age of the force changes from tick to tick; the "
+                               "replay takes it to be always sensor.delay_ms");
+    }
 
     result.extended = request.rig;
     sample_events events;
@@ -292,6 +305,7 @@ diagnosis diagnose(const diagnosis_request &request)
             continue;
         }
         any = true;
+        tell("looking at the " + std::string(block_names[static_cast<int>(block)]));
         diagnosis_input input;
         input.fit = &data;
         input.validation = validation && can_replay(*validation, block) ? &*validation : nullptr;
@@ -321,7 +335,7 @@ diagnosis diagnose(const diagnosis_request &request)
             look_for_hidden_robot(found, result.blocks.back(), input, result.extended, events_before, known_events);
         }
         if (block == block::manipulator && data.is_from_this_firmware) {
-            judge_software(found);
+            judge_software(found, request.rig);
         }
         for (block_diagnosis &before : result.blocks) {
             drop_repeated(before, found);
@@ -335,6 +349,8 @@ diagnosis diagnose(const diagnosis_request &request)
                                       "robot_position_m or force_N");
     }
     result.verdict = overall(result.blocks);
+    tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
+                                                       : "looking for the next experiment");
     propose_next(result, events, request, validation.has_value());
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {

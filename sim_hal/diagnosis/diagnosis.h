@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_DIAGNOSIS_H
 #define SIM_HAL_DIAGNOSIS_DIAGNOSIS_H
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct diagnosis_request {
     std::string standstill;
     berth::rig rig;
     search_options options;
+    std::function<void(const std::string &)> progress; /* is told what comes next; may be empty */
 };
 
 struct diagnosis {

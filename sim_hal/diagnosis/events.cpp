@@ -190,7 +190,8 @@ struct trace {
 trace trace_of_loss(block_model &model, const rig &rig)
 {
     const record &record = model.data();
-    const double span_s = 1e-3 * (rig.robot.dead_time_ms + rig.sensor.delay_ms) + 0.15;
+    const double span_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)) +
+                          1e-3 * rig.sensor.delay_ms + 0.15;
     const auto span = static_cast<std::size_t>(span_s / record.period_s) + 4;
     std::size_t at = 0;
     double way = 0.0;

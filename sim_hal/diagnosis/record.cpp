@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig_file.h"
@@ -190,8 +191,20 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     return made;
 }
 
+/* A log is read as a whole. */
+void refuse_large_log(const std::string &path)
+{
+    constexpr std::uintmax_t bytes_a_tick_max = 500; /* a tick, its frames and the rig's truth: 360 */
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    if (!error && bytes > bytes_a_tick_max * record_rows_max) {
+        check_row_count(path, record_rows_max + 1);
+    }
+}
+
 record read_log(const std::string &path, const rig &rig, bool may_be_still)
 {
+    refuse_large_log(path);
     ulog_reader log(path);
     const berth::rig recorded = log.recorded_rig();
     record_of_ticks rows(recorded);
@@ -226,6 +239,7 @@ void record_of_ticks::add(const tick_record &tick)
     if (!is_running) {
         return;
     }
+    check_row_count(made.path, made.size() + 1);
     labels_.push_back(label_);
     made.time_s.push_back(1e-9 * static_cast<double>(tick.scheduled_ns));
     if (is_force_) {

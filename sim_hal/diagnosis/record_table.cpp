@@ -18,7 +18,7 @@ namespace berth
 namespace
 {
 
-/* An hour of six signals at 1 kHz is 300 MB of text. */
+/* Rows are bounded; this is for what is none: columns that nobody asked for, empty lines. */
 constexpr std::size_t bytes_max = 2000000000;
 
 /* Hands over the file's lines one by one, so that only numbers are kept of it. */
@@ -158,6 +158,15 @@ double number(std::string_view cell, const std::string &path, long line, const s
 
 } // namespace
 
+void check_row_count(const std::string &path, std::size_t rows)
+{
+    if (rows > record_rows_max) {
+        throw input_error(path + ": has more than " + std::to_string(record_rows_max) +
+                          " rows, with which a diagnosis would take long and find no more; cut out a minute or two "
+                          "in which the rig moves, of a CSV file with head and tail");
+    }
+}
+
 const table_column *record_table::find(const std::string &name) const
 {
     const auto found =
@@ -192,10 +201,12 @@ record_table read_record_table(const std::string &path, const std::vector<std::s
     for (const table_column &column : table.columns) {
         is_wanted.push_back(std::find(wanted.begin(), wanted.end(), column.name) != wanted.end());
     }
+    std::size_t rows = 0;
     for (long row = 2; lines.next(line); row++) {
         if (trimmed(line).empty()) {
             continue;
         }
+        check_row_count(path, ++rows);
         bool is_last = false;
         for (std::size_t i = 0; i < table.columns.size(); i++) {
             if (is_last) {

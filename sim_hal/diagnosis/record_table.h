@@ -8,6 +8,14 @@
 namespace berth
 {
 
+/* Of a record, however it is stored. Memory and time grow with the rows: a million, three quarters of an hour at
+ * 400 Hz, took 0.7 GB and nine minutes of a core, and says hardly more than the minute that a rig needs to show what
+ * it does. */
+constexpr std::size_t record_rows_max = 1000000;
+
+/* Throws input_error where a record has more rows. */
+void check_row_count(const std::string &path, std::size_t rows);
+
 struct table_column {
     std::string name;
     std::vector<double> values;
@@ -22,8 +30,8 @@ struct record_table {
     std::string names() const;
 };
 
-/* Plain or .gz. Only the columns in `wanted` are kept, all must hold finite numbers. Throws input_error with file
- * and line. */
+/* Plain, .gz or a pipe, read once and no further than to the first mistake or a row too many. Only the columns in
+ * `wanted` are kept, all must hold finite numbers. Throws input_error with file and line. */
 record_table read_record_table(const std::string &path, const std::vector<std::string> &wanted);
 
 } // namespace berth

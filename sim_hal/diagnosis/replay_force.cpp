@@ -3,6 +3,7 @@
 
 #include "../effects/active.h"
 #include "../solver/object_steps.h"
+#include "linear_ticks.h"
 #include "replay.h"
 
 namespace berth
@@ -61,7 +62,17 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
             filter->start(now_N);
         }
         sampled.resize(count);
-        for (std::size_t n = 0; n < count; n++) {
+        const bool goes_by_ticks =
+            object.is_linear() && filters.empty() && bulge_m == nullptr && rig.sensor.low_pass_order > 0;
+        if (goes_by_ticks) {
+            const linear_ticks ticks(tick, maps);
+            linear_ticks::state state = object.state();
+            for (std::size_t n = 0; n < count; n++) {
+                sampled[n] = ticks.advance(state, position_m);
+                position_m += tick.count();
+            }
+        }
+        for (std::size_t n = 0; n < count && !goes_by_ticks; n++) {
             double time_s = record.time_s[part.begin + n] - record.time_origin_s;
             for (std::size_t step = 0; step < tick.count(); step++) {
                 if (step == tick.sample_after) {

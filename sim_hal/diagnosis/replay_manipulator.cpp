@@ -11,6 +11,9 @@ namespace berth
 namespace
 {
 
+/* Farther than any manipulator: there costs stay finite. */
+constexpr double far_m = 1e3;
+
 Eigen::Vector2d first_state(const std::vector<double> &position_m, const record_segment &window, double period_s)
 {
     const std::size_t count = std::min<std::size_t>(window.end - window.begin, 15);
@@ -49,7 +52,8 @@ void replay_manipulator(const rig &rig, const record &record, const std::vector<
         const record_segment &window = windows[i];
         steps.start(starts[i]);
         for (std::size_t n = window.begin; n < window.end; n++) {
-            position_m[n] = steps.state()(0);
+            const double x_m = steps.state()(0);
+            position_m[n] = std::abs(x_m) < far_m ? x_m : std::copysign(far_m, x_m); /* a spring that gives way */
             const double goal_m = record.operator_position_m.empty() ? 0.0 : record.operator_position_m[n];
             const double goal_m_per_s =
                 record.operator_velocity_m_per_s.empty() ? 0.0 : record.operator_velocity_m_per_s[n];

@@ -49,7 +49,7 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
 {
     const std::vector<double> taken = taken_setpoints(rig, record, part, events);
     const double period_s = record.period_s;
-    const double dead_time_s = 1e-3 * rig.robot.dead_time_ms;
+    const double dead_time_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig));
     const double drift = 1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s");
     const bool holds = rig.robot.interpolation == interpolation::hold;
     const auto is_lost = [&](std::size_t n) {
@@ -69,7 +69,7 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
     }
     const double clock_period_s = period_s * (1.0 + 1e-6 * rig.robot.clock_drift_ppm);
     /* Feedback and operator command go first on the robot's bus. */
-    const double arrival_s = 1e-9 * static_cast<double>(robot_frames_a_tick * frame_time_ns(rig.bus, 8));
+    const double arrival_s = 1e-9 * static_cast<double>(robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8));
     /* The first of its ticks in this segment. */
     const double begin_s = record.time_s[part.begin] - record.time_origin_s;
     const double phase_s = std::fmod(1e-3 * rig.robot.clock_phase_ms, period_s);
@@ -154,7 +154,9 @@ bool knots_wander(const rig &rig)
 tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
 {
     const bool wander = knots_wander(rig);
-    const double knot_s = wander ? 0.0 : std::fmod(1e-3 * rig.robot.dead_time_ms, period_s);
+    const double knot_s =
+        wander ? 0.0
+               : std::fmod(1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)), period_s);
     const double late =
         (1e-3 * rig.sensor.delay_ms - std::fmod(1e-3 * rig.sensor.sample_phase_ms, period_s)) / period_s;
     const double whole = std::ceil(late - 1e-9);

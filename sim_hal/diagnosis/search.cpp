@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drifting_clock.h"
+#include "progressive_fit.h"
 #include "response.h"
 #include "spectrum_lines.h"
 
@@ -68,6 +69,17 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const effect 
     return fitted;
 }
 
+std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &effect)
+{
+    std::vector<rig> rigs;
+    for (const start_point &start : starts) {
+        if (start.effect == &effect) {
+            rigs.push_back(start.rig);
+        }
+    }
+    return rigs;
+}
+
 /* Size of the error that only this share of the rows of the fit exceeds. */
 double exceeded_by(const std::vector<double> &error, const std::vector<row_use> &uses, double share)
 {
@@ -100,6 +112,18 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
            (effect.refines.empty() ||
             std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
+}
+
+std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
+                                           const std::vector<const effect *> &found, const search_options &options)
+{
+    std::vector<const effect *> tried;
+    for (const effect &effect : effect_library()) {
+        if (is_tried(effect, model, given, found, options)) {
+            tried.push_back(&effect);
+        }
+    }
+    return tried;
 }
 
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
@@ -175,20 +199,17 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     const record_scales scales = scales_of(model, incumbent.rig, error);
 
     std::vector<start_point> starts;
-    for (const effect &effect : effect_library()) {
-        if (!is_tried(effect, model, given, found, options)) {
-            continue;
-        }
-        for (const effect_values &values : effect.starts(incumbent.rig, scales)) {
-            start_point start{&effect, with_values(incumbent.rig, effect, values), 0.0};
+    for (const effect *const effect : effects_to_try(model, given, found, options)) {
+        for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
+            start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0};
             const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
             /* The effect in another size, as far as it is linear in it. */
-            const bool is_scaled = effect.is_proportional && values[0] != 0.0;
+            const bool is_scaled = effect->is_proportional && values[0] != 0.0;
             const auto [decrease, best] =
                 base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
             start.promise = decrease;
             if (is_scaled) {
-                set_number(start.rig, effect.parameters[0].key, best * values[0]);
+                set_number(start.rig, effect->parameters[0].key, best * values[0]);
             }
             starts.push_back(std::move(start));
         }
@@ -210,7 +231,10 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
         candidate made;
         made.effect = start.effect;
-        made.fitted = start.effect->is_rough
+        made.fitted = start.effect->decides_what_follows && same == 0
+                          ? fit_progressively(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
+                                              rigs_of(starts, *start.effect), options.replays_max)
+                      : start.effect->is_rough
                           ? fit_rough(model, noise, *start.effect, start.rig, incumbent, options)
                           : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;

@@ -31,6 +31,10 @@ struct search_options {
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options);
 
+/* All of them. */
+std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
+                                           const std::vector<const effect *> &found, const search_options &options);
+
 /* How large things are in this block. */
 record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error);
 

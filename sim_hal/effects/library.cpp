@@ -68,9 +68,12 @@ const std::vector<effect_key> &effect_keys()
     static const std::vector<effect_key> keys = [] {
         std::vector<effect_key> found;
         for (const effect &effect : effect_library()) {
+            std::string_view size; /* the first key that it brought along */
             for (const effect_parameter &parameter : effect.parameters) {
                 if (!parameter.meaning.empty()) {
-                    found.push_back({parameter.key, parameter.low < 0.0 ? -unlimited : 0.0, parameter.meaning});
+                    found.push_back({parameter.key, parameter.low < 0.0 ? -unlimited : 0.0, parameter.meaning,
+                                     parameter.low > 0.0 ? size : std::string_view()});
+                    size = size.empty() ? parameter.key : size;
                 }
             }
         }

@@ -3,6 +3,7 @@
 import gzip
 import random
 import re
+import subprocess
 
 import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, RIG_FOLDER, RIGS, ROOT, command, one_json_object, settings
@@ -167,6 +168,12 @@ def test_asking_for_help_is_no_error(arguments):
 @pytest.mark.parametrize("arguments, contains", [
     (["eigen", "ess", "--seed", "-1"], ["--seed", "0 to 9223372036854775807"]),
     (["eigen", "ess", "--amplitude", ""], ["--amplitude"]),
+    (["eigen", "ess", "--jitter", ""], ["--jitter", "needs a name"]),
+    (["eigen", "ess", "--set", "object.hysteresis_force_N=10"],
+     ["object.hysteresis_length_m", "is missing", "object.hysteresis_force_N"]),
+    (["map", "ess", "--x", "robot.dead_time_ms=0.1:1:3", "--y", "object.mass_kg=50:60:2"],
+     ["none of its points is a loop", "robot.dead_time_ms", "one period"]),
+    (["map", "ess", "--vary", "mass", "--x-range", "100:200"], ["none of its points is a loop", "negative"]),
     (["limits", "ess", "--set", "manipulator.stiffness_N_per_m=0", "--set", "object.stiffness_N_per_m=0"],
      ["z = 1", "stiffness"]),
     (["map", "ess", "--x", "profile.amplitude_m=0.001:0.01:5", "--y", "object.mass_kg=50:100:4"],
@@ -180,6 +187,13 @@ def test_stability_commands(arguments, contains, tmp_path):
     out = ["--out", tmp_path / "out"] if arguments[0] == "map" else []
     message = refused(*arguments, *out, contains=contains, out=tmp_path / "out")
     assert len(message) < 300
+
+
+def test_a_map_that_memory_does_not_hold(tmp_path):
+    done = subprocess.run(
+        f"ulimit -v 700000; exec {ROOT}/build/berth map ess --vary mass --grid 20000x20000 --yes --out {tmp_path}/out",
+        shell=True, capture_output=True, check=False, timeout=120)
+    assert done.returncode == EXIT_INPUT and b"not enough memory" in done.stderr and done.stdout == b""
 
 
 # --- folders and files --------------------------------------------------------------------------------------------

@@ -1,11 +1,18 @@
 """`berth diagnose`: what it finds in logs of our own, in measured data, and what it refuses."""
 
+import contextlib
 import gzip
 import json
+import os
+import pty
+import resource
+import subprocess
+import threading
+import zlib
 
 import numpy as np
 import pytest
-from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, data_folder
+from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command, data_folder
 
 # A drive whose mass and viscous friction are known (EMPS benchmark, Janot, Gautier & Brunot 2019).
 DRIVE = """
@@ -148,8 +155,8 @@ def write(path, header, *columns):
     return path
 
 
-def refused(out, record, *contains, arguments=()):
-    done = command("diagnose", record, "--rig", "ess", "--out", out / "out", *arguments)
+def refused(out, record, *contains, arguments=(), **options):
+    done = command("diagnose", record, *arguments, "--rig", "ess", "--out", out / "out", **options)
     message = done.stderr.decode()
     assert done.returncode == EXIT_INPUT and done.stdout == b"", message
     assert message.startswith("berth: ") and message.count("\n") == 1 and "internal error" not in message, message
@@ -159,6 +166,7 @@ def refused(out, record, *contains, arguments=()):
 
 
 HEADER = "t_s,command_position_m,robot_position_m"
+ENDLESS_BYTES_MAX = 400000000  # of memory, to refuse a record that is larger
 
 
 def test_good_motion_is_not_refused(tmp_path):
@@ -223,6 +231,64 @@ def test_a_file_that_is_no_record(tmp_path):
     (tmp_path / "short.csv").write_text("t_s,command_position_m,robot_position_m\n0,1\n")
     refused(tmp_path, tmp_path / "short.csv", ":2:", "cells")
     refused(tmp_path, tmp_path / "absent.csv", "cannot be read")
+
+
+def endless_rows():
+    """A record that never ends, piece by piece."""
+    yield (HEADER + "\n").encode()
+    first = 0
+    while True:
+        yield "".join(f"{0.0025 * n:.4f},{1e-6 * (n % 977)},{1e-6 * (n % 977)}\n"
+                      for n in range(first, first + 20000)).encode()
+        first += 20000
+
+
+@pytest.mark.parametrize("pack", ["plain", "gz"])
+def test_a_record_without_end_is_refused_while_it_is_read(tmp_path, pack):
+    name = tmp_path / ("pipe.csv.gz" if pack == "gz" else "pipe.csv")
+    os.mkfifo(name)
+    written = 0
+
+    def feed():
+        nonlocal written
+        packer = zlib.compressobj(1, wbits=31) if pack == "gz" else None
+        with contextlib.suppress(BrokenPipeError), open(name, "wb", buffering=0) as pipe:
+            for rows in endless_rows():
+                pipe.write(packer.compress(rows) if packer else rows)
+                written += len(rows)
+
+    feeder = threading.Thread(target=feed, daemon=True)
+    feeder.start()
+    limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (ENDLESS_BYTES_MAX, ENDLESS_BYTES_MAX))  # noqa: E731
+    refused(tmp_path, name, "more than 1000000 rows", "cut out", preexec_fn=limit)
+    feeder.join(timeout=20)
+    assert not feeder.is_alive(), "it is still being read"
+    assert written < 50e6, "it was read to no purpose"
+
+
+def test_records_that_together_are_too_long(tmp_path):
+    t_s, command_m, robot_m = motion(10000)
+    record = write(tmp_path / "part.csv.gz", HEADER, t_s, command_m, robot_m)
+    refused(tmp_path, record, "and those before it", "more than 1000000 rows", arguments=[record] * 100)
+
+
+def test_a_log_that_is_too_large_to_be_read(tmp_path):
+    log = tmp_path / "large.ulg"
+    with log.open("wb") as file:
+        file.truncate(1000000000)  # takes no room on the disk
+    refused(tmp_path, log, "more than 1000000 rows")
+
+
+def test_whoever_waits_at_a_terminal_sees_what_is_done(tmp_path):
+    record = write(tmp_path / "good.csv", HEADER, *motion())
+    ours, theirs = pty.openpty()
+    words = [BERTH, "diagnose", record, "--rig", "ess", "--out", tmp_path / "out"]
+    done = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=theirs, timeout=60, check=True)
+    shown = os.read(ours, 10000).decode()
+    for what in ("reading", "looking at the robot", "looking for what it would have shown"):
+        assert f"\r\033[K{what}\r" in shown
+    assert shown.endswith("\r\033[K") and b"looking" not in done.stdout
+    assert command(*words[1:]).stderr == b""
 
 
 def test_an_effect_that_there_is_not(tmp_path):

@@ -14,7 +14,9 @@ CANTOOLS = ROOT / ".venv" / "bin" / "cantools"
 UNITS = ("_ns", "_s", "_m", "_m_per_s", "_N")
 DIMENSIONLESS = {
     "index", "missed_ticks", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints", "conditions",
+    "force_samples", "torn_samples",
     "enable", "emergency_stop", "stop", "state", "stop_cause", "limits", "operator_request", "heartbeat",
+    "drive_error", "drive_statusword", "drive_trouble", "drive_setup_step",
     "data", "id", "bus", "length", "flags", "direction",
 }
 SHORT = {"run.duration_s": 3.0}

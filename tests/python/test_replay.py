@@ -6,6 +6,7 @@ from conftest import (DISTURBED, EXIT_DIFFERENT, EXIT_INPUT, FRAME, RIGS, TICK, 
                       record_type, replay_json, topic, ulog_messages)
 
 VARIANTS = {
+    "drive": {"robot_channel.profile": "cia402"},
     "disturbed": DISTURBED,
     "rk4": {"manipulator.integrator": "rk4"},
     "semi-implicit Euler": {"manipulator.integrator": "semi_implicit_euler", "manipulator.substeps": 7},
@@ -17,6 +18,8 @@ VARIANTS = {
     "enable taken away": {"run.enable_off_s": 5.0},
     "limits act": {"limits.acceleration_m_per_s2": 0.3, "limits.velocity_m_per_s": 0.02},
     "bursts of losses": {"bus.burst_probability": 0.01, "bus.burst_length_frames": 30},
+    "three frames a sample, some torn": {"sensor_channel.layout": "three_frames_motorola", "sensor.rate_Hz": 333,
+                                         "bus.loss_probability": 0.02},
     "free robot clock": {"robot.clock": "free", "robot.clock_phase_ms": 0.7, "robot.clock_drift_ppm": 100},
 }
 
@@ -55,8 +58,9 @@ AT_TICK = 200
 OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_frame_age_ns",
                  "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m",
                  "command_position_m", "robot_position_m", "rejected_frames", "lost_frames", "error_frames",
-                 "saturated_setpoints", "conditions", "state", "stop_cause", "limits", "operator_request", "heartbeat",
-                 "timestamp"]
+                 "force_samples", "torn_samples", "saturated_setpoints", "conditions", "state", "stop_cause", "limits",
+                 "operator_request", "heartbeat", "drive_error", "drive_statusword", "drive_trouble",
+                 "drive_setup_step", "timestamp"]
 
 
 @pytest.fixture(scope="module")
