@@ -103,7 +103,8 @@ class walk
         while (from.angle < angle) {
             const double next = step < angle - from.angle ? from.angle + step : angle;
             sample to = at(next);
-            if (std::isnan(std::norm(to.ratio))) {
+            const bool has_slope = std::isfinite(to.loss_slope) || std::norm(to.ratio) == 0.0;
+            if (std::isnan(std::norm(to.ratio)) || !has_slope) {
                 return std::numeric_limits<double>::quiet_NaN();
             }
             const double turned = std::arg(to.ratio * std::conj(from.ratio));
