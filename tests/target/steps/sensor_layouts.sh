@@ -1,6 +1,7 @@
 #!/bin/sh
 # Each layout of a force sensor over the kernel's CAN stack, at a rate that is not the loop's, with candump beside it. In
-# the midst of each run a foreign frame with the sensor's identifier: the sample that it falls into is torn.
+# the midst of each run a foreign frame with the sensor's identifier, and with a value that no frame of its own has: the
+# sample that it falls into is torn.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
 run_with() {
@@ -19,7 +20,7 @@ run_with() {
     rig_wait
     kill $dump
 }
-run_with two_frames_intel 1000 051#0000000000003412
-run_with two_frames_motorola 250 053#0000000000000034
-run_with three_frames_intel 333 055#0000000000000034
-run_with three_frames_motorola 1000 058#0000000000000004
+run_with two_frames_intel 1000 051#0100000000003412
+run_with two_frames_motorola 250 053#0001000000000034
+run_with three_frames_intel 333 055#0000000100000034
+run_with three_frames_motorola 1000 058#0000010000000004
