@@ -165,13 +165,18 @@ bool is_smaller(complex a, complex b)
     return std::norm(a) < std::norm(b);
 }
 
-/* Newton's method from each; sorted, each zero once. */
+/* Newton's method from each; sorted, each zero once. A slow pair that rounding has split into two real starts is not
+ * to be reached along the real axis. */
 std::vector<complex> polished(const loop_equation &equation, const std::vector<complex> &starts)
 {
     std::vector<complex> roots;
-    for (complex w : starts) {
+    for (const complex start : starts) {
+        complex w = start;
+        complex off_axis = start + complex(0.0, std::abs(1.0 - start));
         if (newton(equation, w) != 0.0) {
             roots.push_back(w);
+        } else if (start.imag() == 0.0 && newton(equation, off_axis) != 0.0) {
+            roots.push_back(off_axis);
         }
     }
     std::sort(roots.begin(), roots.end(), is_smaller);
@@ -297,6 +302,10 @@ double dominant_root_finder::spectral_radius(const loop_equation &equation)
             roots = polished(equation, all);
             if (all.empty()) {
                 return std::numeric_limits<double>::quiet_NaN(); /* coefficients beyond all numbers */
+            }
+            if (roots.empty() || !has_no_zero_inside(equation, radius_below(roots[0]))) {
+                const std::vector<complex> proved = search_by_circles(equation);
+                roots = proved.empty() ? roots : proved;
             }
             if (roots.empty()) {
                 roots = {*std::min_element(all.begin(), all.end(), is_smaller)};
