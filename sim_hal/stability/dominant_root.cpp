@@ -185,13 +185,20 @@ std::vector<complex> polished(const loop_equation &equation, const std::vector<c
     return roots;
 }
 
-/* Zeros inside and near the circle, by way of the turns of L on it. */
+/* Zeros inside and near the circle, by way of the turns of L on it, and of the poles that the loop hardly moves. */
 std::vector<complex> roots_near(const loop_equation &equation, double radius, int *count)
 {
     std::vector<complex> starts;
     *count = count_zeros_inside(equation, radius, &starts);
     for (complex &w : starts) {
         w = towards_zero(equation, w);
+    }
+    for (int i = 0; i < equation.a_factor_count; i++) {
+        for (const complex pole : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
+            if (std::abs(pole) < 2.0 && pole.imag() >= 0.0) {
+                starts.push_back(pole);
+            }
+        }
     }
     return polished(equation, starts);
 }

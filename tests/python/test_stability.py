@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 
 import numpy as np
 import pytest
@@ -291,3 +292,11 @@ def test_what_no_spring_holds_is_neither_stable_nor_unstable_unless_another_mode
     assert told["stable"] is stable
     words = command("eigen", "ess", *settings({**FREE, **values})).stdout.decode().splitlines()[0]
     assert {None: "NEITHER STABLE NOR UNSTABLE", True: "ess: stable", False: "ess: UNSTABLE"}[stable] in words
+
+
+def test_a_thousand_samples_of_dead_time_take_seconds():
+    """The slow mode hardly differs from the pole of the manipulator: found without all eigenvalues at once."""
+    long = {"loop.rate_Hz": 10000, "bus.ideal": "true", "robot.dead_time_ms": 100}
+    start = time.monotonic()
+    assert ask("limits", "ess", long)["stable"]
+    assert time.monotonic() - start < 20.0
