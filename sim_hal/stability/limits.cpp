@@ -231,7 +231,11 @@ refined_value refined(const crossing &c, std::complex<double> w,
         if (!(std::abs(value - start) < 1e-2 * start)) {
             return {start, slope};
         }
-        value -= (radius_at(value) - 1.0) / slope;
+        const double step = (radius_at(value) - 1.0) / slope;
+        value -= step;
+        if (std::abs(step) < 1e-8 * std::abs(value)) {
+            break; /* delays are rounded to about as much */
+        }
     }
     return {value, slope};
 }
