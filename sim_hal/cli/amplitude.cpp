@@ -32,10 +32,10 @@ double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig)
     return arguments.amplitude_m.value_or(usual_amplitude_m(rig));
 }
 
-rig linear_at(const rig &rig, double amplitude_m)
+settled_rig settle_at(const rig &rig, double amplitude_m)
 {
     if (!(amplitude_m > 0.0)) {
-        return rig;
+        return {rig, true};
     }
     const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);
     if (!std::isfinite(found.growth_per_s)) {
@@ -46,7 +46,17 @@ rig linear_at(const rig &rig, double amplitude_m)
             " m the rig's effects are like no linear loop (a spring that softens to nothing?): choose a "
             "smaller amplitude, or ask berth run");
     }
-    return found.linear;
+    return {found.linear, found.has_settled};
+}
+
+rig linear_at(const rig &rig, double amplitude_m)
+{
+    return settle_at(rig, amplitude_m).linear;
+}
+
+const char *guess_text(bool has_settled)
+{
+    return has_settled ? "" : " (A GUESS: the describing function did not settle)";
 }
 
 nlohmann::json describing_function_json(const rig &rig, double amplitude_m)

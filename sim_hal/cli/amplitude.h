@@ -14,7 +14,15 @@ namespace berth
 double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig);
 
 /* The rig, or what is equivalent to it at an amplitude greater than 0. */
+struct settled_rig {
+    rig linear;
+    bool has_settled; /* its frequency and its phases agree */
+};
+settled_rig settle_at(const rig &rig, double amplitude_m);
 rig linear_at(const rig &rig, double amplitude_m);
+
+/* To stand behind a verdict: empty where it holds. */
+const char *guess_text(bool has_settled);
 
 /* What replaced the effects, and where the loop swings for ever; null at amplitude 0. */
 nlohmann::json describing_function_json(const rig &rig, double amplitude_m);

@@ -72,15 +72,15 @@ void print_spectra(const rig &steady, double amplitude_m, const char *loop_title
 }
 
 /* `title` goes before it. */
-void print_verdict(const char *title, const rig &linear)
+void print_verdict(const char *title, const settled_rig &at)
 {
-    const spectrum loop = loop_spectrum(linear);
-    const nlohmann::json stable = stable_json(loop, drifts_freely(linear));
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", title,
+    const spectrum loop = loop_spectrum(at.linear);
+    const nlohmann::json stable = stable_json(loop, drifts_freely(at.linear));
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
                 stable.is_null() ? "NEITHER STABLE NOR UNSTABLE (no spring holds manipulator or object: z = 1)"
                 : stable == true ? "stable"
                                  : "UNSTABLE",
-                loop.spectral_radius, loop.growth_per_s);
+                loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
 }
 
 /* Null where the interval of the exponent holds 0. */
@@ -102,15 +102,15 @@ nlohmann::json as_json(const lyapunov_exponent &exponent)
             {"ticks", exponent.ticks}};
 }
 
-void print_verdict(const lyapunov_exponent &exponent, std::int64_t seed)
+void print_verdict(const lyapunov_exponent &exponent, std::int64_t seed, bool has_settled)
 {
     const nlohmann::json stable = stable_json(exponent);
-    std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld\n",
+    std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld%s\n",
                 stable.is_null() ? "NOT DETERMINED"
                 : stable == true ? "stable"
                                  : "UNSTABLE",
                 exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
-                static_cast<long long>(seed));
+                static_cast<long long>(seed), guess_text(has_settled));
 }
 
 void print_robot(const chosen_rig &chosen)
@@ -123,22 +123,22 @@ void print_robot(const chosen_rig &chosen)
 int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
 {
     const rig &rig = chosen.rig;
-    std::optional<berth::rig> lower_end;
+    std::optional<settled_rig> lower_end;
     if (chosen.dead_time_band) {
-        lower_end = linear_at(chosen.at_lower_end(), amplitude_m);
+        lower_end = settle_at(chosen.at_lower_end(), amplitude_m);
     }
     if (wants_json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
         json["robot"] = robot_as_json(chosen);
         json["lower_end"] = nullptr;
         if (lower_end) {
-            json["lower_end"] = as_json(loop_spectrum(*lower_end), drifts_freely(*lower_end));
+            json["lower_end"] = as_json(loop_spectrum(lower_end->linear), drifts_freely(lower_end->linear));
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
         return 0;
     }
-    print_verdict(rig.name.c_str(), linear_at(rig, amplitude_m));
+    print_verdict(rig.name.c_str(), settle_at(rig, amplitude_m));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
@@ -156,10 +156,13 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
     const rig &rig = chosen.rig;
     const wake_histogram histogram = load_wake_histogram(rig);
     const struct rig steady = without_variation(rig);
-    const lyapunov_exponent exponent = exponent_of(linear_at(rig, amplitude_m), histogram, ticks);
+    const settled_rig own = settle_at(rig, amplitude_m);
+    const lyapunov_exponent exponent = exponent_of(own.linear, histogram, ticks);
+    std::optional<settled_rig> low;
     std::optional<lyapunov_exponent> lower_end;
     if (chosen.dead_time_band) {
-        lower_end = exponent_of(linear_at(chosen.at_lower_end(), amplitude_m), histogram, ticks);
+        low = settle_at(chosen.at_lower_end(), amplitude_m);
+        lower_end = exponent_of(low->linear, histogram, ticks);
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
     if (wants_json) {
@@ -180,17 +183,17 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
         return 0;
     }
     std::printf("%s: ", rig.name.c_str());
-    print_verdict(exponent, rig.run.seed);
+    print_verdict(exponent, rig.run.seed, own.has_settled);
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
         std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
-        print_verdict(*lower_end, rig.run.seed);
+        print_verdict(*lower_end, rig.run.seed, low->has_settled);
     }
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    print_verdict("  without", linear_at(steady, amplitude_m));
+    print_verdict("  without", settle_at(steady, amplitude_m));
     print_spectra(steady, amplitude_m, "loop with dead time, without that");
     return 0;
 }

@@ -180,10 +180,10 @@ void print_parameters(const std::vector<parameter_limits> &parameters, const sca
         print_mode(parameter.nearest_above(), false);
         print_intervals(parameter);
     }
-    std::printf(
-        "none: no limit within a factor of %g either way (delays: 10), as far as a rig may go; ends of that\n"
-        "range end intervals, too. Intervals narrower than %.3g %% may be overlooked.\n",
-        how.factor, 100.0 * how.step);
+    std::printf("none: no limit within a factor of %g either way (delays: 10), as far as a rig may go and rounding\n"
+                "hides no slow mode; ends of that range end intervals, too. Intervals narrower than %.3g %% may be "
+                "overlooked.\n",
+                how.factor, 100.0 * how.step);
 }
 
 void print_rates(const char *which, const std::vector<rate_verdict> &rates)
@@ -241,8 +241,10 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     const spectrum &loop = verdict.loop;
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", chosen.rig.name.c_str(),
-                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s);
+    const nlohmann::json &balance = verdict.describing_function;
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
+                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s,
+                guess_text(balance.is_null() || balance["settled"].get<bool>()));
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
     }

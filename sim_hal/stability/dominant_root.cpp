@@ -165,13 +165,18 @@ bool is_smaller(complex a, complex b)
     return std::norm(a) < std::norm(b);
 }
 
-/* Newton's method from each; sorted, each zero once. */
+/* Newton's method from each; sorted, each zero once. A slow pair that rounding has split into two real starts is not
+ * to be reached along the real axis. */
 std::vector<complex> polished(const loop_equation &equation, const std::vector<complex> &starts)
 {
     std::vector<complex> roots;
-    for (complex w : starts) {
+    for (const complex start : starts) {
+        complex w = start;
+        complex off_axis = start + complex(0.0, std::abs(1.0 - start));
         if (newton(equation, w) != 0.0) {
             roots.push_back(w);
+        } else if (start.imag() == 0.0 && newton(equation, off_axis) != 0.0) {
+            roots.push_back(off_axis);
         }
     }
     std::sort(roots.begin(), roots.end(), is_smaller);
@@ -180,13 +185,20 @@ std::vector<complex> polished(const loop_equation &equation, const std::vector<c
     return roots;
 }
 
-/* Zeros inside and near the circle, by way of the turns of L on it. */
+/* Zeros inside and near the circle, by way of the turns of L on it, and of the poles that the loop hardly moves. */
 std::vector<complex> roots_near(const loop_equation &equation, double radius, int *count)
 {
     std::vector<complex> starts;
     *count = count_zeros_inside(equation, radius, &starts);
     for (complex &w : starts) {
         w = towards_zero(equation, w);
+    }
+    for (int i = 0; i < equation.a_factor_count; i++) {
+        for (const complex pole : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
+            if (std::abs(pole) < 2.0 && pole.imag() >= 0.0) {
+                starts.push_back(pole);
+            }
+        }
     }
     return polished(equation, starts);
 }
@@ -297,6 +309,10 @@ double dominant_root_finder::spectral_radius(const loop_equation &equation)
             roots = polished(equation, all);
             if (all.empty()) {
                 return std::numeric_limits<double>::quiet_NaN(); /* coefficients beyond all numbers */
+            }
+            if (roots.empty() || !has_no_zero_inside(equation, radius_below(roots[0]))) {
+                const std::vector<complex> proved = search_by_circles(equation);
+                roots = proved.empty() ? roots : proved;
             }
             if (roots.empty()) {
                 roots = {*std::min_element(all.begin(), all.end(), is_smaller)};

@@ -20,11 +20,14 @@ namespace
 
 constexpr std::string_view rate_key = "loop.rate_Hz";
 
-/* The nearest rate whose period is a whole number of nanoseconds, and one that object 0x60C2 can tell a drive. */
-double possible_rate_Hz(double rate_Hz, std::int32_t profile)
+/* The nearest rate whose period is a whole number of nanoseconds, as that of the samples in it, and one that object
+ * 0x60C2 can tell a drive. */
+double possible_rate_Hz(double rate_Hz, const rig &rig)
 {
-    double step_ns = 1.0;
-    while (profile == ROBOT_PROFILE_CIA402 && std::round(1e9 / rate_Hz / step_ns) > UINT8_MAX) {
+    const app_config &config = rig.firmware;
+    const std::int64_t samples_a_tick = config_period_ns(&config) / config_sample_period_ns(&config);
+    double step_ns = static_cast<double>(std::max<std::int64_t>(1, samples_a_tick));
+    while (config.robot_channel.profile == ROBOT_PROFILE_CIA402 && std::round(1e9 / rate_Hz / step_ns) > UINT8_MAX) {
         step_ns *= 10.0;
     }
     return 1e9 / (step_ns * std::round(1e9 / rate_Hz / step_ns));
@@ -48,8 +51,7 @@ parameter_gain gain_of(const rig &original, std::string_view path, double share,
     const double own = value_of(original, path);
     const bool is_rate = path == rate_key;
     const double step = share * (own != 0.0 ? own : usual_value(original, scale_of(path)));
-    const std::int32_t profile = original.firmware.robot_channel.profile;
-    const auto value_at = [&](double value) { return is_rate ? possible_rate_Hz(value, profile) : value; };
+    const auto value_at = [&](double value) { return is_rate ? possible_rate_Hz(value, original) : value; };
     return {find_key(path)->path, own, delays, changed_to(original, path, value_at(own - step), delays, linear),
             changed_to(original, path, value_at(own + step), delays, linear)};
 }

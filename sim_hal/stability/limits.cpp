@@ -13,6 +13,7 @@
 #include "first_order_limit.h"
 #include "hardware_period.h"
 #include "physical_parameter.h"
+#include "zero_count.h"
 
 namespace berth
 {
@@ -37,11 +38,12 @@ class parameter_line
 {
   public:
     parameter_line(const rig &original, const rig_key &key, const linear_view &linear)
-        : original_(original), key_(key), linear_(linear)
+        : original_(original), key_(key), linear_(linear),
+          asks_if_resolved_(is_resolved(make_loop_equation(linear(original))))
     {
     }
 
-    /* Nothing: no rig may have the value, or it is like no linear loop. */
+    /* Nothing: no rig may have the value, it is like no linear loop, or rounding hides the loop. */
     std::optional<rig> linear_at(double value) const
     {
         const auto changed = with_value(original_, key_, value);
@@ -49,7 +51,9 @@ class parameter_line
             return {};
         }
         rig linear = linear_(*changed);
-        return is_finite(make_loop_equation(linear)) ? std::optional<rig>(std::move(linear)) : std::nullopt;
+        const loop_equation equation = make_loop_equation(linear);
+        const bool is_known = is_finite(equation) && (!asks_if_resolved_ || is_resolved(equation));
+        return is_known ? std::optional<rig>(std::move(linear)) : std::nullopt;
     }
     bool exists(double value) { return look(value).exists; }
     bool is_stable(double value) { return look(value).is_stable; }
@@ -78,6 +82,7 @@ class parameter_line
     const rig &original_;
     const rig_key &key_;
     const linear_view &linear_;
+    bool asks_if_resolved_; /* the rig itself is */
     std::map<double, verdict> verdicts_;
 };
 
@@ -98,7 +103,7 @@ void bisect(double &good, double &bad, const std::function<bool(double)> &is_goo
 /* Along a delay the eigenvalues swing once a period of the loop: no step is longer than a part of it. */
 double longest_step(const rig &rig, parameter_scale kind, double range, const scan &how)
 {
-    constexpr double steps_max = 200000.0;
+    constexpr double steps_max = 20000.0; /* some seconds */
     return kind == parameter_scale::delay
                ? std::max(1e3 * config_period_s(&rig.firmware) * how.share_of_period, range / steps_max)
                : unlimited;
@@ -120,11 +125,10 @@ std::vector<double> scan_grid(const rig &rig, const rig_key &key, parameter_scal
         low = permitted;
     }
     const double step_max = longest_step(rig, kind, centre * factor, how);
-    std::vector<double> grid{low};
-    double value = low > 0.0 ? low * (1.0 + how.step) : centre / factor;
-    while (value < centre * factor) {
+    std::vector<double> grid;
+    for (double value = low; value < centre * factor;
+         value += std::min(how.step * std::max(value, centre / factor), step_max)) {
         grid.push_back(value);
-        value += std::min(how.step * value, step_max);
     }
     grid.push_back(centre * factor);
     grid.push_back(own);
@@ -203,34 +207,46 @@ std::vector<stable_interval> intervals_between(const std::vector<double> &grid, 
     return intervals;
 }
 
-/* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, by secants. */
-double refined(const crossing &c, std::complex<double> w, const std::function<loop_equation(double)> &equation_at)
+/* Where |w| = 1, and by how much it changes with the value. */
+struct refined_value {
+    double value;
+    double slope;
+};
+
+/* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, with the slope
+ * of a step that is wide against rounding. */
+refined_value refined(const crossing &c, std::complex<double> w,
+                      const std::function<loop_equation(double)> &equation_at)
 {
-    double before = c.value();
-    double value = before + std::max(std::abs(before) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
-    double radius_before = std::abs(zero_near(equation_at(before), w));
-    for (int i = 0; i < 6; i++) {
+    const double start = c.value();
+    const double wide = std::max(std::abs(start) * 1e-5, 2e-5); /* delays have steps of 1e-6 ms */
+    const auto radius_at = [&](double value) {
         w = zero_near(equation_at(value), w);
-        const double slope = (std::abs(w) - radius_before) / (value - before);
-        radius_before = std::abs(w);
-        before = value;
-        value -= (radius_before - 1.0) / slope;
-        if (!(std::abs(value - c.value()) < 1e-2 * c.value())) {
-            return c.value();
+        return std::abs(w);
+    };
+    const double radius = radius_at(start);
+    const double slope = (radius_at(start + wide) - radius) / wide;
+    double value = start - (radius - 1.0) / slope;
+    for (int i = 0; i < 4; i++) {
+        if (!(std::abs(value - start) < 1e-2 * start)) {
+            return {start, slope};
         }
-        if (std::abs(value - before) < 1e-9 * value) {
-            break;
+        const double step = (radius_at(value) - 1.0) / slope;
+        value -= step;
+        if (std::abs(step) < 1e-8 * std::abs(value)) {
+            break; /* delays are rounded to about as much */
         }
     }
-    return value;
+    return {value, slope};
 }
 
-/* Why |z| jumps past 1. */
-const char *reason_of_jump(const rig &stable, const rig &unstable)
+/* Why |z| jumps past 1. Where only the linear rig is looked at, nothing but the age of the force jumps. */
+const char *reason_of_jump(const rig &stable, const rig &unstable, bool is_equivalent)
 {
     return hardware_period(unstable).sample_age_ticks() > hardware_period(stable).sample_age_ticks()
                ? "the force becomes a tick older"
-               : "at this amplitude another mode takes over";
+           : is_equivalent ? "at this amplitude another mode takes over"
+                           : "rounding hides what is between";
 }
 
 stability_limit describe(const crossing &c, parameter_line &line, const scan &how)
@@ -244,13 +260,14 @@ stability_limit describe(const crossing &c, parameter_line &line, const scan &ho
     const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, "", mode, mode_name(mode, beyond)};
     if (std::abs(mode.z) > 1.0 + jump_least) {
-        limit.jump = reason_of_jump(*line.linear_at(c.stable), beyond);
+        limit.jump = reason_of_jump(*line.linear_at(c.stable), beyond, how.step > fine_scan.step);
         return limit;
     }
-    const double value =
+    const auto [value, slope] =
         refined(c, w, [&](double at) { return make_loop_equation(line.linear_at(at).value_or(beyond)); });
-    /* The zero may have led to a place where it is not the one that decides. */
-    const double aside = std::max(1e-6 * std::abs(value), 2e-6); /* delays have steps of 1e-6 ms */
+    /* The zero may have led to a place where it is not the one that decides. Counting sees it where it is a few of
+     * its margins away from the circle; delays have steps of 1e-6 ms. */
+    const double aside = std::max({1e-6 * std::abs(value), 2e-6, 4.0 * count_margin / std::abs(slope)});
     const double up = limit.stable_above ? aside : -aside;
     if (line.is_stable(value + up) && !line.is_stable(value - up)) {
         limit.value = value;
@@ -383,7 +400,7 @@ std::vector<rate_verdict> judge_rates(const rig &original, delays_stay delays, c
     for (const double rate_Hz : rates_Hz) {
         rig changed = at_rate(original, rate_Hz, delays);
         rate_verdict verdict{rate_Hz, ""};
-        if (const auto error = complete_and_check(changed)) {
+        if (const auto error = complete_and_check_steady(changed)) {
             verdict.refusal = error->key + ": " + error->message;
         } else {
             verdict.is_stable = is_stable_loop(linear(changed));

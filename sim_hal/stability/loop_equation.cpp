@@ -1,6 +1,7 @@
 #include "loop_equation.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
@@ -149,6 +150,36 @@ bool is_finite(const loop_equation &equation)
         const equation_value f = evaluate(equation, w);
         if (!std::isfinite(f.value.real()) || !std::isfinite(f.value.imag()) || !std::isfinite(f.slope.real())) {
             return false;
+        }
+    }
+    return true;
+}
+
+std::array<std::complex<double>, 2> roots_of(const slow_factor &f)
+{
+    if (f.c2 == 0.0) {
+        return {1.0 + f.c0 / f.c1, unlimited};
+    }
+    const std::complex<double> root = std::sqrt(std::complex<double>(f.c1 * f.c1 - 4.0 * f.c2 * f.c0));
+    const std::complex<double> q = -0.5 * (f.c1 + (f.c1 < 0.0 ? -root : root));
+    return {1.0 - q / f.c2, q == 0.0 ? 1.0 : 1.0 - f.c0 / q};
+}
+
+bool is_resolved(const loop_equation &equation)
+{
+    constexpr double rounding = 1e-16;
+    constexpr double resolved = 0.01;
+    double sum = 0.0;
+    for (const double c : equation.b_rest.coefficients) {
+        sum += std::abs(c);
+    }
+    for (int i = 0; i < equation.a_factor_count; i++) {
+        for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
+            const double distance = std::abs(1.0 - root); /* as far as the root from 1, but to no other's side */
+            if (distance > 0.0 && distance < 1.0 &&
+                rounding * sum > resolved * std::abs(evaluate(equation, 1.0 - distance).value)) {
+                return false;
+            }
         }
     }
     return true;

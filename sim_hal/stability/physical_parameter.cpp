@@ -70,12 +70,24 @@ std::vector<std::string_view> physical_parameters(const rig &rig)
     return keys;
 }
 
+std::optional<rig_error> complete_and_check_steady(rig &rig)
+{
+    if (auto error = complete_and_check(rig)) {
+        return error;
+    }
+    if (rig.has_wandering_samples()) {
+        return rig_error{"sensor.rate_Hz", "is no multiple of this loop.rate_Hz: the age of the force changes from "
+                                           "period to period and there are no eigenvalues"};
+    }
+    return {};
+}
+
 std::optional<rig> with_value(const rig &original, const rig_key &key, double value)
 {
     rig changed = original;
     *static_cast<double *>(key.member(changed)) = value;
     const bool in_range = value > key.low || (key.low_is_allowed && value == key.low);
-    if (!in_range || complete_and_check(changed)) {
+    if (!in_range || complete_and_check_steady(changed)) {
         return {};
     }
     return changed;
@@ -90,6 +102,7 @@ rig at_rate(const rig &original, double rate_Hz, delays_stay delays)
         for (const char *const delay : {"robot.dead_time_ms", "sensor.delay_ms", "sensor.sample_phase_ms"}) {
             set_number(changed, delay, value_of(original, delay) * factor);
         }
+        changed.sensor.rate_Hz /= factor;
     }
     return changed;
 }

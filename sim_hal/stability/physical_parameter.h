@@ -20,10 +20,15 @@ parameter_scale scale_of(std::string_view key);
 /* Keys of the physical parameters that this rig has. */
 std::vector<std::string_view> physical_parameters(const rig &rig);
 
-/* The rig with another value of one parameter; nothing where a rig file may not have it. */
+/* complete_and_check(), and whether the loop is the same in every period. */
+std::optional<rig_error> complete_and_check_steady(rig &rig);
+
+/* The rig with another value of one parameter; nothing where a rig file may not have it or the loop then changes
+ * from period to period. */
 std::optional<rig> with_value(const rig &original, const rig_key &key, double value);
 
-/* What becomes of dead time, delay and phase of the sample where the rate changes: as long, or as many periods. */
+/* What becomes of dead time, delay, phase and period of the samples where the rate changes: as long, or as many
+ * periods. */
 enum class delays_stay { in_ms, in_ticks };
 rig at_rate(const rig &original, double rate_Hz, delays_stay delays);
 

@@ -1,7 +1,6 @@
 #include "zero_count.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -21,8 +20,10 @@ constexpr double step_least = 1e-12;
 
 constexpr int first_steps = 48;
 
-/* A circle keeps this far from the zeros of A. */
-constexpr double circle_margin = 1e-10;
+/* A walk takes some hundred steps. Where it takes more, neighbours differ by rounding, and smaller steps show no
+ * more: from there on none is smaller than this share of its angle. */
+constexpr int steps_max = 4000;
+constexpr double share_of_rounding = 0.01;
 
 /* One point of the upper half of the circle. */
 struct sample {
@@ -36,17 +37,6 @@ struct sample {
 double wrapped(double phase)
 {
     return phase - 2.0 * pi * std::round(phase / (2.0 * pi));
-}
-
-/* Roots w of a factor, inf where there is none. */
-std::array<std::complex<double>, 2> roots_of(const slow_factor &f)
-{
-    if (f.c2 == 0.0) {
-        return {1.0 + f.c0 / f.c1, unlimited};
-    }
-    const std::complex<double> root = std::sqrt(std::complex<double>(f.c1 * f.c1 - 4.0 * f.c2 * f.c0));
-    const std::complex<double> q = -0.5 * (f.c1 + (f.c1 < 0.0 ? -root : root));
-    return {1.0 - q / f.c2, q == 0.0 ? 1.0 : 1.0 - f.c0 / q};
 }
 
 class walk
@@ -108,22 +98,35 @@ class walk
                 return std::numeric_limits<double>::quiet_NaN();
             }
             const double turned = std::arg(to.ratio * std::conj(from.ratio));
-            if ((std::abs(turned) > change_max || !(std::abs(to.loss - from.loss) < change_max) ||
-                 !is_straight(from, to)) &&
-                next - from.angle > step_least) {
-                step = 0.5 * (next - from.angle);
-                continue;
-            }
             /* A zero of B on the circle, as a free object has at w = 1, has no phase to go on from. */
             const bool is_from_zero = std::norm(from.ratio) == 0.0;
             to.phase = is_from_zero ? std::arg(to.ratio) + equation_.delay * next
                                     : from.phase + turned + equation_.delay * (next - from.angle);
+            steps_++;
+            const double least = steps_ < steps_max ? step_least : std::max(step_least, share_of_rounding * next);
+            if ((std::abs(turned) > change_max || !(std::abs(to.loss - from.loss) < change_max) ||
+                 (may_oppose(from, to) && !is_straight(from, to))) &&
+                next - from.angle > least) {
+                step = 0.5 * (next - from.angle);
+                continue;
+            }
             sum += turn_between(from, to);
             step = 2.0 * (next - from.angle);
             from = to;
         }
         return sum;
     }
+
+    /* L may point to -1 between the samples. Where it does not, 1 + L turns the same whether |L| passes 1 or not. */
+    static bool may_oppose(const sample &from, const sample &to)
+    {
+        const double low = std::min(from.phase, to.phase) - change_max;
+        const double high = std::max(from.phase, to.phase) + change_max;
+        return first_opposed(low) <= high;
+    }
+
+    /* The first odd multiple of pi that is no less. */
+    static double first_opposed(double phase) { return (2.0 * std::ceil((phase / pi - 1.0) / 2.0) + 1.0) * pi; }
 
     /* ln |L| goes straight enough that it has at most one zero between the samples: it is out of reach, or slopes
      * and secant agree. */
@@ -193,11 +196,9 @@ class walk
         }
         const double low = std::min(from.phase, to.phase);
         const double high = std::max(from.phase, to.phase);
-        double odd = 2.0 * std::ceil((low / pi - 1.0) / 2.0) + 1.0;
-        while (odd * pi <= high) {
-            const double share = high > low ? (odd * pi - from.phase) / (to.phase - from.phase) : 0.0;
+        for (double opposed = first_opposed(low); opposed <= high; opposed += 2.0 * pi) {
+            const double share = high > low ? (opposed - from.phase) / (to.phase - from.phase) : 0.0;
             starts_->push_back(std::polar(radius_, from.angle + share * (to.angle - from.angle)));
-            odd += 2.0;
         }
     }
 
@@ -205,6 +206,7 @@ class walk
     double radius_;
     double delay_gain_;
     std::vector<std::complex<double>> *starts_;
+    int steps_ = 0;
 };
 
 /* The next smaller circle that keeps off the zeros of A: on one of them, L has no phase. */
@@ -214,8 +216,8 @@ double off_the_poles(const loop_equation &equation, double radius)
         moved = false;
         for (int i = 0; i < equation.a_factor_count; i++) {
             for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
-                if (std::abs(std::abs(root) - radius) < 0.9 * circle_margin * radius) {
-                    radius = std::abs(root) * (1.0 - circle_margin);
+                if (std::abs(std::abs(root) - radius) < 0.9 * count_margin * radius) {
+                    radius = std::abs(root) * (1.0 - count_margin);
                     moved = true;
                 }
             }

@@ -11,9 +11,12 @@
 namespace berth
 {
 
-/* Zeros with |w| < radius, multiple ones as often as they are; where a zero of A lies on the circle, on a circle
- * that is smaller by 1e-10 of it. If `starts` is given: for every zero of the upper half plane near the circle, a
- * point from which Newton's method finds it. */
+/* Where a zero of A lies on the circle, as that of an undamped or free body does, a circle that is smaller by this
+ * share is taken. */
+constexpr double count_margin = 1e-10;
+
+/* Zeros with |w| < radius, multiple ones as often as they are. If `starts` is given: for every zero of the upper
+ * half plane near the circle, a point from which Newton's method finds it. */
 int count_zeros_inside(const loop_equation &equation, double radius,
                        std::vector<std::complex<double>> *starts = nullptr);
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 
 import numpy as np
 import pytest
@@ -197,6 +198,88 @@ def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval(
             assert one_json_object(done.stdout)["stable"] == (factor < 1.0), key
 
 
+@pytest.mark.parametrize("samples", [2, 4])
+def test_limits_of_a_sensor_that_samples_faster_than_the_loop_runs(samples):
+    """Rates of which the sensor's is no multiple have no eigenvalues: they are not possible, all else is told."""
+    found = ask("limits", "ess", {"sensor.rate_Hz": 400 * samples})
+    assert found["stable"] and found["nearest_limit"]["parameter"] == "object.mass_kg"
+    refused = {rate["rate_Hz"] for rate in found["rates"] if "multiple" in rate.get("refusal", "")}
+    assert 1000 in refused and 400 not in refused
+    assert not any("multiple" in rate.get("refusal", "") for rate in found["rates_with_delays_in_ticks"])
+    rank = {gain.get("delays_stay"): gain for gain in found["buys"]["rank"]}
+    assert rank["in ms"]["to"] is None and rank["in ticks"]["less"] and rank["in ticks"]["more"]
+
+
+def test_short_dead_times_are_looked_at_as_well():
+    """Below a tenth of the rig's own: at once it is unstable, after 0.4 of 20 ms it is not, later it is again."""
+    rig = {
+        "loop.rate_Hz": 50, "robot.interpolation": "hold", "bus.ideal": "true", "sensor.delay_ms": 0,
+        "manipulator.mass_kg": 298.8, "manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 20.26,
+        "manipulator.integrator": "semi_implicit_euler", "manipulator.substeps": 4, "object.mass_kg": 21.805,
+        "object.stiffness_N_per_m": 331.4, "object.damping_N_s_per_m": 12.0, "object.second_mass_kg": 9.218,
+        "object.second_frequency_Hz": 2.1346, "object.second_damping_ratio": 0.0625,
+        "sensor.stiffness_N_per_m": 12573772, "sensor.damping_ratio": 0.01528, "sensor.low_pass_order": 1,
+        "sensor.low_pass_frequency_Hz": 53.135,
+    }
+    found = ask("limits", "ess", {**rig, "robot.dead_time_ms": 120})["parameters"]["robot.dead_time_ms"]
+    assert found["range"][0] == 0.0
+    judged = [ask("eigen", "ess", {**rig, "robot.dead_time_ms": 0.4 * i})["stable"] for i in range(30)]
+    assert not judged[0] and any(judged)
+    for i, stable in enumerate(judged):
+        assert any(low <= 0.4 * i <= high for low, high in found["stable_intervals"]) is stable, i
+
+
+@pytest.mark.parametrize("values", [
+    {"manipulator.stiffness_N_per_m": 0, "manipulator.mass_kg": 35, "manipulator.damping_N_s_per_m": 2,
+     "object.mass_kg": 15, "object.stiffness_N_per_m": 30, "object.damping_N_s_per_m": 1},
+    {"manipulator.damping_N_s_per_m": 0, "object.stiffness_N_per_m": 1500, "object.damping_N_s_per_m": 0.5},
+], ids=["no spring", "no damper"])
+def test_limits_where_a_pole_of_the_open_loop_lies_on_the_circle_are_good_to_six_digits(values):
+    checked = 0
+    for key, parameter in ask("limits", "ess", values)["parameters"].items():
+        for limit in parameter["limits"]:
+            if limit["jump"] or key.endswith("_ms"):
+                continue
+            beyond = [ask("eigen", "ess", {**values, key: repr(limit["value"] * (1 + aside))})["spectral_radius"] > 1
+                      for aside in (-1e-6, 1e-6)]
+            assert beyond == ([True, False] if limit["stable"] == "above" else [False, True]), (key, limit)
+            checked += 1
+    assert checked >= 3
+
+
+def test_a_verdict_of_harmonics_that_do_not_settle_says_that_it_is_a_guess():
+    abrupt = settings({"robot.acceleration_limit_m_per_s2": 0.3})
+    for subcommand in ("eigen", "limits"):
+        words = command(subcommand, "ess-50hz", *abrupt).stdout.decode().splitlines()
+        assert words[0].endswith(" (A GUESS: the describing function did not settle)") and "NOT SETTLED" in words[1]
+    assert "GUESS" not in command("eigen", "ess", *abrupt).stdout.decode()
+
+
+# Two pairs of slow modes at a high rate: roots of the polynomial come out as if they were real.
+TWO_SLOW_MODES = {
+    "loop.rate_Hz": 800, "bus.ideal": "true", "robot.interpolation": "hold", "robot.dead_time_ms": 5.85,
+    "manipulator.mass_kg": 34.6, "manipulator.stiffness_N_per_m": 21.8, "manipulator.damping_N_s_per_m": 6.7,
+    "object.mass_kg": 15.17, "object.stiffness_N_per_m": 29.0, "object.damping_N_s_per_m": 1.1,
+    "object.second_mass_kg": 4.95, "object.second_frequency_Hz": 2.148, "object.second_damping_ratio": 0.046,
+    "sensor.stiffness_N_per_m": 2.19e5, "sensor.damping_ratio": 0.276, "sensor.low_pass_frequency_Hz": 16.06,
+    "sensor.low_pass_damping_ratio": 1.114, "sensor.delay_ms": 1.25, "sensor.lag_ms": 7.3,
+}
+
+
+def test_two_slow_modes_at_a_high_rate_are_judged_as_their_eigenvalues_and_rounding_makes_no_limits():
+    found = ask("limits", "ess", TWO_SLOW_MODES)
+    for gain in found["buys"]["rank"]:
+        if gain["to"] is not None and gain["parameter"] == "object.mass_kg":
+            then = next(way for way in (gain["less"], gain["more"]) if way and way["value"] == gain["to"])
+            assert gain["gain_per_s"] + then["growth_per_s"] == pytest.approx(found["growth_per_s"], abs=1e-5)
+    limits = found["parameters"]["object.second_frequency_Hz"]["limits"]
+    assert len(limits) <= 4
+    for limit in limits:
+        stable = [ask("eigen", "ess", {**TWO_SLOW_MODES, "object.second_frequency_Hz": limit["value"] * factor})["stable"]
+                  for factor in (0.999, 1.001)]
+        assert stable == ([False, True] if limit["stable"] == "above" else [True, False])
+
+
 FREE = {"manipulator.stiffness_N_per_m": 0, "object.stiffness_N_per_m": 0}
 
 
@@ -209,3 +292,11 @@ def test_what_no_spring_holds_is_neither_stable_nor_unstable_unless_another_mode
     assert told["stable"] is stable
     words = command("eigen", "ess", *settings({**FREE, **values})).stdout.decode().splitlines()[0]
     assert {None: "NEITHER STABLE NOR UNSTABLE", True: "ess: stable", False: "ess: UNSTABLE"}[stable] in words
+
+
+def test_a_thousand_samples_of_dead_time_take_seconds():
+    """The slow mode hardly differs from the pole of the manipulator: found without all eigenvalues at once."""
+    long = {"loop.rate_Hz": 10000, "bus.ideal": "true", "robot.dead_time_ms": 100}
+    start = time.monotonic()
+    assert ask("limits", "ess", long)["stable"]
+    assert time.monotonic() - start < 20.0
