@@ -9,6 +9,7 @@ void app_start(struct app *app, const struct app_config *config)
     robot_channel_start(&app->robot_channel, &app->config);
     supervisor_start(&app->supervisor);
     manipulator_start(&app->manipulator, &app->config);
+    energy_account_start(&app->energy, &app->config, &app->manipulator);
     inverse_filter_start(&app->inverse_filter, &app->config);
     limits_start(&app->limits, &app->config);
 }
@@ -136,6 +137,12 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
 }
 
+static void account_for_energy(struct app *app)
+{
+    energy_account_step(&app->energy, &app->operator_channel.command, app->sensor_channel.force_N,
+                        app->robot_channel.position_m, supervisor_may_move(&app->supervisor));
+}
+
 static void advance_manipulator(struct app *app)
 {
     if (supervisor_may_move(&app->supervisor)) {
@@ -154,6 +161,7 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
 {
     const struct operator_command *command = &app->operator_channel.command;
     const struct reception_counts *counts = &app->reception.counts;
+    const struct energy_sums *energy = &app->energy.sums;
     struct tick_record *record = &app->record;
     record->timestamp = (uint64_t)in->tick.scheduled_ns / 1000u;
     record->index = in->tick.index;
@@ -165,6 +173,13 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->operator_force_N = command->force_N;
     record->force_N = app->sensor_channel.force_N;
     record->robot_position_m = app->robot_channel.position_m;
+    record->energy_stored_J = energy->stored_J;
+    record->energy_operator_J = energy->operator_J;
+    record->energy_dissipated_J = energy->dissipated_J;
+    record->energy_integrator_J = energy->integrator_J;
+    record->energy_simulated_port_J = energy->simulated_port_J;
+    record->energy_measured_port_J = energy->measured_port_J;
+    record->energy_dead_time_J = energy->dead_time_J;
     record->missed_ticks = in->tick.missed;
     record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
     record->lost_frames = counts->lost;
@@ -193,6 +208,7 @@ void app_step(struct app *app, const struct tick_input *in, struct tick_output *
     receive_frames(app, in);
     supervise(app, in);
     command_robot(app, in, out);
+    account_for_energy(app);
     advance_manipulator(app);
     set_lines(app, out);
     record_tick(app, in, out);

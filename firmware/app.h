@@ -3,6 +3,7 @@
 #define FIRMWARE_APP_H
 
 #include "config.h"
+#include "energy_account.h"
 #include "inverse_filter.h"
 #include "limits.h"
 #include "manipulator.h"
@@ -26,6 +27,7 @@ struct app {
     struct robot_channel robot_channel;
     struct supervisor supervisor;
     struct manipulator manipulator;
+    struct energy_account energy;
     struct inverse_filter inverse_filter;
     struct limits limits;
     uint32_t missed_ticks;     /* since the loop was started or reset */

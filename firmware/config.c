@@ -37,6 +37,7 @@ struct app_config config_default(void)
                            .robot_frequency_Hz = 0.0,
                            .robot_damping_ratio = 0.0,
                            .bandwidth_Hz = 40.0},
+        .energy = {.force_age_ms = 2.5, .position_age_ms = 0.0},
     };
 }
 
@@ -187,6 +188,7 @@ struct config_error config_validate(const struct app_config *config)
          {"inverse_filter.enabled", "needs robot.transfer_damping_ratio greater than 0"}},
         {filter->enabled && !(positive(filter->bandwidth_Hz) && filter->bandwidth_Hz > filter->robot_frequency_Hz),
          {"inverse_filter.bandwidth_Hz", "must be larger than robot.transfer_frequency_Hz"}},
+        {!non_negative(config->energy.position_age_ms), {"energy.position_age_ms", must_not_be_negative}},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
         if (checks[i].fails) {

@@ -99,6 +99,12 @@ struct inverse_filter_config {
     double bandwidth_Hz; /* of the poles that replace the robot's: well above the band to be corrected */
 };
 
+/* [energy]: what the energy account needs to pair a force with the robot's position at the same instant */
+struct energy_config {
+    double force_age_ms;    /* at use, since it acted. In a rig file it follows from [sensor] */
+    double position_age_ms; /* of the robot's feedback at use; 0: one period */
+};
+
 struct app_config {
     struct loop_config loop;
     struct manipulator_config manipulator;
@@ -108,6 +114,7 @@ struct app_config {
     struct cia402_config cia402;
     struct limits_config limits;
     struct inverse_filter_config inverse_filter;
+    struct energy_config energy;
 };
 
 #define NS_PER_S INT64_C(1000000000)

@@ -11,7 +11,7 @@ extern "C" {
 #endif
 
 /* One a tick. Large fields first: no padding. Inputs: index to emergency_stop (and the frames); the rest are
- * outputs. `timestamp` is in us, as ULog wants it.
+ * outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h.
  * drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble says which. */
 #define TICK_RECORD_FIELDS(X)                                                                                       \
     X(uint64_t, timestamp)                                                                                          \
@@ -28,6 +28,13 @@ extern "C" {
     X(double, filtered_position_m)                                                                                  \
     X(double, command_position_m)                                                                                   \
     X(double, robot_position_m)                                                                                     \
+    X(double, energy_stored_J)                                                                                      \
+    X(double, energy_operator_J)                                                                                    \
+    X(double, energy_dissipated_J)                                                                                  \
+    X(double, energy_integrator_J)                                                                                  \
+    X(double, energy_simulated_port_J)                                                                              \
+    X(double, energy_measured_port_J)                                                                               \
+    X(double, energy_dead_time_J)                                                                                   \
     X(uint32_t, missed_ticks)                                                                                       \
     X(uint32_t, rejected_frames)                                                                                    \
     X(uint32_t, lost_frames)                                                                                        \

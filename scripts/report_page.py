@@ -127,6 +127,15 @@ def add_forces(page):
                      signals.forces(page.log), "force (N)", "N", {"shapes": rest_shapes(page.log)})
 
 
+def add_energy(page):
+    found = signals.energies(page.log)
+    if found:
+        page.add_signals("energy", "Energy",
+                         "Sums since the loop began to run. Between the force that the loop uses and the motion that the "
+                         "robot makes lies the dead time: what it makes comes from nowhere.",
+                         found, "energy (J)", "J", {"shapes": rest_shapes(page.log)})
+
+
 def add_dead_time(page):
     log = page.log
     found = signals.dead_time(log)
@@ -278,6 +287,7 @@ def build_page(log, summary):
         add_positions(page)
         add_dead_time(page)
         add_forces(page)
+        add_energy(page)
         add_envelope(page, summary)
         add_band(page)
         add_health(page)

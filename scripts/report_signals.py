@@ -93,6 +93,31 @@ def forces(log):
     return signals + [Signal("used by the loop", MANIPULATOR, log.tick_s, tick["force_N"], is_step=True)]
 
 
+def energies(log):
+    """The firmware's energy account in J; none in logs of versions that had none."""
+    if "energy_dead_time_J" not in log.tick:
+        return []
+    kinds = (("made by the dead time", "dead_time", ROBOT, "solid"),
+             ("made by the manipulator's step", "integrator", COMMAND, "dash"),
+             ("given by the operator", "operator", OPERATOR, "dash"),
+             ("taken by the manipulator's damping", "dissipated", MANIPULATOR, "dot"),
+             ("taken by the hardware", "measured_port", OBJECT, "dot"),
+             ("stored in the manipulator", "stored", MANIPULATOR, "solid"))
+    found = ((label, colour, dash, log.tick[f"energy_{name}_J"]) for label, name, colour, dash in kinds)
+    return [Signal(label, colour, log.tick_s, values, dash) for label, colour, dash, values in found if values.any()]
+
+
+def energy_words(summary):
+    """(name, value, remark): whether the loop makes energy, and where."""
+    energy = summary.get("energy")
+    if energy is None:
+        return []
+    word = {None: "none", True: "gained", False: "lost"}[energy["gains"]]
+    made = f"made: dead time {energy['dead_time_J']:+.4g} J, integrator {energy['integrator_J']:+.4g} J; "
+    return [("energy", word, made.replace("-", "−") + f"taken: damping {energy['dissipated_J']:.4g} J, hardware "
+             f"{energy['measured_port_J']:.4g} J".replace("-", "−"))]
+
+
 def timing(log):
     """Age of the newest force frame in ms, and on a second axis how late the loop woke in us."""
     tick = log.tick
@@ -262,6 +287,7 @@ def facts(log, summary):
         ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
+        *energy_words(summary),
         ("peak force", f"{summary['peak_force_N']:.2f} N", "as used by the loop"),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),

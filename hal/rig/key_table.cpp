@@ -113,6 +113,9 @@ static std::vector<rig_key> make_own_keys()
             "of the file; may be left empty if there is only one beside t_s"),
         KEY("profile.scale", profile.scale, r::any, "file value to m or N"),
 
+        KEY("energy.position_age_ms", firmware.energy.position_age_ms, r::not_negative,
+            "of the robot's feedback when the loop uses it, for the energy account; 0: one period"),
+
         KEY("sensor_channel.layout", firmware.sensor_channel.layout, r::any, "frames of a sample, see berth.dbc",
             {"one_frame", "two_frames_intel", "two_frames_motorola", "three_frames_intel", "three_frames_motorola"}),
         KEY("sensor_channel.axis", firmware.sensor_channel.axis, r::any,

@@ -217,6 +217,25 @@ double rig::sensor_damping_N_s_per_m() const
     return 2.0 * sensor.damping_ratio * std::sqrt(sensor.stiffness_N_per_m * object.mass_kg);
 }
 
+std::int64_t rig::sample_age_ns() const
+{
+    const std::int64_t sample_period_ns = config_sample_period_ns(&firmware);
+    const std::int64_t phase_ns = ns_from_ms(sensor.sample_phase_ms);
+    const std::int64_t delay_ns = ns_from_ms(sensor.delay_ms);
+    if (has_wandering_samples()) {
+        return delay_ns + sample_period_ns / 2;
+    }
+    return (phase_ns + delay_ns + sample_period_ns - 1) / sample_period_ns * sample_period_ns - phase_ns;
+}
+
+double rig::sensor_low_pass_delay_s() const
+{
+    const double w = 2.0 * M_PI * sensor.low_pass_frequency_Hz;
+    return sensor.low_pass_order == 2   ? 2.0 * sensor.low_pass_damping_ratio / w
+           : sensor.low_pass_order == 1 ? 1.0 / w
+                                        : 0.0;
+}
+
 std::optional<double> rig::tolerance_of(std::string_view key) const
 {
     const auto found =
@@ -244,6 +263,8 @@ std::optional<rig_error> complete_and_check(rig &rig)
             return found;
         }
     }
+    rig.firmware.energy.force_age_ms =
+        1e-6 * static_cast<double>(rig.sample_age_ns()) + 1e3 * rig.sensor_low_pass_delay_s();
     return {};
 }
 

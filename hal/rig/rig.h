@@ -186,6 +186,10 @@ struct rig {
     {
         return config_period_ns(&firmware) % config_sample_period_ns(&firmware) != 0;
     }
+    /* Of the newest force sample at a tick, since it was taken; the mean where samples wander. */
+    std::int64_t sample_age_ns() const;
+    /* By which the sensor's low-pass holds up slow forces. */
+    double sensor_low_pass_delay_s() const;
     bool has_transfer_behaviour() const { return robot.transfer_frequency_Hz != unlimited; }
 };
 

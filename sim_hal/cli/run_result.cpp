@@ -199,6 +199,7 @@ void note_tick(run_result &result, const tick_record &record)
         result.force_age_min_ns = std::min(result.force_age_min_ns, record.force_frame_age_ns);
         result.force_age_max_ns = std::max(result.force_age_max_ns, record.force_frame_age_ns);
         result.running_m.push_back(record.manipulator_position_m);
+        result.energy.note_tick(record);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
     }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
@@ -242,6 +243,7 @@ void print_summary(const run_result &result, const rig &rig)
     }
     print_growth(result);
     print_prediction(result, rig);
+    result.energy.print();
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
     std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));
@@ -316,6 +318,9 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     if (result.wall_s > 0.0) {
         json["speed_x_realtime"] = result.simulated_s / result.wall_s;
         json["dropped_records"] = result.dropped_records;
+    }
+    if (!result.running_m.empty()) {
+        json["energy"] = result.energy.as_json();
     }
     if (!result.log.empty()) {
         json["log"] = result.log;

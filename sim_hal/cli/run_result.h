@@ -13,6 +13,7 @@
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig.h"
 #include "../stability/growth_fit.h"
+#include "energy_report.h"
 
 namespace berth
 {
@@ -50,6 +51,7 @@ struct run_result {
     uint32_t drive_error = 0;
     uint8_t drive_setup_step = 0;
     uint64_t dropped_records = 0;
+    energy_report energy;
     std::string log;
     std::string robot = "null"; /* its preset, see robot_as_text() */
     std::string version;        /* of the program that ran the loop */

@@ -27,14 +27,6 @@ double filter_delay_s(const app_config &config)
                                        (f.a[0] + 2.0 * f.a[1]) / (1.0 + f.a[0] + f.a[1]));
 }
 
-double low_pass_delay_s(const sensor_rig &sensor)
-{
-    const double w = two_pi * sensor.low_pass_frequency_Hz;
-    return sensor.low_pass_order == 2   ? 2.0 * sensor.low_pass_damping_ratio / w
-           : sensor.low_pass_order == 1 ? 1.0 / w
-                                        : 0.0;
-}
-
 double robot_delay_s(const rig &rig)
 {
     const robot_rig &robot = rig.robot;
@@ -52,7 +44,7 @@ double loop_delay_s(const rig &rig)
 {
     const double period_s = config_period_s(&rig.firmware);
     const double sample_age_s = 1e-9 * static_cast<double>(hardware_period(rig).sample_age_ns());
-    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + low_pass_delay_s(rig.sensor) +
+    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + rig.sensor_low_pass_delay_s() +
            1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + 0.5 * period_s;
 }
 

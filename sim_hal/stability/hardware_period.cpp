@@ -13,15 +13,12 @@ namespace
 /* At a tick, of the newest sample that has arrived by then. */
 std::int64_t newest_sample_age_ns(const rig &rig)
 {
-    const std::int64_t sample_period_ns = config_sample_period_ns(&rig.firmware);
-    const std::int64_t phase_ns = ns_from_ms(rig.sensor.sample_phase_ms);
-    const std::int64_t arrival_ns = phase_ns + ns_from_ms(rig.sensor.delay_ms);
     if (rig.has_wandering_samples()) {
         throw input_error(
             "sensor.rate_Hz: where it is no multiple of loop.rate_Hz the age of the force changes from "
             "period to period and there are no eigenvalues; look at the growth that `berth eigen` tells");
     }
-    return (arrival_ns + sample_period_ns - 1) / sample_period_ns * sample_period_ns - phase_ns;
+    return rig.sample_age_ns();
 }
 
 } // namespace

@@ -1,0 +1,148 @@
+#include "energy_account.h"
+
+#include <algorithm>
+
+#include "matrix_exponential.h"
+
+namespace
+{
+
+using vector2 = Eigen::Matrix<double, 2, 1>;
+using vector3 = Eigen::Matrix<double, 3, 1>;
+using vector4 = Eigen::Matrix<double, 4, 1>;
+using matrix2 = Eigen::Matrix<double, 2, 2, Eigen::RowMajor>;
+using matrix23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+using matrix4 = Eigen::Matrix<double, 4, 4>;
+using matrix8 = Eigen::Matrix<double, 8, 8>;
+
+double stored_J(const manipulator_config &c, double position_m, double velocity_m_per_s, double operator_position_m)
+{
+    const double stretch_m = position_m - operator_position_m;
+    return 0.5 * (c.mass_kg * velocity_m_per_s * velocity_m_per_s + c.stiffness_N_per_m * stretch_m * stretch_m);
+}
+
+/* Integral over a period of D (v - v_op)^2 as a form of the state at its begin (Van Loan 1978). */
+matrix4 loss_form(const manipulator_config &c, double period_s)
+{
+    matrix4 a = matrix4::Zero();
+    a(0, 1) = 1.0;
+    a.row(1) << -c.stiffness_N_per_m, -c.damping_N_s_per_m, 1.0, c.damping_N_s_per_m;
+    a.row(1) /= c.mass_kg;
+    matrix4 power = matrix4::Zero();
+    power(1, 1) = power(3, 3) = c.damping_N_s_per_m;
+    power(1, 3) = power(3, 1) = -c.damping_N_s_per_m;
+    matrix8 both = matrix8::Zero();
+    both.topLeftCorner<4, 4>() = -a.transpose();
+    both.topRightCorner<4, 4>() = power;
+    both.bottomRightCorner<4, 4>() = a;
+    const matrix8 exponential = berth::matrix_exponential<8>(both * period_s);
+    return exponential.bottomRightCorner<4, 4>().transpose() * exponential.topRightCorner<4, 4>();
+}
+
+/* The step that has gone by: from the remembered state to the manipulator's. */
+void book_step(energy_account &account)
+{
+    const manipulator &now = *account.manipulator;
+    const manipulator_config &c = *now.config;
+    const operator_command &held = account.command;
+    energy_sums &sums = account.sums;
+    const vector3 input(held.position_m, held.velocity_m_per_s, held.force_N - account.force_N);
+    const vector2 before(account.position_m, account.velocity_m_per_s);
+    const vector2 exact =
+        Eigen::Map<const matrix2>(now.transition) * before + Eigen::Map<const matrix23>(now.input_map) * input;
+    const vector4 e(before(0) - held.position_m, before(1), input(2), held.velocity_m_per_s);
+    const double dissipated_J = e.dot(Eigen::Map<const matrix4>(account.loss) * e);
+    const double begin_J = stored_J(c, before(0), before(1), held.position_m);
+    const double exact_J = stored_J(c, exact(0), exact(1), held.position_m);
+    const double end_J = stored_J(c, now.position_m, now.velocity_m_per_s, held.position_m);
+    sums.dissipated_J += dissipated_J;
+    sums.operator_J += exact_J - begin_J + dissipated_J + account.force_N * (exact(0) - before(0));
+    sums.integrator_J += end_J - exact_J + account.force_N * (now.position_m - exact(0));
+    sums.simulated_port_J += account.force_N * (now.position_m - before(0));
+    sums.stored_J = end_J;
+}
+
+/* The operator takes the spring's other end elsewhere from one tick to the next. */
+void book_command(energy_account &account, const operator_command &command)
+{
+    const manipulator &now = *account.manipulator;
+    const double moved_J = stored_J(*now.config, now.position_m, now.velocity_m_per_s, command.position_m);
+    account.sums.operator_J += moved_J - account.sums.stored_J;
+    account.sums.stored_J = moved_J;
+}
+
+/* The kept signal `lag_ticks` ago, on straight lines between ticks. */
+double kept_at(const energy_account &account, double lag_ticks)
+{
+    const auto whole = static_cast<uint32_t>(lag_ticks);
+    const double share = lag_ticks - static_cast<double>(whole);
+    const auto back = [&](uint32_t ticks) {
+        return account.kept[(account.newest + ENERGY_TICKS_KEPT - ticks) % ENERGY_TICKS_KEPT];
+    };
+    return share > 0.0 ? (1.0 - share) * back(whole) + share * back(whole + 1) : back(whole);
+}
+
+/* Force and position of one instant, and the work between two such: the trapezoidal rule. */
+void book_measured(energy_account &account, double force_N, double position_m, bool goes_on)
+{
+    const bool force_is_older = account.lag_ticks >= 0.0;
+    const double lag_ticks = force_is_older ? account.lag_ticks : -account.lag_ticks;
+    const double fresher = force_is_older ? position_m : force_N;
+    if (!account.is_filled) {
+        std::fill_n(account.kept, ENERGY_TICKS_KEPT, fresher);
+        account.is_filled = 1;
+    }
+    account.newest = (account.newest + 1) % ENERGY_TICKS_KEPT;
+    account.kept[account.newest] = fresher;
+    const double kept = kept_at(account, lag_ticks);
+    const double paired_force_N = force_is_older ? force_N : kept;
+    const double paired_position_m = force_is_older ? kept : position_m;
+    if (goes_on) {
+        account.sums.measured_port_J +=
+            0.5 * (paired_force_N + account.paired_force_N) * (paired_position_m - account.paired_position_m);
+    }
+    account.paired_force_N = paired_force_N;
+    account.paired_position_m = paired_position_m;
+}
+
+} // namespace
+
+extern "C" {
+
+void energy_account_start(energy_account *account, const app_config *config, const manipulator *manipulator)
+{
+    *account = {};
+    account->manipulator = manipulator;
+    const double period_s = config_period_s(config);
+    const double position_age_s =
+        config->energy.position_age_ms > 0.0 ? 1e-3 * config->energy.position_age_ms : period_s;
+    account->lag_ticks = (1e-3 * config->energy.force_age_ms - position_age_s) / period_s;
+    constexpr double lag_max = ENERGY_TICKS_KEPT - 2;
+    account->is_measuring = account->lag_ticks <= lag_max && account->lag_ticks >= -lag_max;
+    Eigen::Map<matrix4>(account->loss) = loss_form(config->manipulator, period_s);
+}
+
+void energy_account_step(energy_account *account, const operator_command *command, double force_N,
+                         double robot_position_m, int is_running)
+{
+    const manipulator &now = *account->manipulator;
+    energy_sums &sums = account->sums;
+    const bool goes_on = account->is_open && is_running;
+    if (goes_on) {
+        book_step(*account);
+        book_command(*account, *command);
+    } else if (is_running) {
+        sums = {};
+        sums.stored_J = stored_J(*now.config, now.position_m, now.velocity_m_per_s, command->position_m);
+    }
+    if (account->is_measuring) {
+        book_measured(*account, force_N, robot_position_m, goes_on);
+        sums.dead_time_J = sums.measured_port_J - sums.simulated_port_J;
+    }
+    account->is_open = is_running != 0;
+    account->position_m = now.position_m;
+    account->velocity_m_per_s = now.velocity_m_per_s;
+    account->command = *command;
+    account->force_N = force_N;
+}
+}

@@ -1,0 +1,67 @@
+/* Where the loop's energy comes from and where it goes, booked every tick. Passive hardware and a passive
+ * manipulator can only lose energy; what grows has been made in between, by the time that passes from setpoint to
+ * motion and from force to use, or by the integrator. */
+#ifndef FIRMWARE_ENERGY_ACCOUNT_H
+#define FIRMWARE_ENERGY_ACCOUNT_H
+
+#include "config.h"
+#include "manipulator.h"
+#include "operator_command.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How much older a force than a position may be, in ticks, for the two to be paired. */
+#define ENERGY_TICKS_KEPT 256
+
+/* In J, since the loop last began to run. Two balances hold:
+ *     stored - stored at the start = operator + integrator - dissipated - simulated_port
+ *     measured_port = simulated_port + dead_time
+ * What is on its way through the robot counts under dead_time, too: a swing about what is really made. */
+struct energy_sums {
+    double stored_J;         /* kinetic, and in the manipulator's spring; no sum, but what is there now */
+    double operator_J;       /* from the operator's motion and force */
+    double dissipated_J;     /* by the manipulator's damping */
+    double integrator_J;     /* made by the step: end of the step against the exact solution from the same state */
+    double simulated_port_J; /* the manipulator gave: force held over the tick times the way made in it */
+    double measured_port_J;  /* the hardware took: measured force times the robot's way, both of the same instant */
+    double dead_time_J;      /* made between the ports */
+};
+
+struct energy_account {
+    struct energy_sums sums;
+    const struct manipulator *manipulator;
+    uint8_t is_open;      /* a step has been announced */
+    uint8_t is_measuring; /* force and position are near enough in age to be paired */
+    uint8_t is_filled;    /* `kept` */
+
+    double position_m; /* of the manipulator at the announced step's begin ... */
+    double velocity_m_per_s;
+    struct operator_command command; /* ... and what was held during it */
+    double force_N;
+
+    double lag_ticks;               /* force's age less the position's; negative: the position is older */
+    uint32_t newest;                /* index in `kept` */
+    double kept[ENERGY_TICKS_KEPT]; /* of the fresher of position, in m, and force, in N */
+    double paired_force_N;          /* one tick ago, brought to the same instant */
+    double paired_position_m;
+
+    /* Symmetric 4 x 4: e' loss e is what is dissipated in a tick, in J, with e = (x - x_op, v, F_op - F, v_op) at
+     * its begin, in m, m/s, N. */
+    double loss[16];
+};
+
+/* Keeps a pointer to `manipulator`, which has been started. */
+void energy_account_start(struct energy_account *account, const struct app_config *config,
+                          const struct manipulator *manipulator);
+
+/* Once a tick, before the manipulator's step: books the step that has gone by, if there was one, and remembers the
+ * one that is to come with this command and force (what the robot exerts on the object), if `is_running`. */
+void energy_account_step(struct energy_account *account, const struct operator_command *command, double force_N,
+                         double robot_position_m, int is_running);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,37 @@
+/* Does the loop make energy, and where: what a run's result tells of the firmware's energy account. */
+#ifndef SIM_HAL_CLI_ENERGY_REPORT_H
+#define SIM_HAL_CLI_ENERGY_REPORT_H
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "../../firmware/energy_account.h"
+#include "../../firmware/recorder.h"
+
+namespace berth
+{
+
+class energy_report
+{
+  public:
+    /* Takes one tick of running into account. */
+    void note_tick(const tick_record &record);
+
+    /* Whether the loop made more energy than damping and hardware took, over the second half of its running, or in
+     * all if that had come to rest; nothing where there was no energy. */
+    std::optional<bool> gains() const;
+
+    /* One line; none if the loop never ran. */
+    void print() const;
+
+    nlohmann::json as_json() const;
+
+  private:
+    energy_sums last_{};
+    std::vector<double> not_by_operator_J_; /* stored in the manipulator less what the operator gave */
+};
+
+} // namespace berth
+
+#endif
