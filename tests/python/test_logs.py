@@ -11,7 +11,7 @@ from conftest import DBC, DISTURBED, EXIT_DONE, RIGS, ROOT, STATE_RUNNING, comma
 from pyulog import ULog
 
 CANTOOLS = ROOT / ".venv" / "bin" / "cantools"
-UNITS = ("_ns", "_s", "_m", "_m_per_s", "_N")
+UNITS = ("_ns", "_s", "_m", "_m_per_s", "_N", "_J")
 DIMENSIONLESS = {
     "index", "missed_ticks", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints", "conditions",
     "force_samples", "torn_samples",
