@@ -13,6 +13,7 @@
 #include "first_order_limit.h"
 #include "hardware_period.h"
 #include "physical_parameter.h"
+#include "scan_grid.h"
 #include "zero_count.h"
 
 namespace berth
@@ -20,9 +21,6 @@ namespace berth
 
 namespace
 {
-
-/* Bisection ends here: relative, far below the 6 digits that are told. */
-constexpr double bisection_tolerance = 1e-11;
 
 /* |z| just beyond a limit is 1 but for the width of the bisection's last bracket, unless it jumps. */
 constexpr double jump_least = 1e-6;
@@ -85,57 +83,6 @@ class parameter_line
     bool asks_if_resolved_; /* the rig itself is */
     std::map<double, verdict> verdicts_;
 };
-
-/* Halves [good, bad] until it is as narrow as rounding lets it be; both ends keep what `is_good` says of them. */
-void bisect(double &good, double &bad, const std::function<bool(double)> &is_good,
-            double tolerance = bisection_tolerance)
-{
-    const double narrow = tolerance * std::max(std::abs(good), std::abs(bad));
-    while (std::abs(bad - good) > narrow) {
-        const double middle = 0.5 * (good + bad);
-        if (middle == good || middle == bad) {
-            return;
-        }
-        (is_good(middle) ? good : bad) = middle;
-    }
-}
-
-/* Along a delay the eigenvalues swing once a period of the loop: no step is longer than a part of it. */
-double longest_step(const rig &rig, parameter_scale kind, double range, const scan &how)
-{
-    constexpr double steps_max = 20000.0; /* some seconds */
-    return kind == parameter_scale::delay
-               ? std::max(1e3 * config_period_s(&rig.firmware) * how.share_of_period, range / steps_max)
-               : unlimited;
-}
-
-/* Values to look at, rising: a logarithmic grid, finer for delays, the permitted smallest value, and the rig's own.
- */
-std::vector<double> scan_grid(const rig &rig, const rig_key &key, parameter_scale kind, double own, const scan &how)
-{
-    const auto is_permitted = [&](double value) { return with_value(rig, key, value).has_value(); };
-    const double centre = own > 0.0 ? own : usual_value(rig, kind);
-    const double factor = kind == parameter_scale::delay ? std::min(10.0, how.factor) : how.factor;
-    double low = centre / factor;
-    if (key.low_is_allowed && is_permitted(0.0)) {
-        low = 0.0;
-    } else if (!is_permitted(low)) {
-        double permitted = own;
-        bisect(permitted, low, is_permitted);
-        low = permitted;
-    }
-    const double step_max = longest_step(rig, kind, centre * factor, how);
-    std::vector<double> grid;
-    for (double value = low; value < centre * factor;
-         value += std::min(how.step * std::max(value, centre / factor), step_max)) {
-        grid.push_back(value);
-    }
-    grid.push_back(centre * factor);
-    grid.push_back(own);
-    std::sort(grid.begin(), grid.end());
-    grid.erase(std::unique(grid.begin(), grid.end()), grid.end());
-    return grid;
-}
 
 /* A change of sign: between these neighbours, which are as near as bisection gets. */
 struct crossing {

@@ -196,9 +196,11 @@ class walk
         }
         const double low = std::min(from.phase, to.phase);
         const double high = std::max(from.phase, to.phase);
-        for (double opposed = first_opposed(low); opposed <= high; opposed += 2.0 * pi) {
+        double opposed = first_opposed(low);
+        while (opposed <= high) {
             const double share = high > low ? (opposed - from.phase) / (to.phase - from.phase) : 0.0;
             starts_->push_back(std::polar(radius_, from.angle + share * (to.angle - from.angle)));
+            opposed += 2.0 * pi;
         }
     }
 
