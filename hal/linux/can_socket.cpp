@@ -172,9 +172,10 @@ void can_socket::report_down()
         return;
     }
     is_down_ = true;
+    down_ns_ = read_clock_ns(CLOCK_MONOTONIC);
     counts_.down++;
     hal_frame frame{};
-    frame.time_ns = read_clock_ns(CLOCK_MONOTONIC);
+    frame.time_ns = down_ns_;
     frame.id = CAN_ERR_BUSOFF;
     frame.bus = static_cast<std::uint8_t>(bus_);
     frame.length = CAN_ERR_DLC;
@@ -228,6 +229,7 @@ void can_socket::take(std::size_t number, const stamp_clock &clock)
     frame.length = raw.can_dlc;
     std::memcpy(frame.data, raw.data, sizeof frame.data);
     note_overflows(header);
+    is_down_ = is_down_ && frame.time_ns <= down_ns_; /* what it had brought before is still there to be read */
     if (raw.can_id & CAN_ERR_FLAG) {
         note_error(raw.can_id & CAN_ERR_MASK, raw.data);
         frame.flags = HAL_FRAME_ERROR;

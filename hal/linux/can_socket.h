@@ -92,6 +92,7 @@ class can_socket
     bool has_hardware_stamps_ = false;
     hardware_clock hardware_clock_;
     bool is_down_ = false;
+    std::int64_t down_ns_ = 0; /* since when */
     std::uint32_t overflows_seen_ = 0;
     can_counts counts_;
     frame_queue received_;

@@ -2,6 +2,7 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <net/if.h>
+#include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -154,14 +155,17 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
 {
     can_socket loop(HAL_BUS_ROBOT, "vcan1", {id});
     can_socket other(HAL_BUS_ROBOT, "vcan1", {});
+    REQUIRE(other.send(frame_of(id)) == HAL_OK);
     REQUIRE(set_up("vcan1", false));
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     const std::vector<hal_frame> frames = drain(loop);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].flags == (HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF));
+    CHECK(drain(loop).size() == 1); /* what had come before */
+    CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     CHECK(loop.counts().down == 1);
-    CHECK(loop.counts().not_sent == 2);
+    CHECK(loop.counts().not_sent == 3);
 
     REQUIRE(set_up("vcan1", true));
     drain(loop);
@@ -169,6 +173,51 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
     CHECK(loop.send(frame_of(0x10)) == HAL_OK);
     REQUIRE(other.send(frame_of(id)) == HAL_OK);
     CHECK(drain(loop).size() == 1);
+}
+
+TEST_CASE("bus: each time that the interface goes down is told, on a bus as well that nothing is sent on")
+{
+    can_socket sensor(HAL_BUS_SENSOR, "vcan1", {id});
+    can_socket other(HAL_BUS_SENSOR, "vcan1", {});
+    for (std::uint64_t times = 1; times <= 3; times++) {
+        CAPTURE(times);
+        REQUIRE(set_up("vcan1", false));
+        std::vector<hal_frame> frames = drain(sensor);
+        REQUIRE(frames.size() == 1);
+        CHECK(frames[0].flags == (HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF));
+        CHECK(sensor.counts().down == times);
+
+        REQUIRE(set_up("vcan1", true));
+        drain(other);
+        REQUIRE(other.send(frame_of(id)) == HAL_OK);
+        frames = drain(sensor);
+        REQUIRE(frames.size() == 1);
+        CHECK(frames[0].flags == 0);
+    }
+}
+
+TEST_CASE("bus: a frame that finds the transmit queue full is dropped at once and never sent")
+{
+    can_socket loop(HAL_BUS_ROBOT, "can0", {});
+    can_socket listener(HAL_BUS_ROBOT, "can2", {id});
+    constexpr std::uint8_t burst = 40; /* the queue has room for 10 */
+    std::vector<bool> was_sent;
+    const sched_param above_the_interrupts{80};
+    const sched_param ordinary{};
+    REQUIRE(sched_setscheduler(0, SCHED_FIFO, &above_the_interrupts) == 0);
+    for (std::uint8_t i = 0; i < burst; i++) {
+        was_sent.push_back(loop.send(frame_of(id, i)) == HAL_OK);
+    }
+    REQUIRE(sched_setscheduler(0, SCHED_OTHER, &ordinary) == 0);
+    CHECK(loop.counts().not_sent > 0);
+    CHECK(loop.counts().sent + loop.counts().not_sent == burst);
+    usleep(100000);
+    const std::vector<hal_frame> frames = drain(listener);
+    CHECK(!frames.empty());
+    for (const hal_frame &frame : frames) {
+        CHECK((frame.flags != 0 || was_sent[frame.data[0]]));
+    }
+    CHECK(loop.send(frame_of(id)) == HAL_OK);
 }
 
 } // namespace berth
