@@ -70,6 +70,9 @@ namespace
 /* A loop that is asked to stop leads the robot to rest first; one that cannot ends after this. */
 constexpr std::int64_t rest_within_ns = 5 * NS_PER_S;
 
+/* As many as the kernel keeps. */
+constexpr int edges_a_tick = 16;
+
 target_rig wiring(const rig &rig, const target_options &options)
 {
     target_rig target = rig.target;
@@ -168,12 +171,12 @@ void read_buses(struct hal &hal)
     note_confirmations(hal);
 }
 
-/* A press that is shorter than a tick is a press. */
+/* A press that is shorter than a tick is a press. Of a contact that bounces without end, the next tick reads on. */
 void read_edges(struct hal &hal)
 {
     gpio_edge edge;
     hal.was_pressed = false;
-    while (hal.lines.next_edge(rig_line::emergency_stop, edge)) {
+    for (int i = 0; i < edges_a_tick && hal.lines.next_edge(rig_line::emergency_stop, edge); i++) {
         hal.was_pressed |= edge.level == 1;
         const line_message message{sizeof(line_message) - 3,
                                    'D',
@@ -257,6 +260,9 @@ hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc,
                       real_time.is_real_time() ? wanted.target.priority : 0,
                       config_period_ns(&wanted.firmware) / 1000,
                       berth::date_now()};
+    if (!given.jitter_path.empty()) {
+        berth::write_timing(given.jitter_path, timing, timing_setting); /* one that cannot be is said now */
+    }
 }
 
 extern "C" {
