@@ -1,7 +1,6 @@
 /* hal.h on real buses and lines. */
 #include <algorithm>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -21,20 +20,9 @@
 #include "machine.h"
 #include "preflight.h"
 #include "real_time.h"
+#include "stop_signals.h"
 #include "tick_clock.h"
 #include "watchdog.h"
-
-namespace
-{
-
-volatile std::sig_atomic_t stop_signal = 0;
-
-extern "C" void on_stop_signal(int signal)
-{
-    stop_signal = signal;
-}
-
-} // namespace
 
 /* In the order in which things are opened; closing goes backwards. */
 struct hal {
@@ -112,16 +100,6 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
     }
     header.infos.emplace_back("berth_without_realtime", options.without_realtime ? "allowed by option" : "refused");
     return header;
-}
-
-void catch_stop_signals()
-{
-    struct sigaction action = {};
-    action.sa_handler = on_stop_signal;
-    sigaction(SIGTERM, &action, nullptr);
-    sigaction(SIGINT, &action, nullptr);
-    std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk: write() says so */
-    std::signal(SIGPIPE, SIG_IGN);
 }
 
 /* The frame of each tick whose time on the wire is measured. */
@@ -329,7 +307,7 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
     hal->timing.wake_up.add(late_ns);
     hal->timing.overruns += hal->tick.missed;
     hal->ticks.fetch_add(1, std::memory_order_relaxed);
-    if (stop_signal != 0) {
+    if (berth::stop_is_wanted()) {
         hal->end_ns = std::min(hal->end_ns, hal->tick.scheduled_ns);
     }
     hal->tick.stop = hal->tick.scheduled_ns >= hal->end_ns;
