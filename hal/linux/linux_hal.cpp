@@ -43,9 +43,8 @@ struct hal {
     std::optional<berth::tick_clock> clock; /* from the first tick on */
     std::int64_t end_ns;
     hal_tick tick{};
-    bool was_pressed = false;                /* between two ticks */
-    std::int64_t setpoint_tick_ns[256] = {}; /* of the newest setpoint with this counter */
-    std::uint32_t last_force_id;             /* with this frame a sample is whole */
+    bool was_pressed = false;    /* between two ticks */
+    std::uint32_t last_force_id; /* with this frame a sample is whole */
     std::optional<std::int64_t> newest_force_ns;
 };
 
@@ -130,10 +129,10 @@ std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_o
 
 void note_confirmations(struct hal &hal)
 {
-    hal_frame frame;
-    while (hal.buses[HAL_BUS_ROBOT]->next_confirmation(frame)) {
-        const std::int64_t tick_ns = hal.setpoint_tick_ns[frame.data[7]];
-        hal.timing.tick_to_wire.add(frame.time_ns - hal.clock->zero_ns() - tick_ns);
+    can_confirmation confirmation;
+    while (hal.buses[HAL_BUS_ROBOT]->next_confirmation(confirmation)) {
+        const std::int64_t on_wire_ns = confirmation.on_wire_ns - hal.clock->zero_ns();
+        hal.timing.tick_to_wire.add(on_wire_ns - confirmation.handed_over_ns);
     }
 }
 
@@ -331,13 +330,7 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
 enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
 {
     berth::can_socket *const bus = hal->buses[frame->bus].get();
-    if (bus == nullptr) {
-        return HAL_OK;
-    }
-    if (frame->id == berth::timed_id(hal->rig)) {
-        hal->setpoint_tick_ns[frame->data[7]] = hal->tick.scheduled_ns;
-    }
-    return bus->send(*frame);
+    return bus == nullptr ? HAL_OK : bus->send(*frame);
 }
 
 enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level)

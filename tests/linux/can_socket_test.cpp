@@ -91,17 +91,41 @@ TEST_CASE("bus: own frames come back as confirmed, those of others with the same
 {
     can_socket loop(HAL_BUS_ROBOT, "vcan0", {0x20}, {0x10});
     can_socket other(HAL_BUS_ROBOT, "vcan0", {});
-    REQUIRE(loop.send(frame_of(0x10, 1)) == HAL_OK);
+    hal_frame own = frame_of(0x10, 1);
+    own.time_ns = 4711;
+    const std::int64_t before_ns = read_clock_ns(CLOCK_MONOTONIC);
+    REQUIRE(loop.send(own) == HAL_OK);
+    REQUIRE(loop.send(frame_of(0x11)) == HAL_OK); /* nobody asks when */
     REQUIRE(other.send(frame_of(0x10, 2)) == HAL_OK);
     const std::vector<hal_frame> frames = drain(loop);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].data[0] == 2);
-    hal_frame confirmed;
+    can_confirmation confirmed;
     REQUIRE(loop.next_confirmation(confirmed));
-    CHECK(confirmed.data[0] == 1);
+    CHECK(confirmed.handed_over_ns == 4711);
+    CHECK(confirmed.on_wire_ns >= before_ns - 1000);
+    CHECK(confirmed.on_wire_ns <= read_clock_ns(CLOCK_MONOTONIC));
     CHECK(!loop.next_confirmation(confirmed));
-    CHECK(loop.counts().sent == 1);
+    CHECK(loop.counts().sent == 2);
     CHECK(loop.counts().confirmed == 1);
+}
+
+TEST_CASE("bus: frames that are alike are confirmed one by one, each with the time at which it was handed over")
+{
+    can_socket loop(HAL_BUS_ROBOT, "vcan0", {0x20}, {0x80});
+    for (int round = 0; round < 3; round++) { /* as SYNC, which has no number */
+        for (const std::int64_t tick_ns : {1, 2, 3}) {
+            const hal_frame sync{tick_ns, 0x80, HAL_BUS_ROBOT, 0, 0, 0, {}};
+            REQUIRE(loop.send(sync) == HAL_OK);
+        }
+        drain(loop);
+        can_confirmation confirmed;
+        for (const std::int64_t tick_ns : {1, 2, 3}) {
+            REQUIRE(loop.next_confirmation(confirmed));
+            CHECK(confirmed.handed_over_ns == tick_ns);
+        }
+        CHECK(!loop.next_confirmation(confirmed));
+    }
 }
 
 TEST_CASE("bus: error frames are flagged and counted for what they say")

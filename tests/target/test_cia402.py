@@ -84,4 +84,4 @@ def test_the_sync_is_on_the_wire_soon_after_the_tick(loop):
     assert jitter["wake_up"]["count"] >= TICKS
     assert jitter["tick_to_wire"]["count"] >= TICKS - 10
     assert jitter["execution"]["p99_9_us"] < 75  # two frames a tick instead of one
-    assert jitter["tick_to_wire"]["max_us"] < 500  # SYNC has no number: one that is later than a tick would look early
+    assert jitter["tick_to_wire"]["max_us"] < 500
