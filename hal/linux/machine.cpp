@@ -3,7 +3,6 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <sstream>
@@ -71,11 +70,15 @@ bool has_cpu(const std::string &list, std::int64_t cpu)
     std::istringstream ranges(list);
     std::string range;
     while (std::getline(ranges, range, ',')) {
-        long long first = 0;
-        long long last = 0;
-        const int numbers = std::sscanf(range.c_str(), "%lld-%lld", &first, &last);
-        if (numbers >= 1 && cpu >= first && cpu <= (numbers == 2 ? last : first)) {
-            return true;
+        std::istringstream ends(range);
+        std::int64_t first = 0;
+        std::int64_t last = 0;
+        char dash = 0;
+        if (ends >> first) {
+            last = ends >> dash >> last ? last : first;
+            if (cpu >= first && cpu <= last) {
+                return true;
+            }
         }
     }
     return false;
