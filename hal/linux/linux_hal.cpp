@@ -148,13 +148,14 @@ void read_buses(struct hal &hal)
     note_confirmations(hal);
 }
 
-/* A press that is shorter than a tick is a press. Of a contact that bounces without end, the next tick reads on. */
+/* A press that is shorter than a tick is a press; of two edges in a row the kernel may tell the second only. Of a
+ * contact that bounces without end, the next tick reads on. */
 void read_edges(struct hal &hal)
 {
     gpio_edge edge;
     hal.was_pressed = false;
     for (int i = 0; i < edges_a_tick && hal.lines.next_edge(rig_line::emergency_stop, edge); i++) {
-        hal.was_pressed |= edge.level == 1;
+        hal.was_pressed = true;
         const line_message message{sizeof(line_message) - 3,
                                    'D',
                                    ulog_line_id,
