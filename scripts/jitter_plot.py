@@ -52,6 +52,8 @@ def read(path):
         return [Histogram(label, whole_us(one["histogram"]), one["min_us"], one["avg_us"], one["max_us"])
                 for label, one in found if one["count"] > 0]
     thread = told["thread"]["0"]
+    if not thread["histogram"]:
+        raise ValueError(f"{path} has no histogram")
     return [Histogram(path.stem, whole_us(thread["histogram"]), thread["min"], thread["avg"], thread["max"])]
 
 
@@ -93,7 +95,7 @@ def main():
     try:
         first, *others = [read(path) for path in given.file]
     except (OSError, ValueError, KeyError) as problem:
-        print(f"jitter_plot.py: {problem}: give files as cyclictest --json and berth-target --jitter write them",
+        print(f"jitter_plot.py: {problem}: give files as cyclictest --json=FILE --histogram=US and berth-target --jitter write them",
               file=sys.stderr)
         return 2
     histograms = first + [one for other in others for one in other]

@@ -10,8 +10,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "can_link.h"
 #include "hardware_error.h"
@@ -97,7 +99,7 @@ int open_socket(const std::string &interface)
 can_socket::can_socket(hal_bus bus, const std::string &interface, const std::vector<std::uint32_t> &ids,
                        const std::vector<std::uint32_t> &sent_ids)
     : bus_(bus), interface_(interface), socket_(open_socket(interface)), buffer_(std::make_unique<message_buffer>()),
-      has_hardware_stamps_(has_hardware_stamps(interface))
+      has_hardware_stamps_(has_hardware_stamps(interface)), sent_ids_(sent_ids)
 {
     try {
         set_filters(socket_, interface, ids, sent_ids);
@@ -122,26 +124,6 @@ can_socket::~can_socket()
     close(socket_);
 }
 
-bool can_socket::frame_queue::push(const hal_frame &frame)
-{
-    if (count == frames.size()) {
-        return false;
-    }
-    frames[(first + count++) % frames.size()] = frame;
-    return true;
-}
-
-bool can_socket::frame_queue::pop(hal_frame &frame)
-{
-    if (count == 0) {
-        return false;
-    }
-    frame = frames[first];
-    first = (first + 1) % frames.size();
-    count--;
-    return true;
-}
-
 void can_socket::flush()
 {
     can_frame frame;
@@ -157,11 +139,27 @@ void can_socket::wait(int timeout_ms) const
 
 void can_socket::note_error(std::uint32_t error_class, const std::uint8_t data[8])
 {
-    counts_.bus_off += (error_class & CAN_ERR_BUSOFF) != 0;
+    if (error_class & CAN_ERR_BUSOFF) {
+        counts_.bus_off++;
+        under_way_ = {};
+    }
     counts_.restarted += (error_class & CAN_ERR_RESTARTED) != 0;
     if (error_class & CAN_ERR_CRTL) {
         counts_.controller_lost += (data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0;
         counts_.error_passive += (data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0;
+    }
+}
+
+/* Frames are confirmed in the order in which they were sent. What is left of those before this one has been lost. */
+void can_socket::note_confirmation(const hal_frame &frame)
+{
+    counts_.confirmed++;
+    hal_frame sent;
+    while (under_way_.pop(sent)) {
+        if (sent.id == frame.id && std::memcmp(sent.data, frame.data, frame.length) == 0) {
+            confirmed_.push({sent.time_ns, frame.time_ns});
+            return;
+        }
     }
 }
 
@@ -172,9 +170,11 @@ void can_socket::report_down()
         return;
     }
     is_down_ = true;
+    down_ns_ = read_clock_ns(CLOCK_MONOTONIC);
+    under_way_ = {};
     counts_.down++;
     hal_frame frame{};
-    frame.time_ns = read_clock_ns(CLOCK_MONOTONIC);
+    frame.time_ns = down_ns_;
     frame.id = CAN_ERR_BUSOFF;
     frame.bus = static_cast<std::uint8_t>(bus_);
     frame.length = CAN_ERR_DLC;
@@ -228,14 +228,14 @@ void can_socket::take(std::size_t number, const stamp_clock &clock)
     frame.length = raw.can_dlc;
     std::memcpy(frame.data, raw.data, sizeof frame.data);
     note_overflows(header);
+    is_down_ = is_down_ && frame.time_ns <= down_ns_; /* what it had brought before is still there to be read */
     if (raw.can_id & CAN_ERR_FLAG) {
         note_error(raw.can_id & CAN_ERR_MASK, raw.data);
         frame.flags = HAL_FRAME_ERROR;
         frame.flags |= (raw.can_id & CAN_ERR_BUSOFF) ? HAL_FRAME_BUS_OFF : 0;
     }
     if (header.msg_flags & MSG_CONFIRM) {
-        counts_.confirmed++;
-        confirmed_.push(frame);
+        note_confirmation(frame);
         return;
     }
     counts_.received++;
@@ -265,15 +265,15 @@ void can_socket::drain(const stamp_clock &clock)
 
 bool can_socket::receive(std::int64_t now_ns, hal_frame &frame)
 {
-    if (received_.count == 0 || received_.frames[received_.first].time_ns > now_ns) {
+    if (received_.count == 0 || received_.items[received_.first].time_ns > now_ns) {
         return false;
     }
     return received_.pop(frame);
 }
 
-bool can_socket::next_confirmation(hal_frame &frame)
+bool can_socket::next_confirmation(can_confirmation &confirmation)
 {
-    return confirmed_.pop(frame);
+    return confirmed_.pop(confirmation);
 }
 
 hal_status can_socket::send(const hal_frame &frame)
@@ -285,6 +285,9 @@ hal_status can_socket::send(const hal_frame &frame)
     if (::send(socket_, &raw, sizeof raw, MSG_DONTWAIT) == static_cast<ssize_t>(sizeof raw)) {
         counts_.sent++;
         is_down_ = false;
+        if (std::find(sent_ids_.begin(), sent_ids_.end(), frame.id) != sent_ids_.end()) {
+            under_way_.push(frame);
+        }
         return HAL_OK;
     }
     if (errno == ENETDOWN || errno == ENODEV) {

@@ -32,6 +32,12 @@ struct can_counts {
     std::uint64_t down = 0; /* the interface went down */
 };
 
+/* A frame of our own that the driver reports to be on the wire. */
+struct can_confirmation {
+    std::int64_t handed_over_ns; /* time_ns of the frame as it was sent */
+    std::int64_t on_wire_ns;     /* CLOCK_MONOTONIC */
+};
+
 class can_socket
 {
   public:
@@ -51,8 +57,8 @@ class can_socket
     /* The oldest drained frame that arrived by `now_ns` (CLOCK_MONOTONIC, as is frame.time_ns). */
     bool receive(std::int64_t now_ns, hal_frame &frame);
 
-    /* When the driver confirmed one of our own frames, oldest first. */
-    bool next_confirmation(hal_frame &frame);
+    /* Oldest first. */
+    bool next_confirmation(can_confirmation &confirmation);
 
     hal_status send(const hal_frame &frame);
 
@@ -69,19 +75,37 @@ class can_socket
     static constexpr std::size_t frames_a_drain = 64;
     static constexpr std::size_t queue_frames = 4 * frames_a_drain;
 
-    struct frame_queue {
-        std::array<hal_frame, queue_frames> frames;
+    template <typename item>
+    struct queue {
+        std::array<item, queue_frames> items;
         std::size_t first = 0;
         std::size_t count = 0;
 
-        bool push(const hal_frame &frame);
-        bool pop(hal_frame &frame);
+        bool push(const item &one)
+        {
+            if (count == items.size()) {
+                return false;
+            }
+            items[(first + count++) % items.size()] = one;
+            return true;
+        }
+        bool pop(item &one)
+        {
+            if (count == 0) {
+                return false;
+            }
+            one = items[first];
+            first = (first + 1) % items.size();
+            count--;
+            return true;
+        }
     };
     struct message_buffer;
 
     void take(std::size_t number, const stamp_clock &clock);
     std::int64_t arrival_ns(const msghdr &header, const stamp_clock &clock);
     void note_overflows(const msghdr &header);
+    void note_confirmation(const hal_frame &frame);
     void note_error(std::uint32_t error_class, const std::uint8_t data[8]);
     void report_down();
 
@@ -92,10 +116,13 @@ class can_socket
     bool has_hardware_stamps_ = false;
     hardware_clock hardware_clock_;
     bool is_down_ = false;
+    std::int64_t down_ns_ = 0; /* since when */
     std::uint32_t overflows_seen_ = 0;
     can_counts counts_;
-    frame_queue received_;
-    frame_queue confirmed_;
+    queue<hal_frame> received_;
+    std::vector<std::uint32_t> sent_ids_; /* of frames that are to be seen confirmed */
+    queue<hal_frame> under_way_;          /* of those, the ones that are not yet */
+    queue<can_confirmation> confirmed_;
 };
 
 /* What went wrong on the bus, on stdout; nothing if all is well. */

@@ -1,7 +1,6 @@
 /* hal.h on real buses and lines. */
 #include <algorithm>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -21,20 +20,9 @@
 #include "machine.h"
 #include "preflight.h"
 #include "real_time.h"
+#include "stop_signals.h"
 #include "tick_clock.h"
 #include "watchdog.h"
-
-namespace
-{
-
-volatile std::sig_atomic_t stop_signal = 0;
-
-extern "C" void on_stop_signal(int signal)
-{
-    stop_signal = signal;
-}
-
-} // namespace
 
 /* In the order in which things are opened; closing goes backwards. */
 struct hal {
@@ -55,9 +43,8 @@ struct hal {
     std::optional<berth::tick_clock> clock; /* from the first tick on */
     std::int64_t end_ns;
     hal_tick tick{};
-    bool was_pressed = false;                /* between two ticks */
-    std::int64_t setpoint_tick_ns[256] = {}; /* of the newest setpoint with this counter */
-    std::uint32_t last_force_id;             /* with this frame a sample is whole */
+    bool was_pressed = false;    /* between two ticks */
+    std::uint32_t last_force_id; /* with this frame a sample is whole */
     std::optional<std::int64_t> newest_force_ns;
 };
 
@@ -69,6 +56,9 @@ namespace
 
 /* A loop that is asked to stop leads the robot to rest first; one that cannot ends after this. */
 constexpr std::int64_t rest_within_ns = 5 * NS_PER_S;
+
+/* As many as the kernel keeps. */
+constexpr int edges_a_tick = 16;
 
 target_rig wiring(const rig &rig, const target_options &options)
 {
@@ -111,16 +101,6 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
     return header;
 }
 
-void catch_stop_signals()
-{
-    struct sigaction action = {};
-    action.sa_handler = on_stop_signal;
-    sigaction(SIGTERM, &action, nullptr);
-    sigaction(SIGINT, &action, nullptr);
-    std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk: write() says so */
-    std::signal(SIGPIPE, SIG_IGN);
-}
-
 /* The frame of each tick whose time on the wire is measured. */
 std::uint32_t timed_id(const rig &rig)
 {
@@ -149,10 +129,10 @@ std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_o
 
 void note_confirmations(struct hal &hal)
 {
-    hal_frame frame;
-    while (hal.buses[HAL_BUS_ROBOT]->next_confirmation(frame)) {
-        const std::int64_t tick_ns = hal.setpoint_tick_ns[frame.data[7]];
-        hal.timing.tick_to_wire.add(frame.time_ns - hal.clock->zero_ns() - tick_ns);
+    can_confirmation confirmation;
+    while (hal.buses[HAL_BUS_ROBOT]->next_confirmation(confirmation)) {
+        const std::int64_t on_wire_ns = confirmation.on_wire_ns - hal.clock->zero_ns();
+        hal.timing.tick_to_wire.add(on_wire_ns - confirmation.handed_over_ns);
     }
 }
 
@@ -168,13 +148,14 @@ void read_buses(struct hal &hal)
     note_confirmations(hal);
 }
 
-/* A press that is shorter than a tick is a press. */
+/* A press that is shorter than a tick is a press; of two edges in a row the kernel may tell the second only. Of a
+ * contact that bounces without end, the next tick reads on. */
 void read_edges(struct hal &hal)
 {
     gpio_edge edge;
     hal.was_pressed = false;
-    while (hal.lines.next_edge(rig_line::emergency_stop, edge)) {
-        hal.was_pressed |= edge.level == 1;
+    for (int i = 0; i < edges_a_tick && hal.lines.next_edge(rig_line::emergency_stop, edge); i++) {
+        hal.was_pressed = true;
         const line_message message{sizeof(line_message) - 3,
                                    'D',
                                    ulog_line_id,
@@ -257,6 +238,9 @@ hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc,
                       real_time.is_real_time() ? wanted.target.priority : 0,
                       config_period_ns(&wanted.firmware) / 1000,
                       berth::date_now()};
+    if (!given.jitter_path.empty()) {
+        berth::write_timing(given.jitter_path, timing, timing_setting); /* one that cannot be is said now */
+    }
 }
 
 extern "C" {
@@ -323,7 +307,7 @@ enum hal_status hal_wait_tick(struct hal *hal, struct hal_tick *tick)
     hal->timing.wake_up.add(late_ns);
     hal->timing.overruns += hal->tick.missed;
     hal->ticks.fetch_add(1, std::memory_order_relaxed);
-    if (stop_signal != 0) {
+    if (berth::stop_is_wanted()) {
         hal->end_ns = std::min(hal->end_ns, hal->tick.scheduled_ns);
     }
     hal->tick.stop = hal->tick.scheduled_ns >= hal->end_ns;
@@ -347,13 +331,7 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
 enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
 {
     berth::can_socket *const bus = hal->buses[frame->bus].get();
-    if (bus == nullptr) {
-        return HAL_OK;
-    }
-    if (frame->id == berth::timed_id(hal->rig)) {
-        hal->setpoint_tick_ns[frame->data[7]] = hal->tick.scheduled_ns;
-    }
-    return bus->send(*frame);
+    return bus == nullptr ? HAL_OK : bus->send(*frame);
 }
 
 enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <ctime>
 #include <fstream>
+#include <sstream>
 
 #include "gpio_lines.h"
 
@@ -34,6 +35,53 @@ std::string kernel()
     utsname system{};
     uname(&system);
     return std::string(system.sysname) + " " + system.release + " " + system.version + " " + system.machine;
+}
+
+/* Several devices may share an interrupt: their names are the last words of its line, with commas between. */
+std::string interrupt_of(const std::string &device, std::istream &interrupts)
+{
+    std::string line;
+    while (std::getline(interrupts, line)) {
+        std::istringstream words(line);
+        std::string number;
+        words >> number;
+        for (std::string word; words >> word;) {
+            if (word == device || word == device + ",") {
+                return number.substr(0, number.find(':'));
+            }
+        }
+    }
+    return "";
+}
+
+std::string interrupt_cpus(const std::string &device)
+{
+    std::ifstream interrupts("/proc/interrupts");
+    const std::string number = interrupt_of(device, interrupts);
+    if (number.empty()) {
+        return "";
+    }
+    const std::string effective = first_line_of("/proc/irq/" + number + "/effective_affinity_list");
+    return effective.empty() ? first_line_of("/proc/irq/" + number + "/smp_affinity_list") : effective;
+}
+
+bool has_cpu(const std::string &list, std::int64_t cpu)
+{
+    std::istringstream ranges(list);
+    std::string range;
+    while (std::getline(ranges, range, ',')) {
+        std::istringstream ends(range);
+        std::int64_t first = 0;
+        std::int64_t last = 0;
+        char dash = 0;
+        if (ends >> first) {
+            last = ends >> dash >> last ? last : first;
+            if (cpu >= first && cpu <= last) {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 bool has_realtime_kernel()

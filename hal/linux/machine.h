@@ -2,6 +2,7 @@
 #ifndef HAL_LINUX_MACHINE_H
 #define HAL_LINUX_MACHINE_H
 
+#include <istream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,15 @@ namespace berth
 
 /* First line of a file, without its end; empty if it cannot be read. */
 std::string first_line_of(const std::string &path);
+
+/* The number of a device's interrupt in the text of /proc/interrupts; empty if it has none. */
+std::string interrupt_of(const std::string &device, std::istream &interrupts);
+
+/* The CPUs that serve a device's interrupt, as "0-2,5"; empty if it has none. */
+std::string interrupt_cpus(const std::string &device);
+
+/* A list of CPUs as the kernel writes it, "0-2,5", has this one. */
+bool has_cpu(const std::string &list, std::int64_t cpu);
 
 bool has_realtime_kernel();
 std::string kernel();                      /* "Linux 6.1.0-rt-amd64 #1 SMP PREEMPT_RT ..." */

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <filesystem>
 
 #include "can_link.h"
 #include "lines.h"
@@ -89,28 +89,11 @@ void check_scheduling(const target_rig &target, findings &found)
                      tried.is_real_time() ? "" : "without it motion stays disabled (see --without-realtime)"});
 }
 
-/* The CPUs that serve the interface's interrupt; empty if it has none. */
-std::string interrupt_cpus(const std::string &interface)
-{
-    std::ifstream interrupts("/proc/interrupts");
-    std::string line;
-    while (std::getline(interrupts, line)) {
-        const std::size_t name = line.rfind(' ');
-        if (name != std::string::npos && line.substr(name + 1) == interface) {
-            return first_line_of(
-                "/proc/irq/" +
-                line.substr(line.find_first_not_of(' '), line.find(':') - line.find_first_not_of(' ')) +
-                "/smp_affinity_list");
-        }
-    }
-    return "";
-}
-
 void check_controller(const std::string &interface, const can_link &link, const target_rig &target, findings &found)
 {
     const std::string cpus = interrupt_cpus(interface);
     if (!cpus.empty()) {
-        const bool is_apart = target.cpu < 0 || cpus != std::to_string(target.cpu);
+        const bool is_apart = target.cpu < 0 || !has_cpu(cpus, target.cpu);
         found.push_back(judge(is_apart, verdict::warning, interface + " interrupt", "served by CPU " + cpus,
                               "give it another CPU than the loop's: /proc/irq/N/smp_affinity_list"));
     }
@@ -181,6 +164,17 @@ struct seen_line {
     bool is_used;
 };
 
+/* Chips whose lines cannot even be listed, for want of a right. */
+std::size_t closed_chips()
+{
+    std::size_t closed = 0;
+    for (const auto &device : std::filesystem::directory_iterator("/dev")) {
+        const bool is_chip = device.path().filename().string().rfind("gpiochip", 0) == 0;
+        closed += is_chip && access(device.path().c_str(), R_OK | W_OK) != 0;
+    }
+    return closed;
+}
+
 void check_lines(const target_rig &target, findings &found)
 {
     std::vector<seen_line> seen;
@@ -189,10 +183,12 @@ void check_lines(const target_rig &target, findings &found)
             static_cast<std::vector<seen_line> *>(context)->push_back({chip, name, is_used != 0});
         },
         &seen);
-    found.push_back({verdict::fine, "GPIO",
-                     std::to_string(chips) + " chips with " + std::to_string(seen.size()) + " lines, libgpiod " +
-                         gpio_library_version(),
-                     ""});
+    const std::size_t closed = closed_chips();
+    found.push_back(judge(closed == 0, verdict::warning, "GPIO",
+                          std::to_string(chips) + " chips with " + std::to_string(seen.size()) +
+                              " lines, libgpiod " + gpio_library_version() +
+                              (closed == 0 ? "" : "; " + std::to_string(closed) + " more may not be opened"),
+                          "run as root, or let a udev rule give /dev/gpiochip* to your group"));
     for (const line_wiring &wiring : wiring_of(target)) {
         if (wiring.name.empty()) {
             found.push_back({verdict::warning, wiring.key, "not wired", ""});

@@ -2,6 +2,7 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <net/if.h>
+#include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -90,17 +91,41 @@ TEST_CASE("bus: own frames come back as confirmed, those of others with the same
 {
     can_socket loop(HAL_BUS_ROBOT, "vcan0", {0x20}, {0x10});
     can_socket other(HAL_BUS_ROBOT, "vcan0", {});
-    REQUIRE(loop.send(frame_of(0x10, 1)) == HAL_OK);
+    hal_frame own = frame_of(0x10, 1);
+    own.time_ns = 4711;
+    const std::int64_t before_ns = read_clock_ns(CLOCK_MONOTONIC);
+    REQUIRE(loop.send(own) == HAL_OK);
+    REQUIRE(loop.send(frame_of(0x11)) == HAL_OK); /* nobody asks when */
     REQUIRE(other.send(frame_of(0x10, 2)) == HAL_OK);
     const std::vector<hal_frame> frames = drain(loop);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].data[0] == 2);
-    hal_frame confirmed;
+    can_confirmation confirmed;
     REQUIRE(loop.next_confirmation(confirmed));
-    CHECK(confirmed.data[0] == 1);
+    CHECK(confirmed.handed_over_ns == 4711);
+    CHECK(confirmed.on_wire_ns >= before_ns - 1000);
+    CHECK(confirmed.on_wire_ns <= read_clock_ns(CLOCK_MONOTONIC));
     CHECK(!loop.next_confirmation(confirmed));
-    CHECK(loop.counts().sent == 1);
+    CHECK(loop.counts().sent == 2);
     CHECK(loop.counts().confirmed == 1);
+}
+
+TEST_CASE("bus: frames that are alike are confirmed one by one, each with the time at which it was handed over")
+{
+    can_socket loop(HAL_BUS_ROBOT, "vcan0", {0x20}, {0x80});
+    for (int round = 0; round < 3; round++) { /* as SYNC, which has no number */
+        for (const std::int64_t tick_ns : {1, 2, 3}) {
+            const hal_frame sync{tick_ns, 0x80, HAL_BUS_ROBOT, 0, 0, 0, {}};
+            REQUIRE(loop.send(sync) == HAL_OK);
+        }
+        drain(loop);
+        can_confirmation confirmed;
+        for (const std::int64_t tick_ns : {1, 2, 3}) {
+            REQUIRE(loop.next_confirmation(confirmed));
+            CHECK(confirmed.handed_over_ns == tick_ns);
+        }
+        CHECK(!loop.next_confirmation(confirmed));
+    }
 }
 
 TEST_CASE("bus: error frames are flagged and counted for what they say")
@@ -154,14 +179,17 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
 {
     can_socket loop(HAL_BUS_ROBOT, "vcan1", {id});
     can_socket other(HAL_BUS_ROBOT, "vcan1", {});
+    REQUIRE(other.send(frame_of(id)) == HAL_OK);
     REQUIRE(set_up("vcan1", false));
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     const std::vector<hal_frame> frames = drain(loop);
-    REQUIRE(frames.size() == 1);
+    REQUIRE(frames.size() == 2);
     CHECK(frames[0].flags == (HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF));
+    CHECK(frames[1].flags == 0); /* what had come before */
+    CHECK(loop.send(frame_of(0x10)) == HAL_NO_BUFFER);
     CHECK(loop.counts().down == 1);
-    CHECK(loop.counts().not_sent == 2);
+    CHECK(loop.counts().not_sent == 3);
 
     REQUIRE(set_up("vcan1", true));
     drain(loop);
@@ -169,6 +197,51 @@ TEST_CASE("bus: an interface that is down is a controller off the bus, once; up 
     CHECK(loop.send(frame_of(0x10)) == HAL_OK);
     REQUIRE(other.send(frame_of(id)) == HAL_OK);
     CHECK(drain(loop).size() == 1);
+}
+
+TEST_CASE("bus: each time that the interface goes down is told, on a bus as well that nothing is sent on")
+{
+    can_socket sensor(HAL_BUS_SENSOR, "vcan1", {id});
+    can_socket other(HAL_BUS_SENSOR, "vcan1", {});
+    for (std::uint64_t times = 1; times <= 3; times++) {
+        CAPTURE(times);
+        REQUIRE(set_up("vcan1", false));
+        std::vector<hal_frame> frames = drain(sensor);
+        REQUIRE(frames.size() == 1);
+        CHECK(frames[0].flags == (HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF));
+        CHECK(sensor.counts().down == times);
+
+        REQUIRE(set_up("vcan1", true));
+        drain(other);
+        REQUIRE(other.send(frame_of(id)) == HAL_OK);
+        frames = drain(sensor);
+        REQUIRE(frames.size() == 1);
+        CHECK(frames[0].flags == 0);
+    }
+}
+
+TEST_CASE("bus: a frame that finds the transmit queue full is dropped at once and never sent")
+{
+    can_socket loop(HAL_BUS_ROBOT, "can0", {});
+    can_socket listener(HAL_BUS_ROBOT, "can2", {id});
+    constexpr std::uint8_t burst = 40; /* the queue has room for 10 */
+    std::vector<bool> was_sent;
+    const sched_param above_the_interrupts{80};
+    const sched_param ordinary{};
+    REQUIRE(sched_setscheduler(0, SCHED_FIFO, &above_the_interrupts) == 0);
+    for (std::uint8_t i = 0; i < burst; i++) {
+        was_sent.push_back(loop.send(frame_of(id, i)) == HAL_OK);
+    }
+    REQUIRE(sched_setscheduler(0, SCHED_OTHER, &ordinary) == 0);
+    CHECK(loop.counts().not_sent > 0);
+    CHECK(loop.counts().sent + loop.counts().not_sent == burst);
+    usleep(100000);
+    const std::vector<hal_frame> frames = drain(listener);
+    CHECK(!frames.empty());
+    for (const hal_frame &frame : frames) {
+        CHECK((frame.flags != 0 || was_sent[frame.data[0]]));
+    }
+    CHECK(loop.send(frame_of(id)) == HAL_OK);
 }
 
 } // namespace berth

@@ -57,11 +57,14 @@ def test_without_can_it_says_so():
 @pytest.mark.parametrize("arguments", [(), ("no-such-rig",), ("ess", "--no-such-option"),
                                        ("ess", "--set", "target.priority=99"),
                                        ("ess", "--set", "target.robot_interface="),
-                                       ("ess", "/proc/none/log.ulg", "--without-buses")])
+                                       ("ess", "/proc/none/log.ulg", "--without-buses"),
+                                       ("ess", "--without-buses", "--jitter", "/proc/none/jitter.json")])
 def test_usage_and_input(arguments):
+    """Before the first tick: a run that is over has nothing to say."""
     done = target(*arguments)
     assert done.returncode == EXIT_INPUT
     assert done.stderr.count(b"\n") == 1
+    assert done.stdout == b""
 
 
 def test_timing_without_buses(tmp_path):
@@ -97,6 +100,24 @@ def test_the_table_of_the_timing_has_all_that_labs_ask_for(tmp_path):
     assert f"overruns: {told['berth']['overruns']} in" in done.stdout
     assert "not measured: tick to wire, force age" in done.stdout
     assert (tmp_path / "jitter.png").stat().st_size > 10_000
+
+
+def test_a_file_without_a_histogram_is_refused(tmp_path):
+    (tmp_path / "plain.json").write_text('{"thread": {"0": {"histogram": {}, "min": 1, "max": 2, "avg": 1.5}}}')
+    done = subprocess.run([sys.executable, ROOT / "scripts" / "jitter_plot.py", tmp_path / "plain.json"],
+                          capture_output=True, text=True, timeout=TIMEOUT_s, check=False)
+    assert done.returncode == EXIT_INPUT
+    assert "--histogram" in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze to judge the service")
+def test_systemd_understands_the_service(tmp_path):
+    """All but the program, which this machine does not have where a board does."""
+    unit = (ROOT / "scripts" / "image" / "berth.service").read_text()
+    (tmp_path / "berth.service").write_text(unit.replace("/usr/bin/berth-target", str(TARGET)))
+    done = subprocess.run(["systemd-analyze", "verify", tmp_path / "berth.service"], capture_output=True, text=True,
+                          timeout=TIMEOUT_s, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_sigterm_is_an_orderly_stop(tmp_path):

@@ -117,3 +117,16 @@ def guest(request, booted):
 
     step.arch = request.param
     return step
+
+
+def pytest_terminal_summary(terminalreporter):
+    """How the loop and cyclictest beside it kept time, in each guest that has run: table, ratio and picture."""
+    nodes = [report.nodeid for reports in terminalreporter.stats.values() for report in reports
+             if hasattr(report, "nodeid")]
+    for arch in PROGRAMS:
+        files = [results_of(arch) / "closed_loop" / name for name in ("jitter.json", "cyclictest.json")]
+        if any(arch in node for node in nodes) and all(file.is_file() for file in files):
+            terminalreporter.write_sep("-", f"timing in the {arch} guest")
+            done = subprocess.run([sys.executable, ROOT / "scripts" / "jitter_plot.py", *files], capture_output=True,
+                                  text=True, check=False)
+            terminalreporter.write(done.stdout + done.stderr)

@@ -82,11 +82,11 @@ rig_wait() {
 
 uptime_cs() { sed 's/^\([0-9]*\)\.\([0-9]*\) .*/\1\2/' /proc/uptime; }
 
-# at SECONDS COMMAND...: so long after the loop's start.
+# at SECONDS COMMAND...: so long after the loop's start. What its fault line shows just before is written down.
 at() {
     left_cs=$(($(echo "$1" | awk '{ printf "%d", 100 * $1 }') + began_cs - $(uptime_cs)))
     [ $left_cs -le 0 ] || sleep "$((left_cs / 100)).$(printf '%02d' $((left_cs % 100)))"
     shift
-    echo "at $(uptime_cs): $*" >>events
+    echo "at $(uptime_cs): $*, fault line $(level FAULT)" >>events
     "$@"
 }

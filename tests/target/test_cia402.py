@@ -1,4 +1,4 @@
-"""Profile "cia402" over the kernel's CAN stack: the same motion as in simulation, and a bus that python canopen
+"""Profile "cia402" for 60 s over the kernel's CAN stack: the same motion as in simulation, and a bus that python canopen
 understands."""
 
 import subprocess
@@ -11,6 +11,7 @@ from conftest import BERTH, berth
 from target_log import TargetLog
 
 GROWTH_AGREES = 0.02  # of the growth rate in simulation
+TICKS = 24_000
 NODE = 1
 COUNTS_PER_M = 1e8
 SYNC, RPDO, TPDO, HEARTBEAT = 0x080, 0x200 + NODE, 0x180 + NODE, 0x700
@@ -35,7 +36,7 @@ def frames(loop):
 
 
 def test_it_grows_as_in_simulation(loop, tmp_path):
-    simulated = berth("run", "ess-cia402", "--set", "run.duration_s=20", "--out", tmp_path)["growth_per_s"]
+    simulated = berth("run", "ess-cia402", "--out", tmp_path)["growth_per_s"]
     displayed = berth("summary", loop.path("run.ulg"))["growth_per_s"]
     assert displayed == pytest.approx(simulated, rel=GROWTH_AGREES)
 
@@ -43,6 +44,7 @@ def test_it_grows_as_in_simulation(loop, tmp_path):
 def test_it_runs_to_the_end_and_replays(loop, log):
     assert log.states() == ["start", "ready", "running"]
     assert log.last_state() == "stopped"
+    assert np.count_nonzero(log.before_end) == TICKS
     log.check_no_tick_is_missing()
     assert "0 not recorded, 0 frames not sent" in loop.text("loop.stdout")
     done = subprocess.run([BERTH, "replay", loop.path("run.ulg")], capture_output=True, text=True, check=False)
@@ -76,8 +78,10 @@ def test_a_sync_in_each_tick_and_heartbeats_both_ways(frames, log):
         assert np.median(np.diff(beats_s)) == pytest.approx(0.1, abs=0.005)
 
 
-def test_the_sync_is_on_the_wire_within_the_tick(loop):
+def test_the_sync_is_on_the_wire_soon_after_the_tick(loop):
     jitter = loop.json("jitter.json")["berth"]
     assert jitter["overruns"] == 0
-    assert jitter["tick_to_wire"]["count"] >= 7990
-    assert jitter["tick_to_wire"]["max_us"] < 2500
+    assert jitter["wake_up"]["count"] >= TICKS
+    assert jitter["tick_to_wire"]["count"] >= TICKS - 10
+    assert jitter["execution"]["p99_9_us"] < 75  # two frames a tick instead of one
+    assert jitter["tick_to_wire"]["max_us"] < 500

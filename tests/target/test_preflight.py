@@ -1,5 +1,7 @@
 """berth-target --check: what it says of a machine, to whoever asks."""
 
+import re
+
 import pytest
 
 
@@ -26,6 +28,13 @@ def test_a_machine_that_is_fit(preflight):
     for bus in ("can0", "can1"):  # these controllers have no clock of their own
         assert found[f"{bus} stamps"][0] == "ok" and found[f"{bus} stamps"][1].startswith("software")
         assert found[f"{bus} restart"] == ("ok", "100 ms after bus-off")
+        assert found[f"{bus} interrupt"] == ("ok", "served by CPU 0")
+        assert found[f"{bus} queue"] == ("ok", "10 frames")
+    lines = found["GPIO"][1].split()
+    assert int(lines[0]) >= 1 and int(lines[3]) >= 5
+    for key, name in (("emergency_stop", "EMERGENCY_STOP"), ("enable", "ENABLE"), ("heartbeat", "HEARTBEAT"),
+                      ("tick", "TICK"), ("fault", "FAULT")):
+        assert re.search(rf"^ok +target.{key}_line +{name} on gpiochip\d$", preflight.text("check"), re.MULTILINE)
     assert not [subject for subject, (verdict, _) in found.items() if verdict == "MISSING"]
 
 
@@ -35,6 +44,8 @@ def test_who_may_not_have_real_time_is_told_what_to_do(preflight):
     verdict, text = found["scheduling"]
     assert verdict == "MISSING"
     assert "LimitRTPRIO" in text or "LimitMEMLOCK" in text
+    assert "chips with 0 lines" in found["GPIO"][1] and "may not be opened" in found["GPIO"][1]
+    assert "-> run as root, or let a udev rule give /dev/gpiochip*" in preflight.text("check_user")
 
 
 def test_what_is_not_there_is_named_with_its_key(preflight):

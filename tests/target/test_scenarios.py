@@ -45,6 +45,14 @@ def test_nothing_recorded_is_lost(play, name):
     assert replay.returncode == 0, replay.stdout + replay.stderr
 
 
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if len(SCENARIOS[name]["events"]) == 2])
+def test_the_fault_line_shows_outside_whether_it_is_in_fault(play, name):
+    """0.5 s after the first event, and not before it."""
+    step, _ = play(name)
+    is_fault = SCENARIOS[name]["states"][-1] == "fault"
+    assert [line[-1] for line in step.lines("events")] == ["0", "1" if is_fault else "0"]
+
+
 def test_frames_that_are_not_for_the_loop_never_reach_it(play):
     _, log = play("foreign_frames")
     assert log.tick["rejected_frames"][-1] == log.tick["lost_frames"][-1] == 0

@@ -1,7 +1,10 @@
 """The loop and the kernel's software watchdog: what the kernel says of it in each phase of steps/watchdog.sh."""
 
+import numpy as np
 import pytest
+from target_log import TargetLog
 
+PERIOD_s = 0.0025
 FIRED = "softdog: Triggered"
 
 
@@ -15,6 +18,22 @@ def watchdog(guest):
 def test_a_loop_that_runs_feeds_it(watchdog):
     """For 6 s, where it fires after 2."""
     assert FIRED not in watchdog.text("fed.kernel")
+
+
+def test_sigterm_leads_the_robot_to_rest_and_closes_the_log(watchdog):
+    """From full motion, within the limits."""
+    log = TargetLog(watchdog.path("terminated.ulg"))
+    assert watchdog.number("terminated.exit_code") == 0, watchdog.text("loop.stderr")
+    assert "stopped because: requested" in watchdog.text("terminated.stdout")
+    assert "0 not recorded" in watchdog.text("terminated.stdout")
+    log.check_no_tick_is_missing()
+    assert log.states() == ["start", "ready", "running"]
+    assert log.last_state() == "stopped"
+    speeds_m_per_s = np.abs(np.diff(log.tick["command_position_m"])) / PERIOD_s
+    stop = np.flatnonzero(~log.before_end)[0]
+    assert stop == pytest.approx(6 / PERIOD_s, abs=20)
+    assert speeds_m_per_s[stop - 400 : stop].max() > 0.005
+    assert speeds_m_per_s[-1] < 1e-4
 
 
 def test_a_clean_stop_gives_it_back(watchdog):

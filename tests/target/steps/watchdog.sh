@@ -1,6 +1,6 @@
 #!/bin/sh
-# The loop and the kernel's software watchdog, which fires after 2 s and is told not to reboot: fed, given back, and not
-# fed by a loop that stands still while the thread that feeds goes on.
+# The loop and the kernel's software watchdog, which fires after 2 s and is told not to reboot: fed, given back at SIGTERM
+# in motion, and not fed by a loop that stands still while the thread that feeds goes on.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
 rmmod softdog
@@ -13,8 +13,11 @@ phase() { /bin/busybox dmesg -c >"$1.kernel"; }
 phase before
 rig_start ess --robot can2 --sensor can3
 # shellcheck disable=SC2086 # words
-loop_start ess --set run.duration_s=6 $setting
+loop_start ess terminated.ulg --until-stopped $setting
+at 6 kill -TERM "$loop"
 loop_wait
+mv loop.exit_code terminated.exit_code
+mv loop.stdout terminated.stdout
 phase fed
 sleep 4
 phase given_back
