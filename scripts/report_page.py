@@ -131,8 +131,9 @@ def add_energy(page):
     found = signals.energies(page.log)
     if found:
         page.add_signals("energy", "Energy",
-                         "Sums since the loop began to run. Between the force that the loop uses and the motion that the "
-                         "robot makes lies the dead time: what it makes comes from nowhere.",
+                         "Sums since the loop began to run, and what is stored in the manipulator. Between the force that "
+                         "the loop uses and the motion that the robot makes lies the dead time: what it makes comes "
+                         "from nowhere.",
                          found, "energy (J)", "J", {"shapes": rest_shapes(page.log)})
 
 

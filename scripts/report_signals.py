@@ -97,12 +97,12 @@ def energies(log):
     """The firmware's energy account in J; none in logs of versions that had none."""
     if "energy_dead_time_J" not in log.tick:
         return []
-    kinds = (("made by the dead time", "dead_time", ROBOT, "solid"),
-             ("made by the manipulator's step", "integrator", COMMAND, "dash"),
-             ("given by the operator", "operator", OPERATOR, "dash"),
-             ("taken by the manipulator's damping", "dissipated", MANIPULATOR, "dot"),
-             ("taken by the hardware", "measured_port", OBJECT, "dot"),
-             ("stored in the manipulator", "stored", MANIPULATOR, "solid"))
+    kinds = (("dead time made", "dead_time", ROBOT, "solid"),
+             ("step made", "integrator", COMMAND, "dash"),
+             ("operator gave", "operator", OPERATOR, "dash"),
+             ("damping took", "dissipated", MANIPULATOR, "dot"),
+             ("hardware took", "measured_port", OBJECT, "dot"),
+             ("stored", "stored", MANIPULATOR, "solid"))
     found = ((label, colour, dash, log.tick[f"energy_{name}_J"]) for label, name, colour, dash in kinds)
     return [Signal(label, colour, log.tick_s, values, dash) for label, colour, dash, values in found if values.any()]
 
