@@ -1,6 +1,7 @@
 /* exp(A) for small fixed-size matrices from additions, multiplications and one division: the same bits on every
  * machine with IEEE arithmetic, which a libm would not promise. Start-up only.
- * Scaling and squaring with a Taylor series: at norm <= 1/4, 14 terms leave 1e-20. */
+ * Scaling and squaring with a Taylor series: at norm <= 1/4, 14 terms leave 1e-20. Lazy products: from a size on,
+ * Eigen's others may use the heap. */
 #ifndef FIRMWARE_MATRIX_EXPONENTIAL_H
 #define FIRMWARE_MATRIX_EXPONENTIAL_H
 
@@ -24,10 +25,10 @@ Eigen::Matrix<double, N, N> matrix_exponential(Eigen::Matrix<double, N, N> a)
     const auto identity = Eigen::Matrix<double, N, N>::Identity();
     Eigen::Matrix<double, N, N> sum = identity;
     for (int k = terms; k > 0; k--) {
-        sum = identity + (a * sum).eval() / static_cast<double>(k);
+        sum = identity + a.lazyProduct(sum).eval() / static_cast<double>(k);
     }
     for (int i = 0; i < squarings; i++) {
-        sum = (sum * sum).eval();
+        sum = sum.lazyProduct(sum).eval();
     }
     return sum;
 }
