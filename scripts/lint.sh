@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 clang-format --dry-run --Werror "$@"
-shellcheck scripts/*.sh scripts/guest/*.sh scripts/guest/init scripts/image/postinst tests/target/*.sh tests/target/steps/*.sh .ci/run
+shellcheck scripts/*.sh scripts/guest/*.sh scripts/guest/init scripts/image/postinst scripts/image/prerm tests/target/*.sh tests/target/steps/*.sh .ci/run
 
 flags=(-I. -isystem /usr/include/eigen3 -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC -DBERTH_WITH_SUNDIALS
     -DBERTH_WITH_ZLIB "-DBERTH_COMMIT=\"lint\"" -D_GNU_SOURCE)

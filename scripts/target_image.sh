@@ -27,6 +27,7 @@ place 644 scripts/image/sysusers.conf usr/lib/sysusers.d/berth.conf
 place 644 scripts/image/limits.conf etc/security/limits.d/berth.conf
 place 644 LICENSE usr/share/doc/berth/copyright
 place 755 scripts/image/postinst DEBIAN/postinst
+place 755 scripts/image/prerm DEBIAN/prerm
 
 cat scripts/image/target.toml >>"$root/etc/berth/rig.toml"
 printf '/etc/berth/rig.toml\n/etc/security/limits.d/berth.conf\n' >"$root/DEBIAN/conffiles"
