@@ -110,7 +110,7 @@ TEST_CASE("reception: of all 11-bit identifiers only the table's of the profile 
             }
         }
         CHECK(known == rows);
-        CHECK(reception.counts.unknown == 2 * 2048 - rows);
+        CHECK(reception.counts.unknown == std::size_t{2} * 2048 - rows);
     }
 }
 
