@@ -7,6 +7,7 @@
 
 #include "../../hal/version.h"
 #include "commands.h"
+#include "compensation_choice.h"
 
 namespace
 {
@@ -32,6 +33,13 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command
         .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
         ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--with", arguments.with,
+                    "compensation of the dead time, before --set: " + berth::compensation_names() +
+                        "; may be repeated")
+        ->type_name("NAME")
         ->take_all()
         ->allow_extra_args(false);
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
@@ -90,6 +98,27 @@ void add_map_options(CLI::App &command, berth::map_arguments &arguments)
     command.add_option("--out", arguments.out_folder, "folder for the CSV file")->capture_default_str();
     command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));
     command.add_flag("--yes", arguments.yes, "go on where a map is very large");
+}
+
+void add_tolerance_options(CLI::App &command, berth::compensate_arguments &arguments)
+{
+    const auto share = [&](const char *name, double &percent, const char *meaning) {
+        command.add_option(name, percent, meaning)
+            ->check(CLI::Range(0.0, 99.0).description(""))
+            ->type_name("PERCENT")
+            ->capture_default_str();
+    };
+    share("--dead-time", arguments.dead_time_percent, "by which the robot's dead time may be off, either way");
+    share("--stiffness", arguments.stiffness_percent, "the same of the object's stiffness");
+    share("--mass", arguments.mass_percent, "the same of its mass");
+    command.add_option("--noise", arguments.noise_N, "of the force: standard deviation")
+        ->check(CLI::Range(0.0, 1e4).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command.add_option("--duration", arguments.duration_s, "of each trial, from the release on")
+        ->check(CLI::Range(0.1, 600.0).description(""))
+        ->type_name("S")
+        ->capture_default_str();
 }
 
 void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &arguments)
@@ -201,6 +230,13 @@ int run(int argc, char **argv)
         ->type_name("PERCENT")
         ->capture_default_str();
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
+
+    berth::compensate_arguments compensate;
+    CLI::App *compensate_app = app.add_subcommand(
+        "compensate", "which compensation of the dead time suits the rig, and what it costs in fidelity");
+    add_rig_options(*compensate_app, compensate);
+    add_tolerance_options(*compensate_app, compensate);
+    compensate_app->callback([&] { exit_code = berth::compensate_command(compensate); });
 
     berth::diagnose_arguments diagnose;
     CLI::App *diagnose_app = app.add_subcommand(
