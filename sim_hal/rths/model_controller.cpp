@@ -1,6 +1,6 @@
 #include "model_controller.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "../../firmware/matrix_exponential.h"
 
@@ -43,15 +43,15 @@ transfer_state regulator(const transfer_matrix &transition, const transfer_state
 } // namespace
 
 model_controller::model_controller(const known_beforehand &known, const model_settings &settings)
-    : nominal_(known.nominal), settings_(settings), size_(usual_size())
+    : nominal_(known.nominal), settings_(settings), size_(usual_size()), dynamics_(transfer_dynamics(nominal_)),
+      input_(transfer_input(nominal_))
 {
     /* exp of [A b b_v; 0] over a sample: the command and an acceleration of the specimen are held. */
     constexpr int with_inputs = transfer_states + 2;
     Eigen::Matrix<double, with_inputs, with_inputs> held = Eigen::Matrix<double, with_inputs, with_inputs>::Zero();
     const transfer_state unit = size_.cwiseInverse();
-    held.topLeftCorner<transfer_states, transfer_states>() =
-        unit.asDiagonal() * transfer_dynamics(nominal_) * size_.asDiagonal();
-    held.block<transfer_states, 1>(0, transfer_states) = unit.cwiseProduct(transfer_input(nominal_));
+    held.topLeftCorner<transfer_states, transfer_states>() = unit.asDiagonal() * dynamics_ * size_.asDiagonal();
+    held.block<transfer_states, 1>(0, transfer_states) = unit.cwiseProduct(input_);
     held(velocity, transfer_states + 1) = unit(velocity);
     const auto sampled = matrix_exponential<with_inputs>(held * period_s);
     transition_ = sampled.topLeftCorner<transfer_states, transfer_states>();
@@ -73,7 +73,6 @@ model_controller::model_controller(const known_beforehand &known, const model_se
         from_ground_(order, 0) = from_frame_.row(order - 1).dot(whole.ground_input());
         from_ground_(order, 1) = from_ground_(order - 1, 0);
     }
-    /* The slope acts on what the acceleration acted on one order before, and on goes what both did. */
 }
 
 model_controller::target model_controller::derivatives(const controller_input &input)
@@ -89,38 +88,26 @@ model_controller::target model_controller::derivatives(const controller_input &i
     return now;
 }
 
-transfer_state model_controller::ideal_state(const target &wanted) const
+model_controller::hardware_motion model_controller::to_move_as(const target &wanted) const
 {
     const transfer_parameters &p = nominal_;
     const double stiffness = p.specimen_stiffness_N_per_m * (1.0 + state_(stiffness_error));
     const double damping = p.specimen_damping_N_s_per_m();
-    std::array<double, 3> pushed{};
-    for (int n = 0; n < 3; n++) {
-        pushed[static_cast<std::size_t>(n)] =
-            p.specimen_mass_kg * wanted(n + 2) + damping * wanted(n + 1) + stiffness * wanted(n);
+    /* Force and valve with their derivatives: each is what the one after it in the chain asks for. */
+    Eigen::Vector4d force_N;
+    for (int n = 0; n < 4; n++) {
+        force_N(n) = p.specimen_mass_kg * wanted(n + 2) + damping * wanted(n + 1) + stiffness * wanted(n);
     }
-    transfer_state ideal;
-    ideal(position) = wanted(0);
-    ideal(velocity) = wanted(1);
-    ideal(force) = pushed[0];
-    ideal(valve) = pushed[1] + p.coupling_N_per_m * wanted(1) + p.leakage_per_s * pushed[0];
-    ideal(valve_rate) = pushed[2] + p.coupling_N_per_m * wanted(2) + p.leakage_per_s * pushed[1];
-    return ideal;
-}
-
-double model_controller::inverse(const target &wanted) const
-{
-    const transfer_parameters &p = nominal_;
-    const transfer_state ideal = ideal_state(wanted);
-    const double stiffness = p.specimen_stiffness_N_per_m * (1.0 + state_(stiffness_error));
-    const double damping = p.specimen_damping_N_s_per_m();
-    const double third = p.specimen_mass_kg * wanted(5) + damping * wanted(4) + stiffness * wanted(3);
-    const double second = p.specimen_mass_kg * wanted(4) + damping * wanted(3) + stiffness * wanted(2);
-    const double valve_acceleration = third + p.coupling_N_per_m * wanted(3) + p.leakage_per_s * second;
-    return ((valve_acceleration + p.valve_rate_per_s * ideal(valve_rate) + p.valve_spring_per_s2 * ideal(valve)) /
-                p.valve_gain +
-            wanted(0)) /
-           p.command_gain;
+    Eigen::Vector3d valve_N_per_s;
+    for (int n = 0; n < 3; n++) {
+        valve_N_per_s(n) = force_N(n + 1) + p.coupling_N_per_m * wanted(n + 1) + p.leakage_per_s * force_N(n);
+    }
+    hardware_motion motion;
+    motion.state << valve_N_per_s(0), valve_N_per_s(1), force_N(0), wanted(0), wanted(1);
+    const double valve_side =
+        valve_N_per_s(2) + p.valve_rate_per_s * valve_N_per_s(1) + p.valve_spring_per_s2 * valve_N_per_s(0);
+    motion.command_m = (valve_side / p.valve_gain + wanted(0)) / p.command_gain;
+    return motion;
 }
 
 void model_controller::correct_by(int state, double innovation, double variance)
@@ -152,8 +139,11 @@ void model_controller::predict(double command_m)
     const transfer_state before = state_.head<transfer_states>();
     state_.head<transfer_states>() = jacobian.topLeftCorner<transfer_states, transfer_states>() * before +
                                      from_command_ * (command_m + command_size_m * state_(command_error));
-    covariance_ = jacobian * covariance_ * jacobian.transpose();
-    covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+    const double limit = nominal_.force_limit_N / size_(force);
+    state_(force) = std::clamp(state_(force), -limit, limit);
+    const estimate_matrix moved = jacobian.lazyProduct(covariance_);
+    const estimate_matrix spread = moved.lazyProduct(jacobian.transpose());
+    covariance_ = 0.5 * (spread + spread.transpose());
     covariance_.diagonal().head<transfer_states>().array() += settings_.state_walk * settings_.state_walk;
     const double command_walk = settings_.command_walk_m / command_size_m;
     covariance_(command_error, command_error) += command_walk * command_walk;
@@ -166,25 +156,17 @@ controller_output model_controller::step(const controller_input &input)
     correct(measured_before_m_, input.late_N);
     predict(command_before_m_);
     measured_before_m_ = input.measured_m;
-    const target wanted = derivatives(input);
+    const hardware_motion ideal = to_move_as(derivatives(input));
     const transfer_state now = size_.cwiseProduct(state_.head<transfer_states>());
-    const transfer_state ideal = ideal_state(wanted);
-    /* The states are of now, the ideal ones of half a sample on. */
-    const double command_m =
-        inverse(wanted) - command_size_m * state_(command_error) -
-        gain_.dot(now +
-                  0.5 * period_s *
-                      (transfer_dynamics(nominal_) * now + transfer_input(nominal_) * command_before_m_) -
-                  ideal);
+    /* The filter's states are of now, the ideal ones of half a sample on. */
+    const transfer_state rate = dynamics_ * now + input_ * command_before_m_;
+    const double command_m = ideal.command_m - command_size_m * state_(command_error) -
+                             gain_.dot(now + 0.5 * period_s * rate - ideal.state);
     command_before_m_ = converted(command_m);
     if (!settings_.predicts_force) {
         return {command_m, input.late_N};
     }
-    const double force_rate_N_per_s =
-        now(valve) - nominal_.coupling_N_per_m * now(velocity) - nominal_.leakage_per_s * now(force);
-    const double stiffness = nominal_.specimen_stiffness_N_per_m * (1.0 + state_(stiffness_error));
-    return {command_m, now(force) + 0.5 * period_s * force_rate_N_per_s +
-                           settings_.place_correction * stiffness * (input.target_m - now(position))};
+    return {command_m, now(force) + 0.5 * period_s * rate(force)};
 }
 
 } // namespace berth::rths

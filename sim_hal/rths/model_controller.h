@@ -20,8 +20,7 @@ struct model_settings {
     double stiffness_spread = 0.05; /* standard deviation of the specimen's stiffness, of the nominal one */
     double stiffness_walk = 1e-6;   /* in a sample */
     double state_walk = 1e-5;       /* of the hardware's states in a sample, of their usual size */
-    bool predicts_force = true;
-    double place_correction = 0.0;
+    bool predicts_force = true; /* false: the frame gets the force that is a sample late, as the benchmark has it */
 };
 
 class model_controller : public controller
@@ -40,10 +39,14 @@ class model_controller : public controller
     using estimate = Eigen::Matrix<double, estimates, 1>;
     using estimate_matrix = Eigen::Matrix<double, estimates, estimates>;
 
+    struct hardware_motion {
+        transfer_state state;
+        double command_m;
+    };
+
     target derivatives(const controller_input &input);
-    /* What the hardware must be in and be told to move as `wanted`. */
-    transfer_state ideal_state(const target &wanted) const;
-    double inverse(const target &wanted) const;
+    /* What the nominal hardware, with the stiffness as estimated, must be in and be told to move as `wanted`. */
+    hardware_motion to_move_as(const target &wanted) const;
     void correct(double measured_m, double measured_N);
     void correct_by(int state, double innovation, double variance);
     void predict(double command_m);
@@ -51,6 +54,8 @@ class model_controller : public controller
     transfer_parameters nominal_;
     model_settings settings_;
     transfer_state size_; /* of the states, in their units: the filter computes in these */
+    transfer_matrix dynamics_;
+    transfer_state input_;
     transfer_state gain_; /* of the feedback, m per unit of the state */
     transfer_matrix transition_;
     transfer_state from_command_;

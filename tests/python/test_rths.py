@@ -34,7 +34,7 @@ def own_data(tmp_path_factory):
     """Folder with a frame and 6 s of a smooth earthquake."""
     folder = tmp_path_factory.mktemp("rths")
     (folder / "case_1.txt").write_text(matrix_text(FRAME_M, FRAME_C, FRAME_K))
-    t_s = np.arange(0.0, 6.01, 0.02)
+    t_s = np.arange(0, 6 * 64 + 1) / 64.0  # on samples of the run
     ground = np.sin(2.0 * np.pi * 1.3 * t_s) * np.exp(-0.3 * t_s) + 0.7 * np.sin(2.0 * np.pi * 3.1 * t_s)
     ground *= np.minimum(1.0, t_s)
     with gzip.open(folder / "el_centro.csv.gz", "wt") as file:
@@ -119,7 +119,7 @@ def reference_run(t_s, ground, count):
 
 
 def test_the_port_agrees_with_matrix_exponentials(own_data, tmp_path):
-    """Without noise. What is left is the fixed step's: its bends of the earthquake between two samples, and 4th order."""
+    """Without noise. The earthquake bends on samples only: what is left is the error of the fixed step."""
     folder, t_s, ground = own_data
     got, _ = samples_of(tmp_path, folder, "--noise", 0)
     count = int(t_s[-1] * RATE_Hz) + 1
@@ -213,8 +213,14 @@ def run_benchmark(folder, *arguments):
     return one_json_object(done.stdout)
 
 
-# J3 is a peak of the noise too, which differs from seed to seed: its mean over seeds is compared.
-SEEDS = range(1, 6)
+SEEDS = range(1, 11)
+PEAKS = ("J3_percent", "J5_percent")  # among them that of the noise, which is another for every seed
+
+
+def criteria_over_seeds(folder, *arguments):
+    """Criteria of the nominal plant, a row for each seed."""
+    runs = [run_benchmark(folder, *arguments, "--seed", seed)["nominal"] for seed in SEEDS]
+    return np.array([[run[name] for name in CRITERIA] for run in runs])
 
 
 @pytest.mark.parametrize("controller, case, row", [
@@ -223,11 +229,37 @@ SEEDS = range(1, 6)
     ("inverse", 1, [4.64, 10.48, 11.09, 34.2, 17.3, 31.3, 31.3, 14.7, 14.6]),
 ])
 def test_the_recomputed_rows_come_out(benchmark_data, controller, case, row):
-    runs = [run_benchmark(benchmark_data, "--controller", controller, "--case", case, "--seed", seed)["nominal"]
-            for seed in SEEDS]
-    means = [np.mean([run[name] for run in runs]) for name in CRITERIA]
-    print(f"seeds {list(SEEDS)}:", *(f"{mean:.3f} ({mean / want - 1.0:+.2%})" for mean, want in zip(means, row)))
-    assert means == pytest.approx(row, rel=0.03)
+    """Every figure within 1 %, a peak as far off as one seed's noise brings it; those of the PI within 3 % as well."""
+    runs = criteria_over_seeds(benchmark_data, "--controller", controller, "--case", case)
+    mean, spread = runs.mean(axis=0), runs.std(axis=0, ddof=1)
+    for name, got, sd, want in zip(CRITERIA, mean, spread, row):
+        print(f"seeds {SEEDS}: {name} {got:.3f}, sd {sd:.3f}, recomputed {want} ({got / want - 1.0:+.2%})")
+        assert abs(got - want) < (3.0 * sd if name in PEAKS else 0.01 * want), name
+        if controller == "pi":
+            assert got == pytest.approx(want, rel=0.03), name
+
+
+# The adaptive model-based rows; case 4 has none for perturbed plants.
+ADAPTIVE = {1: [0.0, 2.55, 2.17, 3.19, 2.45, 1.85, 1.85, 1.10, 1.09], 4: [0.0, 1.98, 1.92, 3.64, 2.86, 3.01, 3.02, 1.51, 1.50]}
+ADAPTIVE_WORST_OF_20 = {1: [0.0, 2.56, 2.19, 3.24, 2.49, 1.92, 1.93, 1.16, 1.15], 4: ADAPTIVE[4]}
+
+
+@pytest.mark.parametrize("case", [1, 4])
+def test_the_model_is_better_than_the_adaptive_rows(benchmark_data, case):
+    """Nominal and worst of 20 plants. J2 is the sensor's noise over the simulated motion: a loop that shakes the frame
+    more than the earthquake does has a lower one, so it is held against the floor of its own run. The bands are
+    two-sided: J2 below its floor would be a mistake in J2."""
+    seed = 1
+    told = run_benchmark(benchmark_data, "--controller", "model", "--case", case, "--perturbed", 20, "--seed", seed)
+    for name, got, worst, row, worst_row in zip(CRITERIA, *([told[of][name] for name in CRITERIA]
+                                                for of in ("nominal", "worst_of_perturbed")),
+                                                ADAPTIVE[case], ADAPTIVE_WORST_OF_20[case]):
+        print(f"seed {seed}: {name} {got:.3f}, worst of 20 {worst:.3f}; adaptive {row}, {worst_row}")
+        if name != "J2_percent":
+            assert got <= row and worst <= worst_row, name
+    for run in (told["nominal"], *told["perturbed"]):
+        assert 0.999 < run["J2_percent"] / run["noise_floor_percent"] < 1.01
+    assert 0.0 < told["nominal"]["J6_percent"] < 0.1 and 0.0 < told["nominal"]["J7_percent"] < 0.1
 
 
 @pytest.mark.parametrize("case, floor", [(1, 2.09), (4, 1.36)])
