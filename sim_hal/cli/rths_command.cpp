@@ -85,7 +85,7 @@ judged_run judged(const rths::run_record &record)
 
 rths::building read_frame(const std::string &path)
 {
-    const rths::building all = rths::read_building(path);
+    rths::building all = rths::read_building(path);
     const rths::transfer_parameters specimen;
     if (all.mass_kg(0, 0) <= specimen.specimen_mass_kg ||
         all.stiffness_N_per_m(0, 0) <= specimen.specimen_stiffness_N_per_m ||

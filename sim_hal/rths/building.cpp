@@ -68,7 +68,7 @@ void check_definite(const std::string &path, const char *name, const floor_matri
 building read_building(const std::string &path)
 {
     const auto rows = read_rows(path);
-    const building read{rows.topRows<floors>(), rows.middleRows<floors>(floors), rows.bottomRows<floors>()};
+    building read{rows.topRows<floors>(), rows.middleRows<floors>(floors), rows.bottomRows<floors>()};
     check_definite(path, "M [kg]", read.mass_kg);
     check_definite(path, "C [N s/m]", read.damping_N_s_per_m);
     check_definite(path, "K [N/m]", read.stiffness_N_per_m);

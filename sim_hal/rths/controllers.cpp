@@ -96,7 +96,7 @@ class third_order_inverse : public controller
 
 std::vector<std::string> controller_names()
 {
-    return {"pi", "inverse", "model"};
+    return {"pi", "inverse", "model", "model-late"};
 }
 
 std::unique_ptr<controller> make_controller(const std::string &name, const known_beforehand &known)
@@ -109,6 +109,11 @@ std::unique_ptr<controller> make_controller(const std::string &name, const known
     }
     if (name == "model") {
         return std::make_unique<model_controller>(known, model_settings{});
+    }
+    if (name == "model-late") { /* the same tracking, the frame gets the force as late as the benchmark has it */
+        model_settings settings;
+        settings.force_lead_samples = -1.0;
+        return std::make_unique<model_controller>(known, settings);
     }
     throw input_error(name + ": no such controller");
 }

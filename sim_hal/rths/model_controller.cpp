@@ -163,10 +163,7 @@ controller_output model_controller::step(const controller_input &input)
     const double command_m = ideal.command_m - command_size_m * state_(command_error) -
                              gain_.dot(now + 0.5 * period_s * rate - ideal.state);
     command_before_m_ = converted(command_m);
-    if (!settings_.predicts_force) {
-        return {command_m, input.late_N};
-    }
-    return {command_m, now(force) + 0.5 * period_s * rate(force)};
+    return {command_m, now(force) + settings_.force_lead_samples * period_s * rate(force)};
 }
 
 } // namespace berth::rths

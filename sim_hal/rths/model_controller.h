@@ -20,7 +20,9 @@ struct model_settings {
     double stiffness_spread = 0.05; /* standard deviation of the specimen's stiffness, of the nominal one */
     double stiffness_walk = 1e-6;   /* in a sample */
     double state_walk = 1e-5;       /* of the hardware's states in a sample, of their usual size */
-    bool predicts_force = true; /* false: the frame gets the force that is a sample late, as the benchmark has it */
+    /* The force that the frame gets is that of so long after now: 0.5 is the middle of the step for which it is
+     * held, -1 as late as the benchmark's. */
+    double force_lead_samples = 0.5;
 };
 
 class model_controller : public controller
