@@ -64,15 +64,16 @@ struct benchmark_result {
 void write_samples(const std::string &path, const rths::run_record &record)
 {
     atomic_file file(path);
-    file.write("t_s,command_m,measured_m,true_m,force_N,simulated_1_m,simulated_2_m,simulated_3_m,reference_1_m,"
-               "reference_2_m,reference_3_m\n");
+    file.write(
+        "t_s,command_m,measured_m,measured_N,true_m,true_N,simulated_1_m,simulated_2_m,simulated_3_m,reference_1_m,"
+        "reference_2_m,reference_3_m\n");
     for (std::size_t n = 0; n < record.command_m.size(); n++) {
         char line[320];
-        std::snprintf(line, sizeof line, "%.12g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n",
+        std::snprintf(line, sizeof line, "%.12g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n",
                       rths::period_s * static_cast<double>(n), record.command_m[n], record.measured_m[n],
-                      record.true_m[n], record.force_N[n], record.simulated_m[0][n], record.simulated_m[1][n],
-                      record.simulated_m[2][n], record.reference_m[0][n], record.reference_m[1][n],
-                      record.reference_m[2][n]);
+                      record.measured_N[n], record.true_m[n], record.true_N[n], record.simulated_m[0][n],
+                      record.simulated_m[1][n], record.simulated_m[2][n], record.reference_m[0][n],
+                      record.reference_m[1][n], record.reference_m[2][n]);
         file.write(line);
     }
     file.finish();

@@ -118,8 +118,9 @@ run_record run_benchmark(const building &all, const ground_motion &ground, const
              ground_m_per_s2, measured.position_m, late_N});
         record.command_m.push_back(output.command_m);
         record.measured_m.push_back(measured.position_m);
+        record.measured_N.push_back(measured.force_N);
         record.true_m.push_back(transfer.state()(position));
-        record.force_N.push_back(transfer.state()(force));
+        record.true_N.push_back(transfer.state()(force));
         for (int floor = 0; floor < floors; floor++) {
             record.simulated_m[static_cast<std::size_t>(floor)].push_back(state(floor));
             record.reference_m[static_cast<std::size_t>(floor)].push_back(reference.state()(floor));

@@ -33,8 +33,9 @@ namespace berth::rths
 struct run_record {
     std::vector<double> command_m;
     std::vector<double> measured_m;
+    std::vector<double> measured_N;
     std::vector<double> true_m;
-    std::vector<double> force_N;
+    std::vector<double> true_N;
     std::array<std::vector<double>, floors> simulated_m;
     std::array<std::vector<double>, floors> reference_m;
 };

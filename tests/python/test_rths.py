@@ -124,11 +124,11 @@ def test_the_port_agrees_with_matrix_exponentials(own_data, tmp_path):
     got, _ = samples_of(tmp_path, folder, "--noise", 0)
     count = int(t_s[-1] * RATE_Hz) + 1
     assert len(got) == count
-    names = ["command_m", "simulated_1_m", "simulated_3_m", "true_m", "force_N", "reference_1_m", "reference_3_m"]
+    names = ["command_m", "simulated_1_m", "simulated_3_m", "true_m", "true_N", "reference_1_m", "reference_3_m"]
     for name, want in zip(names, reference_run(t_s, ground, count)):
         error = np.abs(got[name] - want).max() / np.abs(want).max()
         print(f"{name}: off by {error:.1e} of its largest value")
-        assert error < 5e-6, name
+        assert error < 1e-7, name
     assert np.array_equal(got["measured_m"], got["true_m"])
 
 
@@ -151,17 +151,33 @@ def test_the_criteria_are_those_of_numpy(own_data, tmp_path):
     assert [told["nominal"][name] for name in CRITERIA] == pytest.approx(want, rel=1e-9)
 
 
-def test_noise_and_converter(own_data, tmp_path):
-    """16 um of noise, on a grid of 2^-18 m; the command is on no grid before the converter."""
+def test_noise_and_converters(own_data, tmp_path):
+    """16 um of noise on a grid of 2^-18 m, 2.2 N on none. Hardware and frame follow, exactly, what a noisy run says
+    that they were given: the command on its grid, and the measured force of a sample before."""
     seed = 11
-    got, _ = samples_of(tmp_path, own_data[0], "--seed", seed)
-    noise_m = got["measured_m"] - got["true_m"]
+    folder, t_s, ground = own_data
+    got, _ = samples_of(tmp_path, folder, "--seed", seed)
     step_m = 2.0**-18
-    expected_m = np.sqrt(6.25e-14 * RATE_Hz + step_m**2 / 12.0)
-    print(f"seed {seed}: {np.std(noise_m):.3e} m, expected {expected_m:.3e} m")
-    assert np.std(noise_m) == pytest.approx(expected_m, rel=4.0 / np.sqrt(2.0 * len(noise_m)))
-    steps = got["measured_m"] / step_m
-    assert np.array_equal(steps, np.round(steps))
+    expected = {"m": np.sqrt(6.25e-14 * RATE_Hz + step_m**2 / 12.0), "N": np.sqrt(1.16e-3 * RATE_Hz)}
+    for unit, want in expected.items():
+        noise = np.std(got[f"measured_{unit}"] - got[f"true_{unit}"])
+        print(f"seed {seed}: {noise:.4e} {unit}, expected {want:.4e} {unit}")
+        assert noise == pytest.approx(want, rel=4.0 / np.sqrt(2.0 * len(got)))
+    assert np.array_equal(got["measured_m"] / step_m, np.round(got["measured_m"] / step_m))
+
+    frame = held_step(*frame_matrices(False))
+    transfer_a, transfer_b, _ = transfer_matrices()
+    hardware = held_step(transfer_a, transfer_b, np.zeros(5))
+    at = np.interp(T_s * np.arange(len(got) + 1), t_s, ground, right=0.0)
+    x, p, floor_m, hardware_m = np.zeros(6), np.zeros(5), [], []
+    for n in range(len(got)):
+        floor_m.append(x[0])
+        hardware_m.append(p[3])
+        late_N = got["measured_N"][n - 1] if n > 0 else 0.0
+        x = frame[0] @ x + frame[1][:, 0] * late_N + frame[2] * at[n] + frame[3] * (at[n + 1] - at[n])
+        p = hardware[0] @ p + hardware[1][:, 0] * np.round(got["command_m"][n] / step_m) * step_m
+    assert np.abs(floor_m - got["simulated_1_m"]).max() < 1e-7 * np.abs(floor_m).max()
+    assert np.abs(hardware_m - got["true_m"]).max() < 1e-7 * np.abs(hardware_m).max()
 
 
 def test_the_same_seed_gives_the_same_run_and_another_another(own_data):
