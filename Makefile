@@ -22,7 +22,8 @@ FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp 
 	firmware/compensation/*.c firmware/compensation/*.cpp))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
-	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
+	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp \
+	sim_hal/rths/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp hal/linux/can_link.cpp

@@ -70,6 +70,18 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
     std::string out_folder = "build/diagnosis";
 };
 
+struct rths_arguments {
+    std::string data_folder;
+    std::string earthquake = "el_centro";
+    int building_case = 1;
+    std::string controller = "pi";
+    int perturbed = 0;     /* how many plants besides the nominal one */
+    std::int64_t seed = 1; /* of noise and plants */
+    double noise = 1.0;    /* 0: none, and ideal converters */
+    std::string samples_file;
+    bool json = false;
+};
+
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
@@ -90,6 +102,7 @@ int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
+int rths_command(const rths_arguments &arguments);
 int robots_command(const std::string &name_or_path, bool json);
 
 } // namespace berth

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "../../hal/version.h"
+#include "../rths/controller.h"
 #include "commands.h"
 #include "compensation_choice.h"
 
@@ -147,6 +148,41 @@ void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &argument
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
+void add_rths_options(CLI::App &command, berth::rths_arguments &arguments)
+{
+    command
+        .add_option(
+            "DATA_DIR", arguments.data_folder,
+            "folder with case_1.txt to case_4.txt (mass, damping, stiffness) and el_centro.csv.gz, kobe.csv.gz, "
+            "morgan.csv.gz (t_s, ground_acceleration_m_per_s2)")
+        ->required();
+    command.add_option("--earthquake", arguments.earthquake, "times 0.4")
+        ->check(CLI::IsMember({"el_centro", "kobe", "morgan"}))
+        ->capture_default_str();
+    command.add_option("--case", arguments.building_case, "of the frame")
+        ->check(CLI::Range(1, 4))
+        ->capture_default_str();
+    command.add_option("--controller", arguments.controller, "what moves the actuator")
+        ->check(CLI::IsMember(berth::rths::controller_names()))
+        ->capture_default_str();
+    command
+        .add_option("--perturbed", arguments.perturbed,
+                    "how many plants with drawn parameters to run besides the nominal one, and tell the worst of")
+        ->check(CLI::Range(0, 10000));
+    command.add_option("--seed", arguments.seed, "of the sensors' noise and the perturbed plants")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53).description(""))
+        ->type_name("INTEGER")
+        ->capture_default_str();
+    command.add_option("--noise", arguments.noise, "times the benchmark's; 0: none, and ideal converters")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->capture_default_str();
+    command
+        .add_option("--samples", arguments.samples_file, "write every sample of the nominal run to this CSV file")
+        ->check(is_named("a file needs a name"))
+        ->type_name("FILE");
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
 /* The parser only says that there is no subcommand. */
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
 {
@@ -247,6 +283,12 @@ int run(int argc, char **argv)
     CLI::App *effects_app = app.add_subcommand("effects", "list the effects that a diagnosis knows");
     effects_app->add_flag("--json", json, "print one JSON array and nothing else");
     effects_app->callback([&] { exit_code = berth::effects_command(json); });
+
+    berth::rths_arguments rths;
+    CLI::App *rths_app = app.add_subcommand(
+        "rths", "run the public benchmark of virtual real-time hybrid simulation: criteria J1 to J9");
+    add_rths_options(*rths_app, rths);
+    rths_app->callback([&] { exit_code = berth::rths_command(rths); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
