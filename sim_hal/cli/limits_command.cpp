@@ -222,6 +222,11 @@ struct loop_verdict {
     nlohmann::json describing_function;
 };
 
+bool has_settled(const loop_verdict &verdict)
+{
+    return verdict.describing_function.is_null() || verdict.describing_function["settled"].get<bool>();
+}
+
 nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     return {{"rig", chosen.rig.name},
@@ -229,7 +234,7 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"left_out", verdict.left_out},
             {"describing_function", verdict.describing_function},
             {"dead_time_band", as_json(verdict.band)},
-            {"stable", verdict.loop.is_stable},
+            {"stable", unless_guess(has_settled(verdict), verdict.loop.is_stable)},
             {"spectral_radius", verdict.loop.spectral_radius},
             {"growth_per_s", verdict.loop.growth_per_s},
             {"dead_time_margin_ms", or_null(verdict.margin_ms)},
@@ -241,10 +246,9 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     const spectrum &loop = verdict.loop;
-    const nlohmann::json &balance = verdict.describing_function;
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
                 loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s,
-                guess_text(balance.is_null() || balance["settled"].get<bool>()));
+                guess_text(has_settled(verdict)));
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
     }
