@@ -180,10 +180,10 @@ void print_parameters(const std::vector<parameter_limits> &parameters, const sca
         print_mode(parameter.nearest_above(), false);
         print_intervals(parameter);
     }
-    std::printf("none: no limit within a factor of %g either way (delays: 10), as far as a rig may go and rounding\n"
-                "hides no slow mode; ends of that range end intervals, too. Intervals narrower than %.3g %% may be "
-                "overlooked.\n",
-                how.factor, 100.0 * how.step);
+    std::printf(
+        "none: no limit within a factor of %g either way (delays: 10), as far as a rig may go; ends of that range\n"
+        "end intervals, too. Intervals narrower than %.3g %% may be overlooked.\n",
+        how.factor, 100.0 * how.step);
 }
 
 void print_rates(const char *which, const std::vector<rate_verdict> &rates)

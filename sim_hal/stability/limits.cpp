@@ -36,12 +36,11 @@ class parameter_line
 {
   public:
     parameter_line(const rig &original, const rig_key &key, const linear_view &linear)
-        : original_(original), key_(key), linear_(linear),
-          asks_if_resolved_(is_resolved(make_loop_equation(linear(original))))
+        : original_(original), key_(key), linear_(linear)
     {
     }
 
-    /* Nothing: no rig may have the value, it is like no linear loop, or rounding hides the loop. */
+    /* Nothing: no rig may have the value, or it is like no linear loop. */
     std::optional<rig> linear_at(double value) const
     {
         const auto changed = with_value(original_, key_, value);
@@ -49,9 +48,7 @@ class parameter_line
             return {};
         }
         rig linear = linear_(*changed);
-        const loop_equation equation = make_loop_equation(linear);
-        const bool is_known = is_finite(equation) && (!asks_if_resolved_ || is_resolved(equation));
-        return is_known ? std::optional<rig>(std::move(linear)) : std::nullopt;
+        return is_finite(make_loop_equation(linear)) ? std::optional<rig>(std::move(linear)) : std::nullopt;
     }
     bool exists(double value) { return look(value).exists; }
     bool is_stable(double value) { return look(value).is_stable; }
@@ -80,7 +77,6 @@ class parameter_line
     const rig &original_;
     const rig_key &key_;
     const linear_view &linear_;
-    bool asks_if_resolved_; /* the rig itself is */
     std::map<double, verdict> verdicts_;
 };
 

@@ -55,7 +55,7 @@ bool is_same(const inverse_filter_config &a, const inverse_filter_config &b)
 }
 
 /* Multiplied out, less than this share of B is left at w = 1. */
-constexpr double slow_share = 1e-9;
+constexpr double slow_share = 1e-7;
 
 /* |z - 1|^2 within which B is taken by powers of z - 1, where it is known by those. */
 constexpr double slow_norm = 0.5;
@@ -174,26 +174,6 @@ std::array<std::complex<double>, 2> roots_of(const slow_factor &f)
     const std::complex<double> root = std::sqrt(std::complex<double>(f.c1 * f.c1 - 4.0 * f.c2 * f.c0));
     const std::complex<double> q = -0.5 * (f.c1 + (f.c1 < 0.0 ? -root : root));
     return {1.0 - q / f.c2, q == 0.0 ? 1.0 : 1.0 - f.c0 / q};
-}
-
-bool is_resolved(const loop_equation &equation)
-{
-    constexpr double rounding = 1e-16;
-    constexpr double resolved = 0.01;
-    double sum = 0.0;
-    for (const double c : equation.b_rest.coefficients) {
-        sum += std::abs(c);
-    }
-    for (int i = 0; i < equation.a_factor_count; i++) {
-        for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
-            const double distance = std::abs(1.0 - root); /* as far as the root from 1, but to no other's side */
-            if (distance > 0.0 && distance < 1.0 &&
-                rounding * sum > resolved * std::abs(evaluate(equation, 1.0 - distance).value)) {
-                return false;
-            }
-        }
-    }
-    return true;
 }
 
 loop_equation_maker::firmware_response loop_equation_maker::respond(const app_config &config)

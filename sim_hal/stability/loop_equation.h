@@ -67,9 +67,6 @@ equation_value evaluate(const loop_equation &equation, std::complex<double> w);
 /* Not so where a spring softens so far that a period of its motion overflows. */
 bool is_finite(const loop_equation &equation);
 
-/* Where A has several pairs of slow poles at a high rate, what is left of B near w = 1 is rounding: not so here. */
-bool is_resolved(const loop_equation &equation);
-
 /* Roots w of a factor, inf where there is none. */
 std::array<std::complex<double>, 2> roots_of(const slow_factor &factor);
 
