@@ -176,7 +176,7 @@ TEST_CASE("free mass against spring and damper: the longest dead time, to four d
 TEST_CASE("limits at a high rate with modes that are slow against it: to eight digits")
 {
     const rig rig = slow_at_a_high_rate();
-    const auto check_limits = [&](const char *key, const std::vector<double> &exact) {
+    const auto check_limits = [&](const std::string &key, const std::vector<double> &exact) {
         const parameter_limits found = find_limits(rig, key);
         REQUIRE(found.limits.size() == exact.size());
         for (std::size_t i = 0; i < exact.size(); i++) {
