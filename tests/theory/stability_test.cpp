@@ -105,15 +105,26 @@ double mass_limit(const rig &rig)
 /* Object, robot and a mass that hangs on the object, all slow against 2 kHz. */
 rig slow_at_a_high_rate()
 {
-    return load_rig(
-        "ess",
-        {"bus.ideal=true", "loop.rate_Hz=2000", "robot.dead_time_ms=3.225", "sensor.delay_ms=0.9774",
-         "manipulator.mass_kg=253.3", "manipulator.stiffness_N_per_m=665.0", "manipulator.damping_N_s_per_m=9.171",
-         "object.mass_kg=155.2", "object.stiffness_N_per_m=97.91", "object.damping_N_s_per_m=22.47",
-         "sensor.stiffness_N_per_m=101100", "sensor.damping_ratio=0.2783", "sensor.low_pass_order=1",
-         "sensor.low_pass_frequency_Hz=26.33", "robot.transfer_frequency_Hz=9.449",
-         "robot.transfer_damping_ratio=0.3223", "robot.lag_ms=20.03", "object.second_mass_kg=137.5",
-         "object.second_frequency_Hz=6.324", "object.second_damping_ratio=0.1079"});
+    return load_rig("ess", {"bus.ideal=true",
+                            "loop.rate_Hz=2000",
+                            "robot.dead_time_ms=3.225",
+                            "sensor.delay_ms=0.9774",
+                            "manipulator.mass_kg=253.3",
+                            "manipulator.stiffness_N_per_m=665.0",
+                            "manipulator.damping_N_s_per_m=9.171",
+                            "object.mass_kg=155.2",
+                            "object.stiffness_N_per_m=97.91",
+                            "object.damping_N_s_per_m=22.47",
+                            "sensor.stiffness_N_per_m=101100",
+                            "sensor.damping_ratio=0.2783",
+                            "sensor.low_pass_order=1",
+                            "sensor.low_pass_frequency_Hz=26.33",
+                            "robot.transfer_frequency_Hz=9.449",
+                            "robot.transfer_damping_ratio=0.3223",
+                            "robot.lag_ms=20.03",
+                            "object.second_mass_kg=137.5",
+                            "object.second_frequency_Hz=6.324",
+                            "object.second_damping_ratio=0.1079"});
 }
 
 } // namespace
