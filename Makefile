@@ -18,10 +18,12 @@ MAKEFLAGS += -j$(shell nproc)
 endif
 
 # --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
-FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c))
+FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c \
+	firmware/compensation/*.c firmware/compensation/*.cpp))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
-	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp))
+	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp \
+	sim_hal/rths/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp hal/linux/can_link.cpp
@@ -279,8 +281,8 @@ codec: setup
 	@scripts/codec.sh firmware/can
 
 # --- care ---------------------------------------------------------------------------------------------------------
-OWN_C := $(wildcard firmware/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
-OWN_CPP := $(wildcard firmware/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
+OWN_C := $(wildcard firmware/*.[ch] firmware/compensation/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
+OWN_CPP := $(wildcard firmware/*.cpp firmware/compensation/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
 
 format: setup-test
 	@clang-format -i $(OWN_C) $(OWN_CPP)

@@ -10,6 +10,7 @@ void app_start(struct app *app, const struct app_config *config)
     supervisor_start(&app->supervisor);
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
+    compensation_start(&app->compensation, &app->config, &app->manipulator);
     inverse_filter_start(&app->inverse_filter, &app->config);
     limits_start(&app->limits, &app->config);
 }
@@ -104,6 +105,7 @@ static void enter_state(struct app *app, enum supervisor_state from)
     }
     if (from == SUPERVISOR_RUNNING) {
         manipulator_rest_at(&app->manipulator, app->limits.position_m);
+        compensation_rest_at(&app->compensation, app->limits.position_m);
         inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m); /* its past may be not finite */
     }
     if (to == SUPERVISOR_START) {
@@ -126,7 +128,8 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     struct tick_record *record = &app->record;
     record->manipulator_position_m = app->manipulator.position_m;
     record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
-    record->filtered_position_m = inverse_filter_step(&app->inverse_filter, app->manipulator.position_m);
+    record->displayed_position_m = compensation_motion(&app->compensation, app->manipulator.position_m);
+    record->filtered_position_m = inverse_filter_step(&app->inverse_filter, record->displayed_position_m);
     const double limited_m = limits_step(&app->limits, record->filtered_position_m);
     const struct robot_command command = {
         .position_m = limited_m,
@@ -137,16 +140,22 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
 }
 
-static void account_for_energy(struct app *app)
+/* The force for the manipulator's step, of the measured one. */
+static void prepare_force(struct app *app)
 {
-    energy_account_step(&app->energy, &app->operator_channel.command, app->sensor_channel.force_N,
-                        app->robot_channel.position_m, supervisor_may_move(&app->supervisor));
+    const struct operator_command *command = &app->operator_channel.command;
+    const double measured_N = app->sensor_channel.force_N;
+    const int may_move = supervisor_may_move(&app->supervisor);
+    energy_account_book(&app->energy, command, measured_N, app->robot_channel.position_m, may_move);
+    app->record.used_force_N = compensation_force(&app->compensation, command, &app->energy.sums, measured_N,
+                                                  app->record.command_position_m, may_move);
+    energy_account_announce(&app->energy, command, app->record.used_force_N, measured_N, may_move);
 }
 
 static void advance_manipulator(struct app *app)
 {
     if (supervisor_may_move(&app->supervisor)) {
-        manipulator_step(&app->manipulator, &app->operator_channel.command, app->sensor_channel.force_N);
+        manipulator_step(&app->manipulator, &app->operator_channel.command, app->record.used_force_N);
     }
 }
 
@@ -180,6 +189,10 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->energy_simulated_port_J = energy->simulated_port_J;
     record->energy_measured_port_J = energy->measured_port_J;
     record->energy_dead_time_J = energy->dead_time_J;
+    record->energy_compensation_J = energy->compensation_J;
+    record->predicted_error_N = app->compensation.prediction.error_N;
+    record->passivity_deficit_J = app->compensation.passivity.deficit_J;
+    record->passivity_force_N = app->compensation.passivity.force_N;
     record->missed_ticks = in->tick.missed;
     record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
     record->lost_frames = counts->lost;
@@ -208,7 +221,7 @@ void app_step(struct app *app, const struct tick_input *in, struct tick_output *
     receive_frames(app, in);
     supervise(app, in);
     command_robot(app, in, out);
-    account_for_energy(app);
+    prepare_force(app);
     advance_manipulator(app);
     set_lines(app, out);
     record_tick(app, in, out);

@@ -2,6 +2,7 @@
 #ifndef FIRMWARE_APP_H
 #define FIRMWARE_APP_H
 
+#include "compensation/compensation.h"
 #include "config.h"
 #include "energy_account.h"
 #include "inverse_filter.h"
@@ -28,6 +29,7 @@ struct app {
     struct supervisor supervisor;
     struct manipulator manipulator;
     struct energy_account energy;
+    struct compensation compensation;
     struct inverse_filter inverse_filter;
     struct limits limits;
     uint32_t missed_ticks;     /* since the loop was started or reset */

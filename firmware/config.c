@@ -38,22 +38,32 @@ struct app_config config_default(void)
                            .robot_damping_ratio = 0.0,
                            .bandwidth_Hz = 40.0},
         .energy = {.force_age_ms = 2.5, .position_age_ms = 0.0},
+        .prediction = {.error_bandwidth_Hz = 5.0,
+                       .dead_time_ms = __builtin_inf(),
+                       .mass_kg = __builtin_inf(),
+                       .damping_N_s_per_m = __builtin_inf(),
+                       .stiffness_N_per_m = __builtin_inf()},
+        .identification = {.tolerance = 0.3, .noise_N = 2.0, .memory_s = 20.0},
+        .passivity = {.reference = PASSIVITY_MEASURED,
+                      .credit_J = 1.0,
+                      .horizon_ms = 50.0,
+                      .damping_max_N_s_per_m = 5000.0},
     };
 }
 
-static bool finite(double value)
+static bool is_finite(double value)
 {
     return value >= -DBL_MAX && value <= DBL_MAX;
 }
 
 static bool positive(double value)
 {
-    return finite(value) && value > 0.0;
+    return is_finite(value) && value > 0.0;
 }
 
 static bool non_negative(double value)
 {
-    return finite(value) && value >= 0.0;
+    return is_finite(value) && value >= 0.0;
 }
 
 static bool within(double value, double limit)
@@ -144,8 +154,9 @@ struct config_error config_validate(const struct app_config *config)
         {!positive(manipulator->mass_kg), {"manipulator.mass_kg", must_be_positive}},
         {!non_negative(manipulator->damping_N_s_per_m), {"manipulator.damping_N_s_per_m", must_not_be_negative}},
         {!non_negative(manipulator->stiffness_N_per_m), {"manipulator.stiffness_N_per_m", must_not_be_negative}},
-        {!finite(manipulator->initial_position_m), {"manipulator.initial_position_m", must_be_finite}},
-        {!finite(manipulator->initial_velocity_m_per_s), {"manipulator.initial_velocity_m_per_s", must_be_finite}},
+        {!is_finite(manipulator->initial_position_m), {"manipulator.initial_position_m", must_be_finite}},
+        {!is_finite(manipulator->initial_velocity_m_per_s),
+         {"manipulator.initial_velocity_m_per_s", must_be_finite}},
         {manipulator->integrator < 0 || manipulator->integrator >= INTEGRATOR_COUNT,
          {"manipulator.integrator", "must be exact, semi_implicit_euler or rk4"}},
         {manipulator->substeps < 1 || manipulator->substeps > 1000,

@@ -105,6 +105,75 @@ struct energy_config {
     double position_age_ms; /* of the robot's feedback at use; 0: one period */
 };
 
+/* What the loop knows of the hardware: robot, sensor spring, object, low-pass, in the terms of a rig file, from
+ * which it follows. The rest of the file's model (other effects, noise, the bus) is not part of it. */
+struct hardware_model {
+    double setpoint_to_motion_ms;
+    double sample_age_ms; /* of a force sample when it is used */
+    double
+        loop_delay_ms; /* by which a slow force comes late: all of these, lags, and half a period that it is held */
+    int32_t holds;     /* the robot jumps to a setpoint; else it moves on straight lines */
+    int32_t is_one_sided; /* a tool that meets the surface, else a gripped object */
+    int32_t low_pass_order;
+    double low_pass_w_rad_per_s;
+    double low_pass_damping_ratio;
+    double robot_w_rad_per_s; /* of its transfer behaviour; 0: none */
+    double robot_damping_ratio;
+    double robot_lag_ms;
+    double sensor_lag_ms;
+    double gain; /* of setpoints and force samples together */
+    double sensor_stiffness_N_per_m;
+    double sensor_damping_N_s_per_m;
+    double mass_kg;
+    double damping_N_s_per_m;
+    double stiffness_N_per_m;
+    double surface_m;
+};
+
+/* [extrapolation]: of the setpoints, over the dead time */
+struct extrapolation_config {
+    int64_t order;   /* 1 to 3; 0: none */
+    double delay_ms; /* 0: all that the loop has */
+};
+
+/* [prediction]: of the force that belongs to the manipulator's present motion */
+struct prediction_config {
+    int32_t enabled;
+    double error_bandwidth_Hz; /* up to which the measured force corrects the model */
+    double dead_time_ms;       /* what the model takes for the rig's own; not finite: that */
+    double mass_kg;
+    double damping_N_s_per_m;
+    double stiffness_N_per_m;
+};
+
+/* [identification]: of the object, for the prediction */
+struct identification_config {
+    int32_t enabled;
+    double tolerance; /* of mass, damping and stiffness, as a share: one standard deviation */
+    double noise_N;   /* of the force, and of what no model knows: standard deviation */
+    double memory_s;
+};
+
+/* What a passivity controller does about energy that has been made. */
+enum passivity_action { PASSIVITY_OFF, PASSIVITY_DAMPING, PASSIVITY_TANK, PASSIVITY_ACTION_COUNT };
+
+/* What the hardware may give back to the manipulator at most. */
+enum passivity_reference { PASSIVITY_ZERO, PASSIVITY_MEASURED, PASSIVITY_REFERENCE_COUNT };
+
+/* [passivity] */
+struct passivity_config {
+    int32_t action;    /* enum passivity_action */
+    int32_t reference; /* enum passivity_reference */
+    double credit_J;   /* at the start, and at most */
+    double horizon_ms; /* over which a deficit is taken away */
+    double damping_max_N_s_per_m;
+};
+
+/* [dissipation]: a damper against the operator's command */
+struct dissipation_config {
+    double damping_N_s_per_m;
+};
+
 struct app_config {
     struct loop_config loop;
     struct manipulator_config manipulator;
@@ -115,6 +184,12 @@ struct app_config {
     struct limits_config limits;
     struct inverse_filter_config inverse_filter;
     struct energy_config energy;
+    struct hardware_model hardware;
+    struct extrapolation_config extrapolation;
+    struct prediction_config prediction;
+    struct identification_config identification;
+    struct passivity_config passivity;
+    struct dissipation_config dissipation;
 };
 
 #define NS_PER_S INT64_C(1000000000)

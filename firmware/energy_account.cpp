@@ -59,6 +59,7 @@ void book_step(energy_account &account)
     sums.operator_J += exact_J - begin_J + dissipated_J + account.force_N * (exact(0) - before(0));
     sums.integrator_J += end_J - exact_J + account.force_N * (now.position_m - exact(0));
     sums.simulated_port_J += account.force_N * (now.position_m - before(0));
+    sums.compensation_J -= (account.force_N - account.measured_N) * (now.position_m - before(0));
     sums.stored_J = end_J;
 }
 
@@ -122,7 +123,7 @@ void energy_account_start(energy_account *account, const app_config *config, con
     Eigen::Map<matrix4>(account->loss) = loss_form(config->manipulator, period_s);
 }
 
-void energy_account_step(energy_account *account, const operator_command *command, double force_N,
+void energy_account_book(energy_account *account, const operator_command *command, double measured_N,
                          double robot_position_m, int is_running)
 {
     const manipulator &now = *account->manipulator;
@@ -136,13 +137,20 @@ void energy_account_step(energy_account *account, const operator_command *comman
         sums.stored_J = stored_J(*now.config, now.position_m, now.velocity_m_per_s, command->position_m);
     }
     if (account->is_measuring) {
-        book_measured(*account, force_N, robot_position_m, goes_on);
-        sums.dead_time_J = sums.measured_port_J - sums.simulated_port_J;
+        book_measured(*account, measured_N, robot_position_m, goes_on);
+        sums.dead_time_J = sums.measured_port_J - sums.simulated_port_J - sums.compensation_J;
     }
+}
+
+void energy_account_announce(energy_account *account, const operator_command *command, double force_N,
+                             double measured_N, int is_running)
+{
+    const manipulator &now = *account->manipulator;
     account->is_open = is_running != 0;
     account->position_m = now.position_m;
     account->velocity_m_per_s = now.velocity_m_per_s;
     account->command = *command;
     account->force_N = force_N;
+    account->measured_N = measured_N;
 }
 }

@@ -17,7 +17,7 @@ extern "C" {
 
 /* In J, since the loop last began to run. Two balances hold:
  *     stored - stored at the start = operator + integrator - dissipated - simulated_port
- *     measured_port = simulated_port + dead_time
+ *     measured_port = simulated_port + dead_time + compensation
  * What is on its way through the robot counts under dead_time, too: a swing about what is really made. */
 struct energy_sums {
     double stored_J;         /* kinetic, and in the manipulator's spring; no sum, but what is there now */
@@ -26,7 +26,8 @@ struct energy_sums {
     double integrator_J;     /* made by the step: end of the step against the exact solution from the same state */
     double simulated_port_J; /* the manipulator gave: force held over the tick times the way made in it */
     double measured_port_J;  /* the hardware took: measured force times the robot's way, both of the same instant */
-    double dead_time_J;      /* made between the ports */
+    double dead_time_J;      /* made between the ports ... */
+    double compensation_J;   /* ... and what compensation made of it, on the way of the force: negative, it took */
 };
 
 struct energy_account {
@@ -40,6 +41,7 @@ struct energy_account {
     double velocity_m_per_s;
     struct operator_command command; /* ... and what was held during it */
     double force_N;
+    double measured_N; /* the force that it was made of */
 
     double lag_ticks;               /* force's age less the position's; negative: the position is older */
     uint32_t newest;                /* index in `kept` */
@@ -56,10 +58,14 @@ struct energy_account {
 void energy_account_start(struct energy_account *account, const struct app_config *config,
                           const struct manipulator *manipulator);
 
-/* Once a tick, before the manipulator's step: books the step that has gone by, if there was one, and remembers the
- * one that is to come with this command and force (what the robot exerts on the object), if `is_running`. */
-void energy_account_step(struct energy_account *account, const struct operator_command *command, double force_N,
+/* Once a tick, before the manipulator's step: books the step that has gone by, if there was one, and what the
+ * command now and the measured force (what the robot exerts on the object) change. */
+void energy_account_book(struct energy_account *account, const struct operator_command *command, double measured_N,
                          double robot_position_m, int is_running);
+
+/* After it: the step that is to come, if `is_running`, with this command and force. */
+void energy_account_announce(struct energy_account *account, const struct operator_command *command, double force_N,
+                             double measured_N, int is_running);
 
 #ifdef __cplusplus
 }

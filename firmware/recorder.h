@@ -23,8 +23,10 @@ extern "C" {
     X(double, operator_velocity_m_per_s)                                                                            \
     X(double, operator_force_N)                                                                                     \
     X(double, force_N)                                                                                              \
+    X(double, used_force_N)                                                                                         \
     X(double, manipulator_position_m)                                                                               \
     X(double, manipulator_velocity_m_per_s)                                                                         \
+    X(double, displayed_position_m)                                                                                 \
     X(double, filtered_position_m)                                                                                  \
     X(double, command_position_m)                                                                                   \
     X(double, robot_position_m)                                                                                     \
@@ -35,6 +37,10 @@ extern "C" {
     X(double, energy_simulated_port_J)                                                                              \
     X(double, energy_measured_port_J)                                                                               \
     X(double, energy_dead_time_J)                                                                                   \
+    X(double, energy_compensation_J)                                                                                \
+    X(double, predicted_error_N)                                                                                    \
+    X(double, passivity_deficit_J)                                                                                  \
+    X(double, passivity_force_N)                                                                                    \
     X(uint32_t, missed_ticks)                                                                                       \
     X(uint32_t, rejected_frames)                                                                                    \
     X(uint32_t, lost_frames)                                                                                        \

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../../firmware/sensor_layout.h"
 #include "../../firmware/types.h"
+#include "hardware_model.h"
 #include "keys.h"
 
 namespace berth
@@ -265,6 +267,11 @@ std::optional<rig_error> complete_and_check(rig &rig)
     }
     rig.firmware.energy.force_age_ms =
         1e-6 * static_cast<double>(rig.sample_age_ns()) + 1e3 * rig.sensor_low_pass_delay_s();
+    rig.firmware.hardware = hardware_model_of(rig);
+    const config_error compensation_error = compensation_validate(&rig.firmware);
+    if (compensation_error.key != nullptr) {
+        return rig_error{compensation_error.key, compensation_error.message};
+    }
     return {};
 }
 

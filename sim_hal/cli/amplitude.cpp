@@ -59,6 +59,11 @@ const char *guess_text(bool has_settled)
     return has_settled ? "" : " (A GUESS: the describing function did not settle)";
 }
 
+nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable)
+{
+    return has_settled ? stable : nlohmann::json();
+}
+
 nlohmann::json describing_function_json(const rig &rig, double amplitude_m)
 {
     if (!(amplitude_m > 0.0)) {

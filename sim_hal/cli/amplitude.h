@@ -24,6 +24,9 @@ rig linear_at(const rig &rig, double amplitude_m);
 /* To stand behind a verdict: empty where it holds. */
 const char *guess_text(bool has_settled);
 
+/* "stable" in JSON: null where it would be a guess. */
+nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable);
+
 /* What replaced the effects, and where the loop swings for ever; null at amplitude 0. */
 nlohmann::json describing_function_json(const rig &rig, double amplitude_m);
 void print_describing_function(const nlohmann::json &told);

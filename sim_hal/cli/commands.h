@@ -16,6 +16,7 @@ namespace berth
 struct rig_arguments {
     std::string rig;
     std::string robot;                  /* --robot; empty: the rig's own */
+    std::vector<std::string> with;      /* compensation, by name */
     std::vector<std::string> overrides; /* --set */
     std::optional<double> amplitude_m;  /* --amplitude; nothing: the usual one */
     bool json = false;
@@ -26,6 +27,14 @@ struct varying_arguments : rig_arguments {
     std::string jitter_file; /* for run.lateness_file */
     std::int64_t seed = -1;  /* for run.seed; -1: that of the rig */
     std::int64_t ticks = 0;  /* 0: as many as it takes */
+};
+
+struct compensate_arguments : rig_arguments {
+    double dead_time_percent = 30.0; /* by which the rig may differ from its file, either way */
+    double stiffness_percent = 50.0;
+    double mass_percent = 20.0;
+    double noise_N = 2.0;
+    double duration_s = 10.0;
 };
 
 struct limits_arguments : rig_arguments {
@@ -61,6 +70,18 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
     std::string out_folder = "build/diagnosis";
 };
 
+struct rths_arguments {
+    std::string data_folder;
+    std::string earthquake = "el_centro";
+    int building_case = 1;
+    std::string controller = "pi";
+    int perturbed = 0;     /* how many plants besides the nominal one */
+    std::int64_t seed = 1; /* of noise and plants */
+    double noise = 1.0;    /* 0: none, and ideal converters */
+    std::string samples_file;
+    bool json = false;
+};
+
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
 void print_json(const nlohmann::json &object);
 
@@ -76,10 +97,12 @@ int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const varying_arguments &arguments);
 int map_command(const map_arguments &arguments);
+int compensate_command(const compensate_arguments &arguments);
 int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
+int rths_command(const rths_arguments &arguments);
 int robots_command(const std::string &name_or_path, bool json);
 
 } // namespace berth

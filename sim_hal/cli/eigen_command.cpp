@@ -51,10 +51,16 @@ void print_modes(const char *title, const spectrum &spectrum)
     }
 }
 
+nlohmann::json as_json(const settled_rig &at)
+{
+    nlohmann::json json = as_json(loop_spectrum(at.linear), drifts_freely(at.linear));
+    json["stable"] = unless_guess(at.has_settled, json["stable"]);
+    return json;
+}
+
 nlohmann::json spectra_json(const rig &steady, double amplitude_m)
 {
-    const rig linear = linear_at(steady, amplitude_m);
-    nlohmann::json json = as_json(loop_spectrum(linear), drifts_freely(linear));
+    nlohmann::json json = as_json(settle_at(steady, amplitude_m));
     json["rig"] = steady.name;
     json["left_out"] = left_out(steady, amplitude_m);
     json["describing_function"] = describing_function_json(steady, amplitude_m);
@@ -92,13 +98,13 @@ nlohmann::json stable_json(const lyapunov_exponent &exponent)
     return exponent.growth_per_s <= 0.0;
 }
 
-nlohmann::json as_json(const lyapunov_exponent &exponent)
+nlohmann::json as_json(const lyapunov_exponent &exponent, bool has_settled)
 {
     return {{"eigenvalues", nullptr},
             {"spectral_radius", nullptr},
             {"growth_per_s", exponent.growth_per_s},
             {"growth_ci95_per_s", exponent.ci95_per_s},
-            {"stable", stable_json(exponent)},
+            {"stable", unless_guess(has_settled, stable_json(exponent))},
             {"ticks", exponent.ticks}};
 }
 
@@ -132,7 +138,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
         json["robot"] = robot_as_json(chosen);
         json["lower_end"] = nullptr;
         if (lower_end) {
-            json["lower_end"] = as_json(loop_spectrum(lower_end->linear), drifts_freely(lower_end->linear));
+            json["lower_end"] = as_json(*lower_end);
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
@@ -166,7 +172,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
     if (wants_json) {
-        nlohmann::json json = as_json(exponent);
+        nlohmann::json json = as_json(exponent, own.has_settled);
         json.update({{"rig", rig.name},
                      {"left_out", left_out(rig, amplitude_m)},
                      {"describing_function", describing_function_json(rig, amplitude_m)},
@@ -176,7 +182,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
                      {"varies", effects},
                      {"without", spectra_json(steady, amplitude_m)}});
         if (lower_end) {
-            json["lower_end"] = as_json(*lower_end);
+            json["lower_end"] = as_json(*lower_end, low->has_settled);
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);

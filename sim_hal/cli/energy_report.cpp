@@ -11,7 +11,7 @@ void energy_report::note_tick(const tick_record &record)
 {
     last_ = {record.energy_stored_J,     record.energy_operator_J,       record.energy_dissipated_J,
              record.energy_integrator_J, record.energy_simulated_port_J, record.energy_measured_port_J,
-             record.energy_dead_time_J};
+             record.energy_dead_time_J,  record.energy_compensation_J};
     not_by_operator_J_.push_back(last_.stored_J - last_.operator_J);
 }
 
@@ -49,6 +49,9 @@ void energy_report::print() const
                 : *has_gained ? "GAINED"
                               : "lost",
                 told(last_.dead_time_J));
+    if (told(last_.compensation_J) != 0.0) {
+        std::printf(", compensation %+.4g J", last_.compensation_J);
+    }
     if (told(last_.integrator_J) != 0.0) {
         std::printf(", the manipulator's step %+.4g J", last_.integrator_J);
     }
@@ -60,6 +63,7 @@ nlohmann::json energy_report::as_json() const
 {
     nlohmann::json json = {{"gains", nullptr},
                            {"dead_time_J", last_.dead_time_J},
+                           {"compensation_J", last_.compensation_J},
                            {"integrator_J", last_.integrator_J},
                            {"operator_J", last_.operator_J},
                            {"dissipated_J", last_.dissipated_J},

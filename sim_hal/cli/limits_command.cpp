@@ -180,10 +180,10 @@ void print_parameters(const std::vector<parameter_limits> &parameters, const sca
         print_mode(parameter.nearest_above(), false);
         print_intervals(parameter);
     }
-    std::printf("none: no limit within a factor of %g either way (delays: 10), as far as a rig may go and rounding\n"
-                "hides no slow mode; ends of that range end intervals, too. Intervals narrower than %.3g %% may be "
-                "overlooked.\n",
-                how.factor, 100.0 * how.step);
+    std::printf(
+        "none: no limit within a factor of %g either way (delays: 10), as far as a rig may go; ends of that range\n"
+        "end intervals, too. Intervals narrower than %.3g %% may be overlooked.\n",
+        how.factor, 100.0 * how.step);
 }
 
 void print_rates(const char *which, const std::vector<rate_verdict> &rates)
@@ -222,6 +222,11 @@ struct loop_verdict {
     nlohmann::json describing_function;
 };
 
+bool has_settled(const loop_verdict &verdict)
+{
+    return verdict.describing_function.is_null() || verdict.describing_function["settled"].get<bool>();
+}
+
 nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     return {{"rig", chosen.rig.name},
@@ -229,7 +234,7 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"left_out", verdict.left_out},
             {"describing_function", verdict.describing_function},
             {"dead_time_band", as_json(verdict.band)},
-            {"stable", verdict.loop.is_stable},
+            {"stable", unless_guess(has_settled(verdict), verdict.loop.is_stable)},
             {"spectral_radius", verdict.loop.spectral_radius},
             {"growth_per_s", verdict.loop.growth_per_s},
             {"dead_time_margin_ms", or_null(verdict.margin_ms)},
@@ -241,10 +246,9 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     const spectrum &loop = verdict.loop;
-    const nlohmann::json &balance = verdict.describing_function;
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
                 loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s,
-                guess_text(balance.is_null() || balance["settled"].get<bool>()));
+                guess_text(has_settled(verdict)));
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
     }

@@ -6,7 +6,9 @@
 #include <new>
 
 #include "../../hal/version.h"
+#include "../rths/controller.h"
 #include "commands.h"
+#include "compensation_choice.h"
 
 namespace
 {
@@ -32,6 +34,13 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
     command
         .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
         ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--with", arguments.with,
+                    "compensation of the dead time, before --set: " + berth::compensation_names() +
+                        "; may be repeated")
+        ->type_name("NAME")
         ->take_all()
         ->allow_extra_args(false);
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
@@ -92,6 +101,27 @@ void add_map_options(CLI::App &command, berth::map_arguments &arguments)
     command.add_flag("--yes", arguments.yes, "go on where a map is very large");
 }
 
+void add_tolerance_options(CLI::App &command, berth::compensate_arguments &arguments)
+{
+    const auto share = [&](const char *name, double &percent, const char *meaning) {
+        command.add_option(name, percent, meaning)
+            ->check(CLI::Range(0.0, 99.0).description(""))
+            ->type_name("PERCENT")
+            ->capture_default_str();
+    };
+    share("--dead-time", arguments.dead_time_percent, "by which the robot's dead time may be off, either way");
+    share("--stiffness", arguments.stiffness_percent, "the same of the object's stiffness");
+    share("--mass", arguments.mass_percent, "the same of its mass");
+    command.add_option("--noise", arguments.noise_N, "of the force: standard deviation")
+        ->check(CLI::Range(0.0, 1e4).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command.add_option("--duration", arguments.duration_s, "of each trial, from the release on")
+        ->check(CLI::Range(0.1, 600.0).description(""))
+        ->type_name("S")
+        ->capture_default_str();
+}
+
 void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &arguments)
 {
     command
@@ -115,6 +145,41 @@ void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &argument
         ->allow_extra_args(false);
     command.add_option("--out", arguments.out_folder, "folder for diagnosis.json and extended.toml")
         ->capture_default_str();
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
+void add_rths_options(CLI::App &command, berth::rths_arguments &arguments)
+{
+    command
+        .add_option(
+            "DATA_DIR", arguments.data_folder,
+            "folder with case_1.txt to case_4.txt (mass, damping, stiffness) and el_centro.csv.gz, kobe.csv.gz, "
+            "morgan.csv.gz (t_s, ground_acceleration_m_per_s2)")
+        ->required();
+    command.add_option("--earthquake", arguments.earthquake, "times 0.4")
+        ->check(CLI::IsMember({"el_centro", "kobe", "morgan"}))
+        ->capture_default_str();
+    command.add_option("--case", arguments.building_case, "of the frame")
+        ->check(CLI::Range(1, 4))
+        ->capture_default_str();
+    command.add_option("--controller", arguments.controller, "what moves the actuator")
+        ->check(CLI::IsMember(berth::rths::controller_names()))
+        ->capture_default_str();
+    command
+        .add_option("--perturbed", arguments.perturbed,
+                    "how many plants with drawn parameters to run besides the nominal one, and tell the worst of")
+        ->check(CLI::Range(0, 10000));
+    command.add_option("--seed", arguments.seed, "of the sensors' noise and the perturbed plants")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53).description(""))
+        ->type_name("INTEGER")
+        ->capture_default_str();
+    command.add_option("--noise", arguments.noise, "times the benchmark's; 0: none, and ideal converters")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->capture_default_str();
+    command
+        .add_option("--samples", arguments.samples_file, "write every sample of the nominal run to this CSV file")
+        ->check(is_named("a file needs a name"))
+        ->type_name("FILE");
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
@@ -202,6 +267,13 @@ int run(int argc, char **argv)
         ->capture_default_str();
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
 
+    berth::compensate_arguments compensate;
+    CLI::App *compensate_app = app.add_subcommand(
+        "compensate", "which compensation of the dead time suits the rig, and what it costs in fidelity");
+    add_rig_options(*compensate_app, compensate);
+    add_tolerance_options(*compensate_app, compensate);
+    compensate_app->callback([&] { exit_code = berth::compensate_command(compensate); });
+
     berth::diagnose_arguments diagnose;
     CLI::App *diagnose_app = app.add_subcommand(
         "diagnose", "where a rig file is wrong about measured data, why, and what the model has to know");
@@ -211,6 +283,12 @@ int run(int argc, char **argv)
     CLI::App *effects_app = app.add_subcommand("effects", "list the effects that a diagnosis knows");
     effects_app->add_flag("--json", json, "print one JSON array and nothing else");
     effects_app->callback([&] { exit_code = berth::effects_command(json); });
+
+    berth::rths_arguments rths;
+    CLI::App *rths_app = app.add_subcommand(
+        "rths", "run the public benchmark of virtual real-time hybrid simulation: criteria J1 to J9");
+    add_rths_options(*rths_app, rths);
+    rths_app->callback([&] { exit_code = berth::rths_command(rths); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");

@@ -64,7 +64,8 @@ nlohmann::json share(std::size_t part, std::size_t of)
 /* Shares and extremes, and the rig itself. */
 nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
 {
-    const spectrum own = loop_spectrum(linear_at(request.rig, request.amplitude_m));
+    const settled_rig at = settle_at(request.rig, request.amplitude_m);
+    const spectrum own = loop_spectrum(at.linear);
     const bool has_points = sums.possible > 0;
     return {{"stable_share", share(sums.stable, sums.possible)},
             {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
@@ -75,7 +76,7 @@ nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
               {"y", value_of(request.rig, request.y.name)},
               {"spectral_radius", own.spectral_radius},
               {"growth_per_s", own.growth_per_s},
-              {"stable", own.is_stable}}}};
+              {"stable", unless_guess(at.has_settled, own.is_stable)}}}};
 }
 
 nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)

@@ -5,6 +5,7 @@
 
 #include "../effects/active.h"
 #include "commands.h"
+#include "compensation_choice.h"
 
 namespace berth
 {
@@ -50,12 +51,14 @@ rig chosen_rig::at_lower_end() const
 chosen_rig choose_rig(const rig_arguments &arguments)
 {
     chosen_rig chosen;
+    std::vector<std::string> overrides = compensation_settings(arguments.with);
+    overrides.insert(overrides.end(), arguments.overrides.begin(), arguments.overrides.end());
     if (arguments.robot.empty()) {
-        chosen.rig = load_rig(arguments.rig, arguments.overrides);
+        chosen.rig = load_rig(arguments.rig, overrides);
         return chosen;
     }
     chosen.robot = load_robot(arguments.robot);
-    chosen.rig = load_rig(arguments.rig, arguments.overrides, &*chosen.robot);
+    chosen.rig = load_rig(arguments.rig, overrides, &*chosen.robot);
     chosen.dead_time_band = dead_time_band(*chosen.robot, arguments.overrides);
     return chosen;
 }

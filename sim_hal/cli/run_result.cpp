@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/lyapunov.h"
+#include "../stability/spectrum.h"
 #include "robot_choice.h"
 #include "verdict.h"
 
@@ -32,6 +34,9 @@ std::optional<double> predict_growth_per_s(const rig &rig)
 try {
     if (!left_out_when_small(rig).empty()) {
         return {};
+    }
+    if (compensation_is_on(&rig.firmware)) {
+        return is_time_varying(rig) ? std::optional<double>() : loop_spectrum(without_variation(rig)).growth_per_s;
     }
     const loop_equation equation = make_loop_equation(without_variation(rig));
     if (equation.degree() > predicted_degree_max) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
@@ -226,9 +227,14 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
 } // namespace
 
 record_of_ticks::record_of_ticks(const rig &rig)
-    : is_force_(rig.firmware.operator_command.interface == OPERATOR_INTERFACE_FORCE), is_late_(!rig.bus.ideal)
+    : is_force_(rig.firmware.operator_command.interface == OPERATOR_INTERFACE_FORCE), is_late_(!rig.bus.ideal),
+      is_compensated_(compensation_is_on(&rig.firmware) != 0)
 {
     made.is_from_this_firmware = !has_body_effects(rig, "manipulator"); /* else a stand-in moved it */
+    if (is_compensated_) {
+        made.notes.emplace_back("recorded with compensation: the manipulator felt another force than the measured "
+                                "one, and was displayed elsewhere; its block is left out");
+    }
 }
 
 void record_of_ticks::add(const tick_record &tick)
@@ -242,7 +248,9 @@ void record_of_ticks::add(const tick_record &tick)
     check_row_count(made.path, made.size() + 1);
     labels_.push_back(label_);
     made.time_s.push_back(1e-9 * static_cast<double>(tick.scheduled_ns));
-    if (is_force_) {
+    if (is_compensated_) {
+        /* no operator: nothing to replay the manipulator from */
+    } else if (is_force_) {
         made.operator_force_N.push_back(tick.operator_force_N);
     } else {
         made.operator_position_m.push_back(tick.operator_position_m);

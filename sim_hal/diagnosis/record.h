@@ -56,6 +56,7 @@ class record_of_ticks
   private:
     bool is_force_;
     bool is_late_; /* the robot's report */
+    bool is_compensated_;
     bool was_running_ = false;
     double label_ = 0.0;
     std::vector<double> labels_;

@@ -126,10 +126,6 @@ void hardware_chain::set_blocks(transition &made, double duration_s) const
         pair_vector{1.0, 1.0 / duration_s}; /* the slope counts in metres per part */
 
     block_triangular<count> generator{};
-    const auto in_links = [&](plant_state rate) {
-        turn(rate, into_links_);
-        return rate;
-    };
     const auto set_column = [&](int column, int side, const plant_state &rate) {
         for (int row = 0; row <= std::min(column, inputs - 1); row++) {
             generator.at(row, column).columns[static_cast<std::size_t>(side)] = pair_of(rate, link_pair(row));
@@ -137,8 +133,7 @@ void hardware_chain::set_blocks(transition &made, double duration_s) const
     };
     for (int i = 0; i < inputs; i++) {
         for (int side = 0; side < 2; side++) {
-            plant_state state = plant_state::Unit(first_state(link_pair(i)) + side);
-            turn(state, out_of_links_);
+            const plant_state state = out_of_links(plant_state::Unit(first_state(link_pair(i)) + side));
             set_column(i, side, in_links(plant_.derivative(state, {})));
         }
     }

@@ -47,15 +47,39 @@ class hardware_chain
         const pair_vector inputs{line.position_m, line.velocity_m_per_s};
         turn(state, into_links_);
         for (int row = 0; row < link_count_; row++) { /* those behind it have not moved yet */
-            pair_vector sum = change.at(row, link_count_) * inputs;
-            for (int column = row; column < link_count_; column++) {
-                sum += change.at(row, column) * pair_of(state, link_pair(column));
-            }
+            const pair_vector sum = change_of_link(row, state, change, inputs);
             state(first_state(link_pair(row))) += sum[0];
             state(first_state(link_pair(row)) + 1) += sum[1];
         }
         turn(state, out_of_links_);
     }
+
+    /* The plant's states as states of the links, each pair in its place, and back. */
+    plant_state in_links(plant_state state) const
+    {
+        turn(state, into_links_);
+        return state;
+    }
+    plant_state out_of_links(plant_state links) const
+    {
+        turn(links, out_of_links_);
+        return links;
+    }
+
+    /* By how much the links' states change. */
+    plant_state change_of_links(const plant_state &links, const transition &change, const reference_line &line) const
+    {
+        const pair_vector inputs{line.position_m, line.velocity_m_per_s};
+        plant_state changed = plant_state::Zero();
+        for (int row = 0; row < link_count_; row++) {
+            const pair_vector sum = change_of_link(row, links, change, inputs);
+            changed.segment<2>(first_state(link_pair(row))) << sum[0], sum[1];
+        }
+        return changed;
+    }
+
+    /* Place of the first of a link's states. */
+    Eigen::Index link_place(int link) const { return first_state(link_pair(link)); }
 
   private:
     /* Neighbouring states, by the place of the first of them in plant_index. */
@@ -78,6 +102,15 @@ class hardware_chain
         }
     }
     void separate_second_mass();
+
+    pair_vector change_of_link(int row, const plant_state &links, const transition &change, pair_vector inputs) const
+    {
+        pair_vector sum = change.at(row, link_count_) * inputs;
+        for (int column = row; column < link_count_; column++) {
+            sum += change.at(row, column) * pair_of(links, link_pair(column));
+        }
+        return sum;
+    }
 
     int link_pair(int link) const { return pairs_[static_cast<std::size_t>(link)]; }
     static Eigen::Index first_state(int pair) { return 2 * static_cast<Eigen::Index>(pair); }

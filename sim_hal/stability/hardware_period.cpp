@@ -15,8 +15,9 @@ std::int64_t newest_sample_age_ns(const rig &rig)
 {
     if (rig.has_wandering_samples()) {
         throw input_error(
-            "sensor.rate_Hz: where it is no multiple of loop.rate_Hz the age of the force changes from "
-            "period to period and there are no eigenvalues; look at the growth that `berth eigen` tells");
+            "sensor.rate_Hz: where its period, in whole ns, does not go into that of loop.rate_Hz the age of the "
+            "force changes from period to period and there are no eigenvalues; look at the growth that "
+            "`berth eigen` tells");
     }
     return rig.sample_age_ns();
 }
@@ -66,24 +67,56 @@ reference_line hardware_period::line_at(const setpoint_window &setpoints, std::i
     return {setpoints.now_m + slope_m_per_s * static_cast<double>(offset_ns - knot_ns_) * 1e-9, slope_m_per_s};
 }
 
-double hardware_period::advance(plant_state &state, const setpoint_window &setpoints) const
+template <typename sample, typename jump, typename travel>
+void hardware_period::pass(const setpoint_window &setpoints, const sample &take_sample, const jump &do_jump,
+                           const travel &do_travel) const
 {
-    double sample_N = 0.0;
     for (int i = 0; i < part_count_; i++) {
         const part &piece = parts_[static_cast<std::size_t>(i)];
         if (piece.from_ns == sample_ns_ && samples_before_knot_) {
-            sample_N = chain_.equations().measured_force_N(state, line_at(setpoints, piece.from_ns, false));
+            take_sample(line_at(setpoints, piece.from_ns, false));
         }
         if (piece.from_ns == knot_ns_ && holds_) {
-            chain_.equations().apply_reference_jump(state, setpoints.now_m - setpoints.before_m);
+            do_jump(setpoints.now_m - setpoints.before_m);
         }
         const reference_line line = line_at(setpoints, piece.from_ns, piece.from_ns >= knot_ns_);
         if (piece.from_ns == sample_ns_ && !samples_before_knot_) {
-            sample_N = chain_.equations().measured_force_N(state, line);
+            take_sample(line);
         }
-        chain_.advance(state, piece.change, line);
+        do_travel(piece.change, line);
     }
+}
+
+double hardware_period::advance(plant_state &state, const setpoint_window &setpoints) const
+{
+    double sample_N = 0.0;
+    pass(
+        setpoints, [&](const reference_line &line) { sample_N = chain_.equations().measured_force_N(state, line); },
+        [&](double way_m) { chain_.equations().apply_reference_jump(state, way_m); },
+        [&](const hardware_chain::transition &over, const reference_line &line) {
+            chain_.advance(state, over, line);
+        });
     return chain_.sampled_N(sample_N);
+}
+
+hardware_period::change hardware_period::change_of(const plant_state &links, const setpoint_window &setpoints) const
+{
+    change made{plant_state::Zero(), 0.0};
+    pass(
+        setpoints,
+        [&](const reference_line &line) {
+            const plant_state state = chain_.out_of_links(links + made.links);
+            made.sample_N = chain_.sampled_N(chain_.equations().measured_force_N(state, line));
+        },
+        [&](double way_m) {
+            plant_state jumped = plant_state::Zero();
+            chain_.equations().apply_reference_jump(jumped, way_m);
+            made.links += chain_.in_links(jumped);
+        },
+        [&](const hardware_chain::transition &over, const reference_line &line) {
+            made.links += chain_.change_of_links(links + made.links, over, line);
+        });
+    return made;
 }
 
 block hardware_period::link_change(int link) const

@@ -26,11 +26,19 @@ class hardware_period
     /* One period ahead; returns the force sample taken in it, in N. */
     double advance(plant_state &state, const setpoint_window &setpoints) const;
 
+    /* By how much the links' states change, kept apart from them: what changes little keeps its digits. */
+    struct change {
+        plant_state links;
+        double sample_N;
+    };
+    change change_of(const plant_state &links, const setpoint_window &setpoints) const;
+
     /* See hardware_chain. Its eigenvalues are those of its links. */
     int state_count() const { return chain_.state_count(); }
     int state(int i) const { return chain_.state(i); }
     int link_count() const { return chain_.link_count(); }
     bool link_has_two_states(int link) const { return chain_.link_has_two_states(link); }
+    Eigen::Index link_place(int link) const { return chain_.link_place(link); }
 
     /* Transition of a link over the period by itself, less 1. */
     block link_change(int link) const;
@@ -46,6 +54,11 @@ class hardware_period
         std::int64_t from_ns;
         hardware_chain::transition change;
     };
+
+    /* What happens in the period, in its order: calls sample(line), jump(way in m), travel(transition, line). */
+    template <typename sample, typename jump, typename travel>
+    void pass(const setpoint_window &setpoints, const sample &take_sample, const jump &do_jump,
+              const travel &do_travel) const;
 
     void add_part(std::int64_t from_ns, std::int64_t to_ns);
     reference_line line_at(const setpoint_window &setpoints, std::int64_t offset_ns, bool after_knot) const;

@@ -36,12 +36,11 @@ class parameter_line
 {
   public:
     parameter_line(const rig &original, const rig_key &key, const linear_view &linear)
-        : original_(original), key_(key), linear_(linear),
-          asks_if_resolved_(is_resolved(make_loop_equation(linear(original))))
+        : original_(original), key_(key), linear_(linear)
     {
     }
 
-    /* Nothing: no rig may have the value, it is like no linear loop, or rounding hides the loop. */
+    /* Nothing: no rig may have the value, or it is like no linear loop. */
     std::optional<rig> linear_at(double value) const
     {
         const auto changed = with_value(original_, key_, value);
@@ -49,9 +48,7 @@ class parameter_line
             return {};
         }
         rig linear = linear_(*changed);
-        const loop_equation equation = make_loop_equation(linear);
-        const bool is_known = is_finite(equation) && (!asks_if_resolved_ || is_resolved(equation));
-        return is_known ? std::optional<rig>(std::move(linear)) : std::nullopt;
+        return is_finite(make_loop_equation(linear)) ? std::optional<rig>(std::move(linear)) : std::nullopt;
     }
     bool exists(double value) { return look(value).exists; }
     bool is_stable(double value) { return look(value).is_stable; }
@@ -80,7 +77,6 @@ class parameter_line
     const rig &original_;
     const rig_key &key_;
     const linear_view &linear_;
-    bool asks_if_resolved_; /* the rig itself is */
     std::map<double, verdict> verdicts_;
 };
 
@@ -158,6 +154,7 @@ std::vector<stable_interval> intervals_between(const std::vector<double> &grid, 
 struct refined_value {
     double value;
     double slope;
+    bool is_near = true; /* to where counting sees it */
 };
 
 /* Counting zeros in the unit circle does not tell 1e-9 from nothing; the zero itself does: |w| = 1, with the slope
@@ -176,7 +173,7 @@ refined_value refined(const crossing &c, std::complex<double> w,
     double value = start - (radius - 1.0) / slope;
     for (int i = 0; i < 4; i++) {
         if (!(std::abs(value - start) < 1e-2 * start)) {
-            return {start, slope};
+            return {start, slope, false};
         }
         const double step = (radius_at(value) - 1.0) / slope;
         value -= step;
@@ -210,8 +207,12 @@ stability_limit describe(const crossing &c, parameter_line &line, const scan &ho
         limit.jump = reason_of_jump(*line.linear_at(c.stable), beyond, how.step > fine_scan.step);
         return limit;
     }
-    const auto [value, slope] =
+    const auto [value, slope, is_near] =
         refined(c, w, [&](double at) { return make_loop_equation(line.linear_at(at).value_or(beyond)); });
+    if (!is_near) {
+        limit.jump = "|z| is too near 1 all around to tell where it passes, a rough value";
+        return limit;
+    }
     /* The zero may have led to a place where it is not the one that decides. Counting sees it where it is a few of
      * its margins away from the circle; delays have steps of 1e-6 ms. */
     const double aside = std::max({1e-6 * std::abs(value), 2e-6, 4.0 * count_margin / std::abs(slope)});

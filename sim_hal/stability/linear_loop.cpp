@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "compensation_states.h"
+
 namespace berth
 {
 
@@ -16,6 +18,7 @@ linear_loop::linear_loop(const rig &rig, const loop_timeline &timeline, transiti
     : chain_(rig), cache_(cache), firmware_(rig.firmware), setpoints_(timeline.memory), samples_(timeline.memory),
       next_setpoint_(timeline.first_setpoint), next_sample_(timeline.first_sample)
 {
+    refuse_compensation(rig);
     cache_.forget();
     manipulator_start(&manipulator_, &firmware_);
     inverse_filter_start(&filter_, &firmware_);

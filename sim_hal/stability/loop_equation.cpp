@@ -5,40 +5,15 @@
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
+#include "compensation_states.h"
 #include "hardware_period.h"
+#include "slow_response.h"
 
 namespace berth
 {
 
 namespace
 {
-
-/* Times c0 + c1 w + c2 w^2. */
-struct short_factor {
-    double c0;
-    double c1;
-    double c2;
-    int degree;
-};
-
-/* By the rising powers before `end`. */
-void multiply(double *p, int end, const short_factor &f)
-{
-    double before = 0.0;
-    double before_that = 0.0;
-    for (int i = 0; i < end; i++) {
-        const double here = p[i];
-        p[i] = f.c0 * here + f.c1 * before + f.c2 * before_that;
-        before_that = before;
-        before = here;
-    }
-}
-
-void multiply(short_polynomial &p, const short_factor &f)
-{
-    p.degree += f.degree;
-    multiply(p.coefficients.data(), p.degree + 1, f);
-}
 
 short_factor multiplied_out(const slow_factor &f)
 {
@@ -80,6 +55,23 @@ bool is_same(const inverse_filter_config &a, const inverse_filter_config &b)
            a.robot_damping_ratio == b.robot_damping_ratio && a.bandwidth_Hz == b.bandwidth_Hz;
 }
 
+/* Multiplied out, less than this share of B is left at w = 1. */
+constexpr double slow_share = 1e-7;
+
+/* |z - 1|^2 within which B is taken by powers of z - 1, where it is known by those. */
+constexpr double slow_norm = 0.5;
+
+bool cancels_near_one(const short_polynomial &p)
+{
+    double sum = 0.0;
+    double sum_of_magnitudes = 0.0;
+    for (const double c : p.coefficients) {
+        sum += c;
+        sum_of_magnitudes += std::abs(c);
+    }
+    return std::abs(sum) < slow_share * sum_of_magnitudes;
+}
+
 /* Setpoint to sample, w^(whole dead periods - 1) left out: zeros = poles * (samples after a single setpoint of 1 m),
  * which ends after as many terms as there are poles and setpoints in a period. */
 short_polynomial hardware_zeros(const hardware_period &hardware, const short_factor *poles)
@@ -108,6 +100,30 @@ std::complex<double> power(std::complex<double> w, int n)
     return result;
 }
 
+namespace
+{
+
+/* Horner */
+equation_value of_polynomial(const short_polynomial &p, std::complex<double> w)
+{
+    equation_value b{p.coefficients[static_cast<std::size_t>(p.degree)], 0.0};
+    for (int i = p.degree - 1; i >= 0; i--) {
+        b.slope = b.slope * w + b.value;
+        b.value = b.value * w + p.coefficients[static_cast<std::size_t>(i)];
+    }
+    return b;
+}
+
+/* w^degree q(1/w - 1) */
+equation_value of_slow(const short_polynomial &q, std::complex<double> w)
+{
+    const equation_value at = of_polynomial(q, (1.0 - w) / w);
+    const std::complex<double> before_that = power(w, q.degree - 2);
+    return {before_that * w * w * at.value, before_that * (static_cast<double>(q.degree) * w * at.value - at.slope)};
+}
+
+} // namespace
+
 equation_parts evaluate_parts(const loop_equation &equation, std::complex<double> w)
 {
     const std::complex<double> e = 1.0 - w;
@@ -121,13 +137,9 @@ equation_parts evaluate_parts(const loop_equation &equation, std::complex<double
     for (int i = 1; i < equation.a_factor_count; i++) {
         a = product(a, of_factor(equation.a_factors[static_cast<std::size_t>(i)]));
     }
-    const short_polynomial &p = equation.b_rest;
-    equation_value b{p.coefficients[static_cast<std::size_t>(p.degree)], 0.0};
-    for (int i = p.degree - 1; i >= 0; i--) { /* Horner */
-        b.slope = b.slope * w + b.value;
-        b.value = b.value * w + p.coefficients[static_cast<std::size_t>(i)];
-    }
-    b = product(b, of_factor(equation.b_factor));
+    const bool is_slow = equation.has_b_slow && std::norm(e) < slow_norm * std::norm(w);
+    const equation_value rest = is_slow ? of_slow(equation.b_slow, w) : of_polynomial(equation.b_rest, w);
+    const equation_value b = product(rest, of_factor(equation.b_factor));
     return {a.value, a.slope, b.value, b.slope};
 }
 
@@ -165,26 +177,6 @@ std::array<std::complex<double>, 2> roots_of(const slow_factor &f)
     return {1.0 - q / f.c2, q == 0.0 ? 1.0 : 1.0 - f.c0 / q};
 }
 
-bool is_resolved(const loop_equation &equation)
-{
-    constexpr double rounding = 1e-16;
-    constexpr double resolved = 0.01;
-    double sum = 0.0;
-    for (const double c : equation.b_rest.coefficients) {
-        sum += std::abs(c);
-    }
-    for (int i = 0; i < equation.a_factor_count; i++) {
-        for (const auto root : roots_of(equation.a_factors[static_cast<std::size_t>(i)])) {
-            const double distance = std::abs(1.0 - root); /* as far as the root from 1, but to no other's side */
-            if (distance > 0.0 && distance < 1.0 &&
-                rounding * sum > resolved * std::abs(evaluate(equation, 1.0 - distance).value)) {
-                return false;
-            }
-        }
-    }
-    return true;
-}
-
 loop_equation_maker::firmware_response loop_equation_maker::respond(const app_config &config)
 {
     manipulator m;
@@ -214,6 +206,7 @@ loop_equation_maker::firmware_response loop_equation_maker::respond(const app_co
 loop_equation loop_equation_maker::make(const rig &rig)
 {
     const app_config &firmware = rig.firmware;
+    refuse_compensation(rig);
     if (!has_response_ || !is_same(firmware.loop, loop_) || !is_same(firmware.manipulator, manipulator_) ||
         !is_same(firmware.inverse_filter, filter_)) {
         response_ = respond(firmware);
@@ -240,6 +233,11 @@ loop_equation loop_equation_maker::make(const rig &rig)
     }
     made.b_rest = hardware_zeros(hardware, poles.data());
     multiply(made.b_rest, {response_.zeros[0], response_.zeros[1], 0.0, 1});
+    made.has_b_slow = cancels_near_one(made.b_rest);
+    if (made.has_b_slow) { /* zeros[0] + zeros[1] w = w (zeros[0] / w + zeros[1]) */
+        made.b_slow = slow_response(hardware);
+        multiply(made.b_slow, {response_.zeros[0] + response_.zeros[1], response_.zeros[0], 0.0, 1});
+    }
     made.b = made.b_rest;
     add_poles(response_.poles);
     multiply(made.a, multiplied_out(response_.poles));

@@ -14,16 +14,10 @@
 
 #include "../../hal/rig/rig.h"
 #include "hardware_chain.h"
+#include "short_polynomial.h"
 
 namespace berth
 {
-
-/* Coefficients by rising powers of w. */
-struct short_polynomial {
-    static constexpr int capacity = 16;
-    std::array<double, capacity> coefficients{};
-    int degree = 0;
-};
 
 /* c0 + c1 e + c2 e^2 with e = 1 - w: a slow pole or zero sits at w = 1 but for a little, and keeps its digits. */
 struct slow_factor {
@@ -39,7 +33,11 @@ struct loop_equation {
     std::array<slow_factor, hardware_chain::links_max + 2> a_factors;
     int a_factor_count = 0;
     slow_factor b_factor{1.0, 0.0, 0.0};
-    short_polynomial b_rest;
+    short_polynomial b_rest; /* by powers of w */
+
+    /* Near w = 1, where next to nothing is left of b_rest: b_rest = w^degree b_slow, by powers of z - 1. */
+    bool has_b_slow = false;
+    short_polynomial b_slow;
 
     /* A and B multiplied out. Rounding moves the zeros near w = 1 by more than the factors do: use evaluate(). */
     short_polynomial a;
@@ -68,9 +66,6 @@ equation_value evaluate(const loop_equation &equation, std::complex<double> w);
 
 /* Not so where a spring softens so far that a period of its motion overflows. */
 bool is_finite(const loop_equation &equation);
-
-/* Where A has several pairs of slow poles at a high rate, what is left of B near w = 1 is rounding: not so here. */
-bool is_resolved(const loop_equation &equation);
 
 /* Roots w of a factor, inf where there is none. */
 std::array<std::complex<double>, 2> roots_of(const slow_factor &factor);

@@ -273,8 +273,10 @@ std::vector<std::string> what_varies(const rig &rig, const wake_histogram &histo
         effects.push_back(words("the robot passes setpoints up to %g ms early or late", rig.robot.jitter_ms));
     }
     if (rig.has_wandering_samples()) {
-        effects.push_back(words("the sensor samples %g times a second, the loop runs at %g Hz", rig.sensor.rate_Hz,
-                                rig.firmware.loop.rate_Hz));
+        effects.push_back(words(
+            "the sensor samples every %.0f ns (%g Hz), which does not go into the loop's period of %.0f ns (%g Hz)",
+            static_cast<double>(config_sample_period_ns(&rig.firmware)), rig.sensor.rate_Hz,
+            static_cast<double>(config_period_ns(&rig.firmware)), rig.firmware.loop.rate_Hz));
     }
     if (loses_frames(rig)) {
         if (rig.firmware.sensor_channel.layout != SENSOR_ONE_FRAME) {

@@ -1,6 +1,6 @@
 /* The loop over one period as a matrix: the state just before tick n+1 from that just before tick n. It is put
- * together from what runs: the firmware's manipulator step and inverse filter, and the exact solver's transitions
- * of the plant. Rounding on the wire, limits, losses, noise and jitter are left out. */
+ * together from what runs: the firmware's manipulator step, compensation and inverse filter, and the exact solver's
+ * transitions of the plant. Rounding on the wire, limits, losses, noise and jitter are left out. */
 #ifndef SIM_HAL_STABILITY_PERIOD_MAP_H
 #define SIM_HAL_STABILITY_PERIOD_MAP_H
 
@@ -8,6 +8,7 @@
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
+#include "compensation_states.h"
 #include "hardware_period.h"
 
 namespace berth
@@ -20,14 +21,17 @@ struct period_layout {
     Eigen::Index plant;           /* those in use, see hardware_period::state() */
     Eigen::Index setpoints;       /* newest first: those sent before that the robot still needs */
     Eigen::Index samples;         /* newest first: those taken that have not been used */
+    Eigen::Index compensation;    /* see compensation_states; none if none is on */
     Eigen::Index count;
 };
 
 class period_map
 {
   public:
-    /* Throws input_error for rigs without one linear map: contact, free robot clock. */
+    /* Throws input_error for rigs without one linear map: contact, free robot clock, passivity controller. */
     explicit period_map(const rig &rig);
+    period_map(const period_map &) = delete; /* parts of it point at others */
+    period_map &operator=(const period_map &) = delete;
 
     const period_layout &layout() const { return layout_; }
 
@@ -46,6 +50,7 @@ class period_map
     app_config firmware_;
     manipulator manipulator_;
     inverse_filter filter_;
+    compensation_states compensation_;
     period_layout layout_{};
     Eigen::Index history_; /* setpoints before this tick's that still matter */
     double period_s_;

@@ -76,8 +76,10 @@ std::optional<rig_error> complete_and_check_steady(rig &rig)
         return error;
     }
     if (rig.has_wandering_samples()) {
-        return rig_error{"sensor.rate_Hz", "is no multiple of this loop.rate_Hz: the age of the force changes from "
-                                           "period to period and there are no eigenvalues"};
+        return rig_error{"sensor.rate_Hz",
+                         "its period, in whole ns, does not go into that of this loop.rate_Hz: the "
+                         "age of the force changes from period to period and there are no "
+                         "eigenvalues"};
     }
     return {};
 }

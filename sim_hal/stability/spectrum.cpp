@@ -54,6 +54,19 @@ spectrum oscillator_spectrum(double mass, double damping, double stiffness, doub
                          period_s);
 }
 
+Eigen::VectorXcd eigenvalues_of(const rig &rig)
+{
+    const period_map map(rig);
+    if (map.layout().count > states_max) {
+        throw input_error("the loop has " + std::to_string(map.layout().count) + " eigenvalues; more than " +
+                          std::to_string(states_max) +
+                          " take minutes: lower loop.rate_Hz, robot.dead_time_ms or sensor.delay_ms");
+    }
+    Eigen::MatrixXd matrix = map.matrix();
+    balance(matrix);
+    return matrix.eigenvalues();
+}
+
 } // namespace
 
 mode mode_of(std::complex<double> z, double period_s)
@@ -88,16 +101,13 @@ bool drifts_freely(const rig &rig)
 
 spectrum loop_spectrum(const rig &rig)
 {
-    const period_map map(rig);
-    if (map.layout().count > states_max) {
-        throw input_error("the loop has " + std::to_string(map.layout().count) + " eigenvalues; more than " +
-                          std::to_string(states_max) +
-                          " take minutes: lower loop.rate_Hz, robot.dead_time_ms or sensor.delay_ms");
-    }
-    Eigen::MatrixXd matrix = map.matrix();
-    balance(matrix);
-    const Eigen::VectorXcd eigenvalues = matrix.eigenvalues();
-    return make_spectrum({eigenvalues.begin(), eigenvalues.end()}, map.period_s());
+    const Eigen::VectorXcd eigenvalues = eigenvalues_of(rig);
+    return make_spectrum({eigenvalues.begin(), eigenvalues.end()}, config_period_s(&rig.firmware));
+}
+
+double spectral_radius_of(const rig &rig)
+{
+    return eigenvalues_of(rig).cwiseAbs().maxCoeff();
 }
 
 spectrum manipulator_spectrum(const rig &rig)

@@ -38,6 +38,9 @@ bool drifts_freely(const rig &rig);
 /* Of the whole loop. Throws input_error where the rig has no one-period map. */
 spectrum loop_spectrum(const rig &rig);
 
+/* Its largest |z|. */
+double spectral_radius_of(const rig &rig);
+
 /* Of the manipulator alone, and of manipulator and object rigidly coupled without dead time, sampled. */
 spectrum manipulator_spectrum(const rig &rig);
 spectrum coupled_spectrum(const rig &rig);

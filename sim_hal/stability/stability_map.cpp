@@ -5,6 +5,8 @@
 #include <limits>
 #include <thread>
 
+#include "../../hal/rig/hardware_model.h"
+#include "compensation_states.h"
 #include "equivalent_loop.h"
 
 namespace berth
@@ -43,6 +45,9 @@ struct row_worker {
     {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
+        }
+        if (compensation_is_on(&setter.rig().firmware)) {
+            return spectral_radius_of(setter.rig());
         }
         if (amplitude_m > 0.0) {
             return radius_at_amplitude(setter.rig(), amplitude_m);
@@ -98,6 +103,9 @@ point_state map_point_setter::set_coupled(double frequency_ratio, double damping
     object.damping_N_s_per_m = 2.0 * damping_ratio * w * (arm.mass_kg + object.mass_kg) - arm.damping_N_s_per_m;
     const bool is_passive = object.stiffness_N_per_m >= 0.0 && object.damping_N_s_per_m >= 0.0 &&
                             object.mass_kg > 0.0 && std::isfinite(object.mass_kg);
+    if (is_passive && compensation_is_on(&rig_.firmware)) {
+        rig_.firmware.hardware = hardware_model_of(rig_); /* the loop knows the rig of this point */
+    }
     return is_passive ? point_state::possible : point_state::not_passive;
 }
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import mpmath
 import numpy as np
-from mpmath import matrix, mp, mpf
+from mpmath import mp, mpf
 
 mp.dps = 50
 
@@ -30,10 +30,19 @@ class Parameters:
     zeta_S: float
     f_L: float
     zeta_L: float
+    m_2: float = 0.0  # hangs on the object; 0: none
+    f_2: float = 0.0
+    zeta_2: float = 0.0
 
     def settings(self):
         """The same as keys of a rig file."""
+        second = {
+            "object.second_mass_kg": repr(self.m_2),
+            "object.second_frequency_Hz": repr(self.f_2),
+            "object.second_damping_ratio": repr(self.zeta_2),
+        }
         return {
+            **(second if self.m_2 else {}),
             "loop.rate_Hz": self.rate_Hz,
             "robot.dead_time_ms": repr(self.T_R_ns / 1e6),
             "sensor.delay_ms": repr(1e3 * self.sample_ticks / self.rate_Hz),
@@ -56,6 +65,7 @@ class CharacteristicEquation:
     def __init__(self, parameters):
         p = parameters
         self.p = p
+        self.states = 6 if p.m_2 else 4
         T = mpf(1) / p.rate_Hz
         self.whole = p.T_R_ns * p.rate_Hz // 10**9
         rest = mpf(p.T_R_ns) / 10**9 - self.whole * T
@@ -75,10 +85,12 @@ class CharacteristicEquation:
         m, k, d, k_S = mpf(p.m), mpf(p.k), mpf(p.d), mpf(p.k_S)
         d_S = 2 * mpf(p.zeta_S) * mpmath.sqrt(k_S * m)
         w = 2 * mp.pi * mpf(p.f_L)
-        # State x_o, v_o, y/k_S, y'/k_S; then u and u'.
-        G = mpmath.zeros(6)
+        # State x_o, v_o, y/k_S, y'/k_S, x_2, v_2 if there is a second mass; then u and u'.
+        n = self.states
+        G = mpmath.zeros(n + 2)
         G[0, 1] = 1
-        force = matrix([[-1, -d_S / k_S, 0, 0, 1, d_S / k_S]])  # F/k_S
+        force = mpmath.zeros(1, n + 2)  # F/k_S
+        force[0], force[1], force[n], force[n + 1] = -1, -d_S / k_S, 1, d_S / k_S
         G[1, :] = force * (k_S / m)
         G[1, 0] -= k / m
         G[1, 1] -= d / m
@@ -86,9 +98,17 @@ class CharacteristicEquation:
         G[3, :] = force * w**2
         G[3, 2] -= w**2
         G[3, 3] -= 2 * mpf(p.zeta_L) * w
-        G[4, 5] = 1
-        E = mpmath.expm(G * duration_s) if duration_s > 0 else mpmath.eye(6)
-        return E[:4, :4], E[:4, 4], E[:4, 5]
+        if p.m_2:
+            w_2 = 2 * mp.pi * mpf(p.f_2)
+            pull = mpmath.zeros(1, n + 2)  # of the second mass on the object, per kg of it
+            pull[4], pull[5] = w_2**2, 2 * mpf(p.zeta_2) * w_2
+            pull[0], pull[1] = -pull[4], -pull[5]
+            G[1, :] += pull * (mpf(p.m_2) / m)
+            G[4, 5] = 1
+            G[5, :] = -pull
+        G[n, n + 1] = 1
+        E = mpmath.expm(G * duration_s) if duration_s > 0 else mpmath.eye(n + 2)
+        return E[:n, :n], E[:n, n], E[:n, n + 1]
 
     def __call__(self, z):
         z = mpmath.mpmathify(z)
@@ -97,7 +117,7 @@ class CharacteristicEquation:
         Phi1, g1, h1 = self.first
         Phi2, g2, h2 = self.second
         driven = Phi2 * (g1 * (now - velocity * self.rest) + h1 * velocity) + g2 * now + h2 * ((after - now) / self.T)
-        plant = mpmath.lu_solve(z * mpmath.eye(4) - self.Phi, driven)
+        plant = mpmath.lu_solve(z * mpmath.eye(self.states) - self.Phi, driven)
         force = mpf(self.p.k_S) * plant[2] * z**-self.p.sample_ticks
         answer = mpmath.lu_solve(z * mpmath.eye(2) - self.A, self.b * force)
         return answer[0] - 1
@@ -116,7 +136,7 @@ class CharacteristicEquation:
         before = Phi2 @ (g1 * (r / T) - h1 / T)
         after = h2 / T
         # x, v of the manipulator; plant; setpoints sent, newest first; samples taken, newest first.
-        plant, sent, samples = 2, 6, 6 + whole + 1
+        plant, sent, samples = 2, 2 + self.states, 2 + self.states + whole + 1
         matrix = np.zeros((samples + ticks, samples + ticks))
         matrix[0:2, 0:2] = double(self.A)
         matrix[0:2, [samples + ticks - 1]] = double(self.b) * self.p.k_S

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import random
+from pathlib import Path
 
 import pytest
 from conftest import command, settings
@@ -38,6 +39,21 @@ def draw(number):
                       rng.uniform(0.01, 0.1), rng.uniform(10, 40), rng.uniform(0.5, 1.0))
 
 
+def draw_two_slow_modes(number):
+    """Object and a mass that hangs on it, both slow, at a high rate: seven poles and zeros within 0.03 of z = 1."""
+    rng = random.Random(SEED * 3000 + number)
+    rate_Hz = rng.choice([1000, 2000, 5000, 10000])
+    M = rng.uniform(50, 500)
+    K = M * (2 * math.pi * rng.uniform(0.2, 2)) ** 2
+    m = M * rng.uniform(0.05, 0.8)
+    k = K * rng.uniform(0.01, 3)
+    return Parameters(rate_Hz, int(rng.uniform(3, 30) * 1e6), round(rng.uniform(0, 3e-3) * rate_Hz) + 1, M, K,
+                      2 * rng.uniform(0.01, 0.2) * math.sqrt(K * M), m, k,
+                      2 * rng.uniform(0.0, 0.1) * math.sqrt(k * m), 10 ** rng.uniform(5, 7.3),
+                      rng.uniform(0.01, 0.5), rng.uniform(10, 40), rng.uniform(0.5, 1.0),
+                      m * rng.uniform(0.05, 1), rng.uniform(0.3, 10), rng.uniform(0.005, 0.2))
+
+
 def onto_its_limit(parameters):
     """The same rig with the object's mass, stiffness or damping on the limit of stability; the name of what moved."""
     limits = berth_json("limits", parameters.settings())["parameters"]
@@ -63,3 +79,21 @@ def test_spectral_radius_against_fifty_digits(number):
     assert error < TOLERANCE
     if moved:
         assert abs(float(exact - 1)) < 1e-9
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_maps_of_two_slow_modes_at_a_high_rate_against_fifty_digits(number, tmp_path):
+    parameters = draw_two_slow_modes(number)
+    mass_kg = parameters.m
+    done = command("map", "ess", "--json", "--threads", "1", "--out", str(tmp_path),
+                   "--x", f"object.mass_kg={mass_kg!r}:{1.5 * mass_kg!r}:2",
+                   "--y", f"manipulator.damping_N_s_per_m={parameters.D!r}:{2 * parameters.D!r}:2",
+                   *settings({**parameters.settings(), "bus.ideal": "true"}))
+    assert done.returncode == 0, done.stderr.decode()
+    for row in Path(json.loads(done.stdout)["csv"]).read_text().splitlines()[1::3]:
+        parameters.m, parameters.D, told = (float(value) for value in row.split(",")[:3])
+        exact = CharacteristicEquation(parameters).spectral_radius()
+        error = abs(float(told / exact - 1))
+        print(f"case {number}: {parameters.rate_Hz} Hz, |z| - 1 = {float(exact - 1):+.3e}, relative difference "
+              f"{error:.1e}; BERTH_TEST_SEED={SEED}")
+        assert error < 1e-11  # from cell to cell the search ends a step earlier

@@ -203,9 +203,9 @@ def test_limits_of_a_sensor_that_samples_faster_than_the_loop_runs(samples):
     """Rates of which the sensor's is no multiple have no eigenvalues: they are not possible, all else is told."""
     found = ask("limits", "ess", {"sensor.rate_Hz": 400 * samples})
     assert found["stable"] and found["nearest_limit"]["parameter"] == "object.mass_kg"
-    refused = {rate["rate_Hz"] for rate in found["rates"] if "multiple" in rate.get("refusal", "")}
+    refused = {rate["rate_Hz"] for rate in found["rates"] if "does not go into" in rate.get("refusal", "")}
     assert 1000 in refused and 400 not in refused
-    assert not any("multiple" in rate.get("refusal", "") for rate in found["rates_with_delays_in_ticks"])
+    assert not any("does not go into" in rate.get("refusal", "") for rate in found["rates_with_delays_in_ticks"])
     rank = {gain.get("delays_stay"): gain for gain in found["buys"]["rank"]}
     assert rank["in ms"]["to"] is None and rank["in ticks"]["less"] and rank["in ticks"]["more"]
 
@@ -252,6 +252,8 @@ def test_a_verdict_of_harmonics_that_do_not_settle_says_that_it_is_a_guess():
     for subcommand in ("eigen", "limits"):
         words = command(subcommand, "ess-50hz", *abrupt).stdout.decode().splitlines()
         assert words[0].endswith(" (A GUESS: the describing function did not settle)") and "NOT SETTLED" in words[1]
+        told = one_json_object(command(subcommand, "ess-50hz", "--json", *abrupt).stdout)
+        assert told["stable"] is None and told["describing_function"]["settled"] is False
     assert "GUESS" not in command("eigen", "ess", *abrupt).stdout.decode()
 
 
@@ -300,3 +302,17 @@ def test_a_thousand_samples_of_dead_time_take_seconds():
     start = time.monotonic()
     assert ask("limits", "ess", long)["stable"]
     assert time.monotonic() - start < 20.0
+
+
+def test_a_sensor_rate_whose_period_in_ns_does_not_go_into_the_loops_is_told_with_both_periods():
+    thrice = settings({"bus.ideal": "true", "sensor.rate_Hz": 1200})
+    words = command("eigen", "ess", *thrice).stdout.decode()
+    assert "every 833333 ns (1200 Hz), which does not go into the loop's period of 2500000 ns (400 Hz)" in words
+
+
+def test_where_nothing_damps_and_nothing_pulls_a_limit_that_cannot_be_told_is_called_rough():
+    """To first order every spring grows, however soft: |z| - 1 = 9e-8 m/N, which is not counted below 1e-10."""
+    undamped = {"manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 0, "object.damping_N_s_per_m": 0}
+    for limit in ask("limits", "ess", undamped)["parameters"]["object.stiffness_N_per_m"]["limits"]:
+        if limit["value"] < 1.0:
+            assert limit["jump"] and "rough" in limit["jump_reason"], limit

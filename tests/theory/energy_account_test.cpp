@@ -59,7 +59,8 @@ energy_sums over_cycles(closed_loop &loop)
                     each(&energy_sums::integrator_J),
                     each(&energy_sums::simulated_port_J),
                     each(&energy_sums::measured_port_J),
-                    each(&energy_sums::dead_time_J)};
+                    each(&energy_sums::dead_time_J),
+                    each(&energy_sums::compensation_J)};
         }
     }
     FAIL("the run ended too early");
@@ -72,6 +73,13 @@ std::complex<double> felt_stiffness(double damping_N_s_per_m, double delay_s)
     const std::complex<double> s(0.0, w / (2.0 * M_PI * 20.0));
     return std::complex<double>(stiffness_N_per_m, w * damping_N_s_per_m) * std::polar(1.0, -w * delay_s) /
            (s * s + 1.4 * s + 1.0);
+}
+
+void book_and_announce(energy_account *account, const operator_command *command, double force_N, double position_m,
+                       int is_running)
+{
+    energy_account_book(account, command, force_N, position_m, is_running);
+    energy_account_announce(account, command, force_N, force_N, is_running);
 }
 
 double balance_J(const energy_sums &sums, double stored_at_start_J)
@@ -195,10 +203,10 @@ TEST_CASE("energy account: semi-implicit Euler takes T^2 F^2 / 2m a step, the ex
         constexpr double force_N = 40.0;
         const operator_command command{};
         for (int n = 0; n < steps; n++) {
-            energy_account_step(&account, &command, force_N, 0.0, 1);
+            book_and_announce(&account, &command, force_N, 0.0, 1);
             manipulator_step(&free_mass, &command, force_N);
         }
-        energy_account_step(&account, &command, force_N, 0.0, 1);
+        book_and_announce(&account, &command, force_N, 0.0, 1);
         const double period_s = config_period_s(&config);
         const double taken_J = integrator == INTEGRATOR_EXACT ? 0.0
                                                               : steps * period_s * period_s * force_N * force_N /
@@ -229,7 +237,7 @@ TEST_CASE("energy account: force and position of different ages are paired")
                 const double time_s = n * config_period_s(&config);
                 const double force_N = force_amplitude_N * std::cos(w * (time_s - 1e-3 * force_age_ms));
                 const double position_m = swing_m * std::sin(w * (time_s - 1e-3 * position_age_ms));
-                energy_account_step(&account, &command, force_N, position_m, 1);
+                book_and_announce(&account, &command, force_N, position_m, 1);
                 before_J = n == 400 ? account.sums.measured_port_J : before_J;
             }
             /* F v = F A w cos^2: F A w / 2 in the mean of a cycle. */
@@ -271,7 +279,7 @@ TEST_CASE("energy account: begins anew when the loop begins to run, and stands w
     energy_account_start(&account, &config, &moving);
     const operator_command command{};
     for (const int is_running : {1, 1, 1, 0, 1}) {
-        energy_account_step(&account, &command, 10.0, 0.0, is_running);
+        book_and_announce(&account, &command, 10.0, 0.0, is_running);
         manipulator_step(&moving, &command, 10.0);
     }
     CHECK(account.sums.simulated_port_J == 0.0);

@@ -102,6 +102,31 @@ double mass_limit(const rig &rig)
     return mass.limits.back().value / rig.firmware.manipulator.mass_kg;
 }
 
+/* Object, robot and a mass that hangs on the object, all slow against 2 kHz. */
+rig slow_at_a_high_rate()
+{
+    return load_rig("ess", {"bus.ideal=true",
+                            "loop.rate_Hz=2000",
+                            "robot.dead_time_ms=3.225",
+                            "sensor.delay_ms=0.9774",
+                            "manipulator.mass_kg=253.3",
+                            "manipulator.stiffness_N_per_m=665.0",
+                            "manipulator.damping_N_s_per_m=9.171",
+                            "object.mass_kg=155.2",
+                            "object.stiffness_N_per_m=97.91",
+                            "object.damping_N_s_per_m=22.47",
+                            "sensor.stiffness_N_per_m=101100",
+                            "sensor.damping_ratio=0.2783",
+                            "sensor.low_pass_order=1",
+                            "sensor.low_pass_frequency_Hz=26.33",
+                            "robot.transfer_frequency_Hz=9.449",
+                            "robot.transfer_damping_ratio=0.3223",
+                            "robot.lag_ms=20.03",
+                            "object.second_mass_kg=137.5",
+                            "object.second_frequency_Hz=6.324",
+                            "object.second_damping_ratio=0.1079"});
+}
+
 } // namespace
 
 TEST_CASE("damping limit of the slow mode: the closed form is within 1 % of exact where w tau <= 0.16")
@@ -156,6 +181,24 @@ TEST_CASE("free mass against spring and damper: the longest dead time, to four d
         CHECK(std::abs(limit - row.published) < 5.5e-6); /* five decimals */
         CHECK(std::abs(limit / closed_form - 1.0) < 1e-5);
     }
+}
+
+/* Values by the definitions in 50 digits (mpmath): where |z| of the critical mode is 1. */
+TEST_CASE("limits at a high rate with modes that are slow against it: to eight digits")
+{
+    const rig rig = slow_at_a_high_rate();
+    const auto check_limits = [&](const std::string &key, const std::vector<double> &exact) {
+        const parameter_limits found = find_limits(rig, key);
+        REQUIRE(found.limits.size() == exact.size());
+        for (std::size_t i = 0; i < exact.size(); i++) {
+            const double error = found.limits[i].value / exact[i] - 1.0;
+            MESSAGE(key << " " << found.limits[i].value << ": " << error << " beside 50 digits");
+            CHECK(std::abs(error) < 1e-8);
+        }
+    };
+    check_limits("sensor.damping_ratio", {0.3895742761251471, 1.319492906856609});
+    check_limits("object.damping_N_s_per_m", {3991.8952112704965, 9167.134513955463});
+    check_limits("manipulator.damping_N_s_per_m", {1420.8116204707806});
 }
 
 /* Stiffness and damping in the ratio of the masses: the loop's gain is m/M at every frequency, so that the mass

@@ -1,0 +1,49 @@
+/* What the loop does about its dead time: units on the way of the setpoint and on the way of the force, each of
+ * which passes through what it gets if it is switched off.
+ *
+ *     manipulator -> extrapolation -> inverse filter -> limits -> robot
+ *     sensor channel -> prediction -> dissipation -> passivity -> manipulator */
+#ifndef FIRMWARE_COMPENSATION_COMPENSATION_H
+#define FIRMWARE_COMPENSATION_COMPENSATION_H
+
+#include "../energy_account.h"
+#include "extrapolation.h"
+#include "passivity.h"
+#include "prediction.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct compensation {
+    const struct dissipation_config *dissipation;
+    const struct manipulator *manipulator;
+    struct extrapolation extrapolation;
+    struct prediction prediction;
+    struct passivity passivity;
+};
+
+/* What is wrong with the sections of the units; asks for a configuration that has passed config_validate(). */
+struct config_error compensation_validate(const struct app_config *config);
+
+/* One of the units is on. */
+int compensation_is_on(const struct app_config *config);
+
+/* Keeps pointers to `config` and `manipulator`. */
+void compensation_start(struct compensation *compensation, const struct app_config *config,
+                        const struct manipulator *manipulator);
+
+/* The manipulator has been put to rest: what came before does not count. */
+void compensation_rest_at(struct compensation *compensation, double position_m);
+
+/* Position of the manipulator in, where the robot is to be sent out, in m. */
+double compensation_motion(struct compensation *compensation, double position_m);
+
+/* Once a tick, after the setpoint has gone out. Measured force in, force for the manipulator's step out, in N. */
+double compensation_force(struct compensation *compensation, const struct operator_command *command,
+                          const struct energy_sums *energy, double measured_N, double setpoint_m, int is_running);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

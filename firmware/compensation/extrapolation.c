@@ -1,0 +1,64 @@
+#include "extrapolation.h"
+
+double extrapolation_delay_ms(const struct app_config *config)
+{
+    return config->extrapolation.delay_ms > 0.0 ? config->extrapolation.delay_ms : config->hardware.loop_delay_ms;
+}
+
+static double delay_ticks(const struct app_config *config)
+{
+    return 1e-3 * extrapolation_delay_ms(config) / config_period_s(config);
+}
+
+int extrapolation_fits(const struct app_config *config)
+{
+    return delay_ticks(config) * (double)config->extrapolation.order < EXTRAPOLATION_TICKS_MAX - 2;
+}
+
+void extrapolation_start(struct extrapolation *extrapolation, const struct app_config *config)
+{
+    *extrapolation = (struct extrapolation){.order = (uint32_t)config->extrapolation.order};
+    if (extrapolation->order > 0) {
+        extrapolation->delay_ticks = delay_ticks(config);
+        extrapolation_rest_at(extrapolation, config->manipulator.initial_position_m);
+    }
+}
+
+void extrapolation_rest_at(struct extrapolation *extrapolation, double position_m)
+{
+    for (uint32_t i = 0; i < EXTRAPOLATION_TICKS_MAX; i++) {
+        extrapolation->past_m[i] = position_m;
+    }
+}
+
+/* On straight lines between ticks. */
+static double position_before(const struct extrapolation *extrapolation, double ticks)
+{
+    const uint32_t whole = (uint32_t)ticks;
+    const double share = ticks - (double)whole;
+    const uint32_t newest = extrapolation->newest + EXTRAPOLATION_TICKS_MAX;
+    return (1.0 - share) * extrapolation->past_m[(newest - whole) % EXTRAPOLATION_TICKS_MAX] +
+           share * extrapolation->past_m[(newest - whole - 1u) % EXTRAPOLATION_TICKS_MAX];
+}
+
+double extrapolation_step(struct extrapolation *extrapolation, double position_m)
+{
+    /* (-1)^i C(n + 1, i + 1) */
+    static const double weights[EXTRAPOLATION_ORDER_MAX + 1][EXTRAPOLATION_ORDER_MAX + 1] = {
+        {1.0, 0.0, 0.0, 0.0},
+        {2.0, -1.0, 0.0, 0.0},
+        {3.0, -3.0, 1.0, 0.0},
+        {4.0, -6.0, 4.0, -1.0},
+    };
+    if (extrapolation->order == 0) {
+        return position_m;
+    }
+    extrapolation->newest = (extrapolation->newest + 1u) % EXTRAPOLATION_TICKS_MAX;
+    extrapolation->past_m[extrapolation->newest] = position_m;
+    double setpoint_m = weights[extrapolation->order][0] * position_m;
+    for (uint32_t i = 1; i <= extrapolation->order; i++) {
+        setpoint_m += weights[extrapolation->order][i] *
+                      position_before(extrapolation, (double)i * extrapolation->delay_ticks);
+    }
+    return setpoint_m;
+}

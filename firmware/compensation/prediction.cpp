@@ -1,0 +1,134 @@
+#include "prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../matrix_exponential.h"
+
+namespace
+{
+
+using coupled_step = Eigen::Matrix<double, 2, 5, Eigen::RowMajor>;
+using matrix5 = Eigen::Matrix<double, 5, 5>;
+
+constexpr double two_pi = 6.28318530717958647692;
+constexpr uint32_t looks_a_tick = 8; /* of a tool, whether it touches */
+
+/* The rig's model, but for what [prediction] says otherwise. */
+hardware_model model_of(const app_config &config)
+{
+    const prediction_config &c = config.prediction;
+    const auto otherwise = [](double own, double of_the_rig) { return std::isfinite(own) ? own : of_the_rig; };
+    hardware_model model = config.hardware;
+    model.setpoint_to_motion_ms = otherwise(c.dead_time_ms, model.setpoint_to_motion_ms);
+    model.mass_kg = otherwise(c.mass_kg, model.mass_kg);
+    model.damping_N_s_per_m = otherwise(c.damping_N_s_per_m, model.damping_N_s_per_m);
+    model.stiffness_N_per_m = otherwise(c.stiffness_N_per_m, model.stiffness_N_per_m);
+    return model;
+}
+
+/* (M + m) x'' = F_op - error - D (x' - v_op) - K (x - x_op) - d x' - k x, the last two where it touches. */
+coupled_step coupled_over(const manipulator_config &arm, const hardware_model &m, bool touches, double duration_s)
+{
+    const double k = touches ? m.stiffness_N_per_m : 0.0;
+    const double d = touches ? m.damping_N_s_per_m : 0.0;
+    matrix5 a = matrix5::Zero();
+    a(0, 1) = 1.0;
+    a.row(1) << -arm.stiffness_N_per_m - k, -arm.damping_N_s_per_m - d, arm.stiffness_N_per_m, arm.damping_N_s_per_m,
+        1.0;
+    a.row(1) /= arm.mass_kg + m.mass_kg;
+    return berth::matrix_exponential<5>(a * duration_s).topRows<2>();
+}
+
+/* The constant force that gives the manipulator this velocity at the end of its step. */
+double force_for(const manipulator &now, const operator_command &command, double velocity_m_per_s)
+{
+    const double *t = now.transition;
+    const double *b = now.input_map;
+    const double without_m_per_s = t[2] * now.position_m + t[3] * now.velocity_m_per_s + b[3] * command.position_m +
+                                   b[4] * command.velocity_m_per_s;
+    return command.force_N - (velocity_m_per_s - without_m_per_s) / b[5];
+}
+
+double model_force_N(const prediction &p, const operator_command &command)
+{
+    const manipulator &now = *p.manipulator;
+    const hardware_model &m = p.twin.model;
+    const double surface_m = m.surface_m;
+    double x = now.position_m - surface_m;
+    double v = now.velocity_m_per_s;
+    for (uint32_t i = 0; i < p.substeps; i++) {
+        const int touches = hardware_touches(&m, x, v);
+        Eigen::Matrix<double, 5, 1> all;
+        all << x, v, command.position_m - surface_m, command.velocity_m_per_s,
+            command.force_N - p.fed_back_N - p.identified_N;
+        const Eigen::Matrix<double, 2, 1> next = Eigen::Map<const coupled_step>(p.coupled[touches]).lazyProduct(all);
+        x = next(0);
+        v = next(1);
+    }
+    return force_for(now, command, v);
+}
+
+/* At the middle of the coming tick. */
+double identified_force_N(const prediction &p)
+{
+    const manipulator &now = *p.manipulator;
+    const double acceleration = (now.velocity_m_per_s - p.velocity_m_per_s) / p.period_s;
+    const double half_s = 0.5 * p.period_s;
+    return identification_force(&p.identification, &p.twin.model,
+                                now.position_m - p.twin.model.surface_m + half_s * now.velocity_m_per_s,
+                                now.velocity_m_per_s + half_s * acceleration, acceleration);
+}
+
+} // namespace
+
+extern "C" {
+
+int prediction_fits(const app_config *config)
+{
+    const hardware_model model = model_of(*config);
+    return hardware_twin_fits(&model, config_period_s(config));
+}
+
+void prediction_start(prediction *prediction, const app_config *config, const manipulator *manipulator)
+{
+    *prediction = {};
+    prediction->enabled = config->prediction.enabled;
+    prediction->manipulator = manipulator;
+    if (!prediction->enabled) {
+        return;
+    }
+    const double period_s = config_period_s(config);
+    const hardware_model model = model_of(*config);
+    hardware_twin_start(&prediction->twin, &model, period_s, config->manipulator.initial_position_m);
+    identification_start(&prediction->identification, config, &model);
+    prediction->period_s = period_s;
+    prediction->velocity_m_per_s = manipulator->velocity_m_per_s;
+    prediction->force_max_N = config->sensor_channel.force_limit_N;
+    Eigen::Matrix<double, 1, 1> decay;
+    decay << -two_pi * config->prediction.error_bandwidth_Hz * period_s;
+    prediction->error_share = 1.0 - berth::matrix_exponential<1>(decay)(0, 0);
+    prediction->substeps = model.is_one_sided ? looks_a_tick : 1;
+    for (const int touches : {0, 1}) {
+        Eigen::Map<coupled_step>(prediction->coupled[touches]) = coupled_over(
+            config->manipulator, model, touches != 0, period_s / static_cast<double>(prediction->substeps));
+    }
+}
+
+double prediction_step(prediction *prediction, const operator_command *command, double measured_N, double setpoint_m)
+{
+    if (!prediction->enabled) {
+        return measured_N;
+    }
+    struct prediction &p = *prediction;
+    p.error_N = measured_N - hardware_twin_step(&p.twin, setpoint_m);
+    const double rest_N = identification_step(&p.identification, &p.twin, p.error_N);
+    p.fed_back_N += p.error_share * (rest_N - p.fed_back_N);
+    p.identified_N = identified_force_N(p);
+    p.velocity_m_per_s = p.manipulator->velocity_m_per_s;
+    const double wanted_N = model_force_N(p, *command);
+    p.force_N = std::clamp(wanted_N, -p.force_max_N, p.force_max_N);
+    p.saturated += p.force_N != wanted_N;
+    return p.force_N;
+}
+}

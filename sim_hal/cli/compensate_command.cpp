@@ -1,0 +1,119 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "../compensation/chooser.h"
+#include "commands.h"
+#include "progress_line.h"
+#include "robot_choice.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* A robust method whose motion is further from the truth than this is none that one would want. */
+constexpr double useful_error = 0.5;
+
+bool is_useful(const method_verdict *verdict)
+{
+    return verdict != nullptr && verdict->worst_error <= useful_error;
+}
+
+nlohmann::json as_json(const choice &made, const method_verdict &verdict)
+{
+    nlohmann::json trials = nlohmann::json::array();
+    for (std::size_t i = 0; i < verdict.trials.size(); i++) {
+        const trial_result &trial = verdict.trials[i];
+        trials.push_back({{"rig", made.differences[i].name},
+                          {"ran", trial.ran},
+                          {"bounded", trial.is_bounded},
+                          {"error", trial.error},
+                          {"peak_error_m", trial.peak_error_m},
+                          {"peak_force_N", trial.peak_force_N},
+                          {"limited_ticks", trial.limited_ticks}});
+    }
+    return {{"method", verdict.method.name}, {"settings", verdict.method.settings}, {"robust", verdict.is_robust},
+            {"error", verdict.error},        {"worst_error", verdict.worst_error},  {"trials", trials}};
+}
+
+void print_table(const choice &made)
+{
+    std::printf("distance of the manipulator's motion to the one without dead time, as a share of its swing\n");
+    std::printf("  %-34s %10s %10s  %s\n", "method", "as told", "worst", "on a rig with");
+    for (const method_verdict &verdict : made.methods) {
+        if (verdict.trials.empty()) {
+            std::printf("  %-34s %10s\n", verdict.method.name.c_str(), "cannot be");
+            continue;
+        }
+        const std::string &where = made.differences[verdict.worst].name;
+        const bool as_told = verdict.trials.front().ran && verdict.trials.front().is_bounded;
+        char error[20];
+        char worst[20];
+        std::snprintf(error, sizeof error, "%.2f %%", 100.0 * verdict.error);
+        std::snprintf(worst, sizeof worst, "%.2f %%", 100.0 * verdict.worst_error);
+        std::printf("  %-34s %10s %10s  %s\n", verdict.method.name.c_str(), as_told ? error : "diverges",
+                    verdict.is_robust ? worst : "diverges", where.c_str());
+    }
+}
+
+void print_recommendation(const choice &made, const choice_request &request)
+{
+    const method_verdict *const best = made.recommended();
+    if (is_useful(best)) {
+        std::printf("recommended: %s; price in fidelity %.2f %%, at worst %.2f %%\n", best->method.name.c_str(),
+                    100.0 * best->error, 100.0 * best->worst_error);
+        for (const std::string &setting : best->method.settings) {
+            std::printf("  --set %s\n", setting.c_str());
+        }
+        return;
+    }
+    std::printf("REFUSED: no method is robust%s\n",
+                best != nullptr ? " and within half of the swing" : " on every one of these rigs");
+    const std::vector<helpful_change> changes = what_would_help(request);
+    for (const helpful_change &change : changes) {
+        std::printf("  it would be with %s from %g to %g: %s\n", change.key.c_str(), change.from, change.to,
+                    change.method.c_str());
+    }
+    if (changes.empty()) {
+        std::printf("  halving dead time, stiffness or mass would not be enough either\n");
+    }
+}
+
+} // namespace
+
+int compensate_command(const compensate_arguments &arguments)
+{
+    choice_request request;
+    request.rig = choose_rig(arguments).rig;
+    request.dead_time_share = 0.01 * arguments.dead_time_percent;
+    request.stiffness_share = 0.01 * arguments.stiffness_percent;
+    request.mass_share = 0.01 * arguments.mass_percent;
+    request.noise_N = arguments.noise_N;
+    request.duration_s = arguments.duration_s;
+    const choice made = choose_compensation(request);
+    if (arguments.json) {
+        nlohmann::json methods = nlohmann::json::array();
+        for (const method_verdict &verdict : made.methods) {
+            methods.push_back(as_json(made, verdict));
+        }
+        const bool is_found = is_useful(made.recommended());
+        std::printf("%s\n", nlohmann::json{{"rig", request.rig.name},
+                                           {"recommended", is_found ? nlohmann::json(made.recommended()->method.name)
+                                                                    : nlohmann::json(nullptr)},
+                                           {"impossible", made.impossible},
+                                           {"methods", methods}}
+                                .dump(2)
+                                .c_str());
+        return 0;
+    }
+    std::printf("%s: %s\n", request.rig.name.c_str(), request.rig.description.c_str());
+    print_table(made);
+    for (const std::string &name : made.impossible) {
+        std::printf("  not tried: %s, which no rig may have\n", name.c_str());
+    }
+    print_recommendation(made, request);
+    return 0;
+}
+
+} // namespace berth

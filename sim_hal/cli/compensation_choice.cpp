@@ -1,0 +1,55 @@
+#include "compensation_choice.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "../../hal/rig/rig_file.h"
+
+namespace berth
+{
+
+namespace
+{
+
+struct choice {
+    std::string_view name;
+    std::vector<std::string_view> settings;
+};
+
+const choice choices[] = {
+    {"extrapolation-1", {"extrapolation.order=1"}},
+    {"extrapolation-2", {"extrapolation.order=2"}},
+    {"extrapolation-3", {"extrapolation.order=3"}},
+    {"prediction", {"prediction.enabled=true"}},
+    {"identification", {"prediction.enabled=true", "identification.enabled=true"}},
+    {"passivity", {"passivity.action=damping"}},
+    {"tank", {"passivity.action=tank"}},
+};
+
+} // namespace
+
+std::string compensation_names()
+{
+    std::string names;
+    for (const choice &known : choices) {
+        names += (names.empty() ? "" : ", ") + std::string(known.name);
+    }
+    return names;
+}
+
+std::vector<std::string> compensation_settings(const std::vector<std::string> &names)
+{
+    std::vector<std::string> settings;
+    for (const std::string &name : names) {
+        const auto found = std::find_if(std::begin(choices), std::end(choices),
+                                        [&](const choice &known) { return known.name == name; });
+        if (found == std::end(choices)) {
+            throw input_error("--with " + name + ": there is no such compensation; there are " +
+                              compensation_names());
+        }
+        settings.insert(settings.end(), found->settings.begin(), found->settings.end());
+    }
+    return settings;
+}
+
+} // namespace berth

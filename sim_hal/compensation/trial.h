@@ -1,0 +1,25 @@
+/* One run of the loop beside what it should have been without dead time. */
+#ifndef SIM_HAL_COMPENSATION_TRIAL_H
+#define SIM_HAL_COMPENSATION_TRIAL_H
+
+#include "../../hal/rig/rig.h"
+
+namespace berth
+{
+
+struct trial_result {
+    bool ran;            /* the supervisor let it run to the end, no fault stopped it */
+    bool is_bounded;     /* it swings no further than it should, twice over */
+    double error;        /* rms of the distance to the truth, as a share of the truth's rms about its mean */
+    double peak_error_m; /* largest distance */
+    double peak_force_N; /* measured */
+    long limited_ticks;  /* in which a limit acted */
+};
+
+/* Runs firmware and simulated rig for `duration_s` after the release, and the coupled system with the same commands
+ * beside them. */
+trial_result run_trial(const rig &rig, double duration_s);
+
+} // namespace berth
+
+#endif

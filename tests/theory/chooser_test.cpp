@@ -1,0 +1,106 @@
+/* What fidelity is measured against, and which compensation is recommended. */
+#include <cmath>
+#include <doctest/doctest.h>
+
+#include "../../hal/rig/rig_file.h"
+#include "../../sim_hal/compensation/chooser.h"
+#include "../../sim_hal/compensation/coupled_truth.h"
+#include "../../sim_hal/stability/spectrum.h"
+
+namespace berth
+{
+
+namespace
+{
+
+const std::vector<std::string> stiff_object{"object.stiffness_N_per_m=60000", "object.damping_N_s_per_m=150"};
+
+} // namespace
+
+TEST_CASE("coupled truth: swings with the frequency and damping of the coupled system")
+{
+    for (const auto &own : {std::vector<std::string>{}, stiff_object}) {
+        const rig rig = load_rig("ess", own);
+        const mode coupled = coupled_spectrum(rig).modes.front();
+        const double w = 2.0 * M_PI * coupled.frequency_Hz;
+        coupled_truth truth(rig);
+        truth.start(0.01, 0.0);
+        double off_m = 0.0;
+        for (int n = 1; n <= 2000; n++) {
+            truth.advance({});
+            const double t = n * config_period_s(&rig.firmware);
+            const double expected_m = 0.01 * std::exp(coupled.growth_per_s * t) *
+                                      (std::cos(w * t) - coupled.growth_per_s / w * std::sin(w * t));
+            off_m = std::max(off_m, std::abs(truth.position_m() - expected_m));
+        }
+        /* The sensor spring gives way by (k + m w^2)/k_S, and the frequency with it: over 5 s as many radians. */
+        const double gives = std::abs(rig.object.stiffness_N_per_m - rig.object.mass_kg * w * w) / 2e7;
+        CHECK(off_m < 0.01 * (1e-4 + 2.0 * w * 5.0 * gives));
+    }
+}
+
+TEST_CASE("coupled truth: a free mass comes back from a damped wall as the closed form says")
+{
+    constexpr double mass_kg = 300.0;
+    constexpr double w0 = 2.0 * M_PI * 3.0;
+    for (const double ratio : {0.0, 0.05, 0.2}) {
+        CAPTURE(ratio);
+        rig rig = load_rig("ess", {"object.kind=contact", "object.mass_kg=0.001", "manipulator.mass_kg=300",
+                                   "manipulator.stiffness_N_per_m=0", "manipulator.damping_N_s_per_m=0",
+                                   "manipulator.initial_position_m=-0.001", "sensor.stiffness_N_per_m=1e9"});
+        rig.object.stiffness_N_per_m = mass_kg * w0 * w0;
+        rig.object.damping_N_s_per_m = 2.0 * ratio * mass_kg * w0;
+        rig.sensor.damping_ratio = 1.0;
+        REQUIRE(!complete_and_check(rig));
+        coupled_truth truth(rig);
+        truth.start(-0.001, 0.1);
+        while (truth.position_m() > -0.0011) {
+            truth.advance({});
+        }
+        /* The wall never pulls: it lets go where k x + d v = 0, later than at the end of the half swing. */
+        const double z = std::sqrt(1.0 - ratio * ratio);
+        const double angle = std::atan2(2.0 * ratio * z, 2.0 * ratio * ratio - 1.0);
+        const double expected = ratio > 0.0 ? std::exp(-ratio / z * angle) : 1.0;
+        CHECK(-truth.velocity_m_per_s() / 0.1 == doctest::Approx(expected).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("trial: without dead time to speak of there is no error, and noise shows as much as it moves")
+{
+    const rig near = load_rig("ess", {"loop.rate_Hz=4000", "bus.ideal=true", "robot.interpolation=hold",
+                                      "robot.dead_time_ms=0", "sensor.delay_ms=0", "sensor.low_pass_order=1",
+                                      "sensor.low_pass_frequency_Hz=2000", "limits.acceleration_m_per_s2=1e6"});
+    const trial_result fine = run_trial(near, 3.0);
+    CHECK(fine.ran);
+    CHECK(fine.is_bounded);
+    CHECK(fine.error < 0.02);
+    const trial_result late = run_trial(load_rig("ess"), 3.0);
+    CHECK(late.error > 2.0 * fine.error);
+    const trial_result unstable = run_trial(load_rig("ess", stiff_object), 5.0);
+    CHECK(!(unstable.ran && unstable.is_bounded));
+}
+
+TEST_CASE("chooser: the stiff object is compensated by prediction, and what is recommended holds on every rig tried")
+{
+    choice_request request;
+    request.rig = load_rig("ess", stiff_object);
+    request.duration_s = 5.0;
+    const choice made = choose_compensation(request);
+    for (const method_verdict &verdict : made.methods) {
+        MESSAGE(verdict.method.name << ": " << verdict.error << ", " << verdict.worst_error << " at "
+                                    << made.differences[verdict.worst].name << (verdict.is_robust ? "" : " diverges"));
+    }
+    REQUIRE(made.recommended() != nullptr);
+    CHECK(made.recommended()->error < 0.05);
+    for (const trial_result &trial : made.recommended()->trials) {
+        CHECK(trial.ran);
+        CHECK(trial.is_bounded);
+    }
+    for (const method_verdict &verdict : made.methods) {
+        if (verdict.method.name == "none") {
+            CHECK(!verdict.is_robust);
+        }
+    }
+}
+
+} // namespace berth
