@@ -143,7 +143,10 @@ void can_socket::note_error(std::uint32_t error_class, const std::uint8_t data[8
         counts_.bus_off++;
         under_way_ = {};
     }
-    counts_.restarted += (error_class & CAN_ERR_RESTARTED) != 0;
+    if (error_class & CAN_ERR_RESTARTED) {
+        counts_.restarted++;
+        under_way_ = {}; /* what was sent in between went nowhere, although the kernel took it */
+    }
     if (error_class & CAN_ERR_CRTL) {
         counts_.controller_lost += (data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0;
         counts_.error_passive += (data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0;

@@ -23,6 +23,11 @@ void catch_stop_signals()
     action.sa_handler = on_stop_signal;
     sigaction(SIGTERM, &action, nullptr);
     sigaction(SIGINT, &action, nullptr);
+    struct sigaction before = {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) { /* nohup wants it to go on */
+        sigaction(SIGHUP, &action, nullptr);
+    }
     std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk */
     std::signal(SIGPIPE, SIG_IGN);
 }

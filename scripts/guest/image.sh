@@ -58,17 +58,19 @@ gpio_sim_source() {
     cp "${files[@]/#/$source/}" "$1"
 }
 
-build_gpio_sim() {
-    local build=$guest/gpio-sim headers=$guest/headers/usr/src/linux-headers-$release
+# The kernel's GPIO simulator, and what takes a CAN controller off its bus.
+build_modules() {
+    local build=$guest/modules headers=$guest/headers/usr/src/linux-headers-$release
     mkdir -p "$build"
     gpio_sim_source "$build"
     # The module has the name of its source file, and irq_to_desc() is not exported to modules.
     mv "$build/gpio-sim.c" "$build/gpio_sim_main.c"
     sed -i 's/irq_to_desc(irqnum)/irq_data_to_desc(irq_get_irq_data(irqnum))/' "$build/irq_sim.c"
-    printf 'obj-m := gpio-sim.o\ngpio-sim-y := gpio_sim_main.o irq_sim.o\n' >"$build/Kbuild"
+    cp "$here/can_bus_off.c" "$build/can-bus-off.c"
+    printf 'obj-m := gpio-sim.o can-bus-off.o\ngpio-sim-y := gpio_sim_main.o irq_sim.o\n' >"$build/Kbuild"
     sed -i "s,include /usr/src/,include $guest/headers/usr/src/," "$headers/Makefile"
-    make -s -C "$headers" M="$build" CROSS_COMPILE="$cross" CC="${cross}gcc-12" modules >"$guest/gpio-sim.log" 2>&1 ||
-        { say "the GPIO simulator does not build; see $guest/gpio-sim.log" && exit 1; }
+    make -s -C "$headers" M="$build" CROSS_COMPILE="$cross" CC="${cross}gcc-12" modules >"$guest/modules.log" 2>&1 ||
+        { say "the guest's own modules do not build; see $guest/modules.log" && exit 1; }
 }
 
 # Only what is named, and what that depends on: everything in an initramfs costs time at every boot.
@@ -78,7 +80,7 @@ copy_modules() {
     /sbin/depmod -b "$from" "$release"
     /sbin/modprobe -d "$from" -S "$release" -a --show-depends "${modules[@]}" | sed -n 's/^insmod //p' | sort -u |
         xargs cp -t "$to"
-    cp "$guest/gpio-sim/gpio-sim.ko" "$from/lib/modules/$release"/modules.{builtin,builtin.modinfo,order} "$to"
+    cp "$guest"/modules/{gpio-sim,can-bus-off}.ko "$from/lib/modules/$release"/modules.{builtin,builtin.modinfo,order} "$to"
     /sbin/depmod -b "$guest/root" "$release"
 }
 
@@ -106,7 +108,7 @@ extract_kernel() {
 
 current() {
     local script
-    for script in "$here"/{image,packages}.sh; do
+    for script in "$here"/{image.sh,packages.sh,can_bus_off.c}; do
         [ "$guest/initramfs.gz" -nt "$script" ] || return 1
     done
 }
@@ -121,7 +123,7 @@ rm -rf "$guest"
 mkdir -p "$guest"
 package_lists
 unpack_kernel
-build_gpio_sim
+build_modules
 say "tools"
 package_trees "$guest/root" "${tools[@]/%/:$arch}"
 copy_modules

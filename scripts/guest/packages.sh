@@ -5,6 +5,7 @@
 #   package_lists                       read the lists, once per cache
 #   package_depends PACKAGE             names of the packages that PACKAGE depends on
 #   package_trees DIRECTORY PACKAGE...  unpack packages on top of each other, with /bin, /sbin and /lib in /usr
+#   package_closure ARCHITECTURE DIRECTORY PACKAGE...    download packages and all that they depend on
 #   package_file PACKAGE[:ARCHITECTURE] download one package, of all architectures if none is told, print its path
 
 guest_cache=${BERTH_GUEST_CACHE:-build/guest}
@@ -14,7 +15,7 @@ guest_cache=$(cd "$guest_cache" && pwd)
 private_apt() {
     "$@" -qq -o Dir::State="$guest_cache/apt" -o Dir::State::status="$guest_cache/apt/status" \
         -o Dir::Cache="$guest_cache/apt/cache" -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= \
-        -o APT::Architecture=amd64 -o APT::Architectures::=amd64 -o APT::Architectures::=arm64 \
+        -o APT::Architecture="${native:-amd64}" -o APT::Architectures::=amd64 -o APT::Architectures::=arm64 \
         -o APT::Sandbox::User=root -o Acquire::Languages=none
 }
 
@@ -28,6 +29,14 @@ package_lists() {
 
 package_depends() {
     private_apt apt-cache depends "$1" | sed -n 's/^ *Depends: \([^:]*\).*/\1/p'
+}
+
+package_closure() {
+    local native=$1 directory=$2
+    shift 2
+    mkdir -p "$directory"
+    private_apt apt-get install --yes --download-only --no-install-recommends \
+        -o "Dir::Cache::archives=$directory" "$@" >&2
 }
 
 package_file() {

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Runs a command on a PREEMPT_RT Debian kernel with SocketCAN and simulated GPIO, in QEMU; ends with its exit code.
 
-usage: run.py [--arch arm64|amd64] [--icount] [--results DIRECTORY] [--timeout SECONDS] COMMAND...
+usage: run.py [--arch arm64|amd64] [--icount] [--systemd] [--results DIRECTORY] [--timeout SECONDS] COMMAND...
        run.py [--arch arm64|amd64] --shell
 
 In the guest the repository is read-only at /src, which is the working directory, and DIRECTORY is /results. There are
 two CAN buses with an emulated SJA1000 controller at each end, can0 to can2 and can1 to can3, and two virtual ones,
 vcan0 and vcan1; gpio-sim is loaded.
 --icount: virtual time, one instruction a nanosecond, independent of what else this machine does.
+--systemd: a small Debian boots first, with dpkg; the loop's buses, can0 and can1, are left as a board finds them.
 --shell: lines typed here are run there, until exit.
 
 Exit code: the command's, 124 timeout, 125 the guest died, 126 there is no guest.
@@ -45,22 +46,32 @@ class NoGuest(Exception):
     """The guest could not be made or started."""
 
 
-def make_image(arch):
-    """Folder with kernel and initramfs, made if need be."""
-    made = subprocess.run([ROOT / "scripts" / "guest" / "image.sh", arch], check=False)
-    if made.returncode != 0:
-        raise NoGuest(f"image.sh {arch} failed")
+def make_image(arch, systemd):
+    """Folder with kernel and archives of the root, made if need be."""
+    for script in ["image.sh"] + ["systemd.sh"] * systemd:
+        made = subprocess.run([ROOT / "scripts" / "guest" / script, arch], check=False)
+        if made.returncode != 0:
+            raise NoGuest(f"{script} {arch} failed")
     return CACHE / arch
 
 
-def initramfs_with(image, script, folder):
-    """The image's initramfs and, behind it, one more with init and the command: the kernel unpacks both."""
-    shutil.copy(ROOT / "scripts" / "guest" / "init", folder)
-    (folder / "command").write_text(script)
-    archive = subprocess.run(["cpio", "-o", "-H", "newc", "--quiet"], cwd=folder, input=b"init\ncommand\n",
+def initramfs_with(image, script, systemd, folder):
+    """The image's archives and, behind them, one more with init and the command: the kernel unpacks all."""
+    own = ROOT / "scripts" / "guest"
+    root = folder / "root"
+    units = root / "etc" / "systemd" / "system"
+    wanted = units / "default.target.wants" / "session.service"
+    wanted.parent.mkdir(parents=True)
+    for name, place in (("init", root), ("session.sh", root), ("session.service", units)):
+        shutil.copy(own / name, place)
+    wanted.symlink_to("../session.service")
+    (root / "command").write_text(script)
+    names = "".join(f"{path.relative_to(root)}\n" for path in sorted(root.rglob("*")))
+    archive = subprocess.run(["cpio", "-o", "-H", "newc", "--quiet", "--owner=+0:+0"], cwd=root, input=names.encode(),
                              capture_output=True, check=True).stdout
     path = folder / "initramfs"
-    path.write_bytes((image / "initramfs.gz").read_bytes() + gzip.compress(archive))
+    debian = (image / "systemd.cpio").read_bytes() if systemd else b""
+    path.write_bytes(debian + (image / "initramfs.gz").read_bytes() + gzip.compress(archive))
     return path
 
 
@@ -72,7 +83,7 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
                 "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}"]
 
     return [
-        *program, "-accel", "tcg", "-smp", "1", "-m", "512", *CAN_CARDS,
+        *program, "-accel", "tcg", "-smp", "1", "-m", "768", *CAN_CARDS,
         *(["-icount", "shift=0,sleep=off"] if icount else []),
         *share("source", ROOT, "readonly=on"), *share("results", results),
         "-display", "none", "-nodefaults", "-no-reboot", "-serial", "stdio", "-monitor", "none",
@@ -81,15 +92,15 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
     ]  # fmt: skip
 
 
-def run(script, *, arch="arm64", icount=False, results, timeout_s=300, output=sys.stdout):
+def run(script, *, arch="arm64", icount=False, systemd=False, results, timeout_s=300, output=sys.stdout):
     """Runs a shell script in the guest; its exit code. What it prints goes line by line to `output`; without one, the
     guest has the terminal."""
-    image = make_image(arch)
+    image = make_image(arch, systemd)
     results = Path(results).absolute()
     results.mkdir(parents=True, exist_ok=True)
     mark = "guest-" + secrets.token_hex(6)
     with tempfile.TemporaryDirectory(prefix="berth-guest-") as folder:
-        initramfs = initramfs_with(image, script, Path(folder))
+        initramfs = initramfs_with(image, script, systemd, Path(folder))
         command = qemu_command(arch, image, initramfs, results, mark, icount)
         try:
             if output is None:
@@ -137,6 +148,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arch", choices=MACHINES, default="arm64")
     parser.add_argument("--icount", action="store_true")
+    parser.add_argument("--systemd", action="store_true")
     parser.add_argument("--results", type=Path, default=CACHE / "results")
     parser.add_argument("--timeout", type=float, default=300, metavar="SECONDS")
     parser.add_argument("--shell", action="store_true")
@@ -148,9 +160,9 @@ def main():
     script = words[0] if len(words) == 1 else shlex.join(words)
     try:
         if given.shell:
-            return run(SHELL, arch=given.arch, results=given.results, output=None)
-        return run(script + "\n", arch=given.arch, icount=given.icount, results=given.results,
-                   timeout_s=given.timeout)
+            return run(SHELL, arch=given.arch, systemd=given.systemd, results=given.results, output=None)
+        return run(script + "\n", arch=given.arch, icount=given.icount, systemd=given.systemd,
+                   results=given.results, timeout_s=given.timeout)
     except NoGuest as problem:
         print(f"run.py: {problem}", file=sys.stderr)
         return NO_GUEST

@@ -128,6 +128,29 @@ TEST_CASE("bus: frames that are alike are confirmed one by one, each with the ti
     }
 }
 
+TEST_CASE("bus: what was sent while the controller was off the bus is not confirmed by what comes after its restart")
+{
+    can_socket loop(HAL_BUS_ROBOT, "vcan0", {0x20}, {0x80});
+    can_socket controller(HAL_BUS_ROBOT, "vcan0", {});
+    const auto send_sync = [&](std::int64_t tick_ns) {
+        REQUIRE(loop.send({tick_ns, 0x80, HAL_BUS_ROBOT, 0, 0, 0, {}}) == HAL_OK);
+    };
+    REQUIRE(controller.send(frame_of(CAN_ERR_FLAG | CAN_ERR_BUSOFF)) == HAL_OK);
+    CHECK(drain(loop).size() == 1);
+    for (const std::int64_t tick_ns : {1, 2, 3}) { /* taken by the kernel, and never on the wire */
+        send_sync(tick_ns);
+    }
+    loop.flush();
+    REQUIRE(controller.send(frame_of(CAN_ERR_FLAG | CAN_ERR_RESTARTED)) == HAL_OK);
+    CHECK(drain(loop).size() == 1);
+    send_sync(4);
+    drain(loop);
+    can_confirmation confirmed;
+    REQUIRE(loop.next_confirmation(confirmed));
+    CHECK(confirmed.handed_over_ns == 4);
+    CHECK(!loop.next_confirmation(confirmed));
+}
+
 TEST_CASE("bus: error frames are flagged and counted for what they say")
 {
     can_socket listener(HAL_BUS_SENSOR, "vcan0", {id});

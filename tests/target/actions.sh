@@ -19,7 +19,10 @@ robot_interface_up() { interface can0 up; }
 sensor_interface_down() { interface can1 down; }
 sensor_interface_up() { interface can1 up; }
 
-# No emulated controller leaves its bus: the error frames that the kernel makes of it, on a virtual bus.
+# No emulated controller leaves its bus by itself. On a real one a module of the guest says that it has, and the kernel
+# restarts it; on a virtual bus, the error frames that the kernel makes of it.
+robot_bus_off() { echo can0 >/sys/module/can_bus_off/parameters/interface; }
+sensor_bus_off() { echo can1 >/sys/module/can_bus_off/parameters/interface; }
 bus_off() { cansend vcan0 20000040#0000000000000000; }
 error_passive() { cansend vcan0 20000004#0010000000000000; }
 

@@ -24,6 +24,7 @@ import run as guest_run  # noqa: E402
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
 STEPS = ["machine", "preflight", "contract", "closed_loop", "closed_loop_cia402", "without_realtime", "sensor_layouts",
          "watchdog", "image"]
+BOARD_STEPS = ["package"]
 SCENARIOS = {path.stem: tomllib.loads(path.read_text())
              for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
@@ -77,46 +78,71 @@ def write_scenario(path, scenario):
     path.write_text("\n".join(lines) + "\n")
 
 
+def boot_with(arch, results, steps, **options):
+    """Runs steps in a guest."""
+    command = f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {' '.join(steps)}\n"
+    with (results / "console").open("w") as console:
+        code = guest_run.run(command, arch=arch, icount=True, results=results, timeout_s=TIMEOUT_s, output=console,
+                             **options)
+    assert code == 0, f"the {arch} guest ended with {code}:\n" + (results / "console").read_text()
+
+
 def boot(arch, results):
-    """Runs all steps and scenarios in a guest."""
+    """All steps and scenarios, in a guest that has nothing beside them."""
     shutil.rmtree(results, ignore_errors=True)
     (results / "scenarios").mkdir(parents=True)
     for name, scenario in SCENARIOS.items():
         write_scenario(results / "scenarios" / f"{name}.sh", scenario)
-    steps = " ".join([*(f"/src/tests/target/steps/{name}.sh" for name in STEPS),
-                      *(f"/results/scenarios/{name}.sh" for name in SCENARIOS)])
-    with (results / "console").open("w") as console:
-        code = guest_run.run(f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {steps}\n", arch=arch, icount=True,
-                             results=results, timeout_s=TIMEOUT_s, output=console)
-    assert code == 0, f"the {arch} guest ended with {code}:\n" + (results / "console").read_text()
+    boot_with(arch, results, [*(f"/src/tests/target/steps/{name}.sh" for name in STEPS),
+                              *(f"/results/scenarios/{name}.sh" for name in SCENARIOS)])
 
 
-def results_of(arch):
-    return guest_run.CACHE / "results" / arch
+def boot_board(arch, results):
+    """The steps of a board: in a small Debian with systemd."""
+    shutil.rmtree(results, ignore_errors=True)
+    results.mkdir(parents=True)
+    boot_with(arch, results, [f"/src/tests/target/steps/{name}.sh" for name in BOARD_STEPS], systemd=True)
+
+
+BOOTS = {"guest": boot, "board": boot_board}
+
+
+def results_of(arch, kind="guest"):
+    return guest_run.CACHE / "results" / (arch if kind == "guest" else f"{arch}-{kind}")
 
 
 @pytest.fixture(scope="session")
 def booted(request):
-    """Boots the guests that the chosen tests ask for, side by side; {architecture: its outcome}."""
-    asked = {item.callspec.params["guest"] for item in request.session.items
-             if hasattr(item, "callspec") and "guest" in item.callspec.params}
+    """Boots the guests that the chosen tests ask for, side by side; {(kind, architecture): its outcome}."""
+    asked = {(kind, item.callspec.params[kind]) for item in request.session.items if hasattr(item, "callspec")
+             for kind in BOOTS if kind in item.callspec.params}
     with ThreadPoolExecutor(GUESTS_AT_ONCE) as pool:
-        return {arch: pool.submit(boot, arch, results_of(arch)) for arch in sorted(asked)}
+        return {(kind, arch): pool.submit(BOOTS[kind], arch, results_of(arch, kind))
+                for kind, arch in sorted(asked, reverse=True)}
 
 
-@pytest.fixture(scope="session", params=PROGRAMS)
-def guest(request, booted):
-    """A function STEP -> what it has left in a guest of this architecture, which is booted once."""
-    booted[request.param].result()
-    results = results_of(request.param)
+def steps_of(kind, arch, booted):
+    """A function STEP -> what it has left in a guest, which is booted once."""
+    booted[kind, arch].result()
+    results = results_of(arch, kind)
 
     def step(name):
         found = Step(results / name)
         assert found.folder.is_dir(), f"the guest has not run {name}"
         return found
 
-    step.arch = request.param
+    step.arch = arch
     return step
+
+
+@pytest.fixture(scope="session", params=PROGRAMS)
+def guest(request, booted):
+    return steps_of("guest", request.param, booted)
+
+
+@pytest.fixture(scope="session", params=PROGRAMS)
+def board(request, booted):
+    return steps_of("board", request.param, booted)
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -9,6 +9,8 @@ from conftest import ROOT, SCENARIOS
 from target_log import TargetLog
 
 PERIOD_ns = 2_500_000
+ROBOT, SENSOR = 0, 1
+CAN_ERR_BUSOFF, CAN_ERR_RESTARTED = 0x040, 0x100  # linux/can/error.h
 
 
 @pytest.fixture
@@ -51,6 +53,20 @@ def test_the_fault_line_shows_outside_whether_it_is_in_fault(play, name):
     step, _ = play(name)
     is_fault = SCENARIOS[name]["states"][-1] == "fault"
     assert [line[-1] for line in step.lines("events")] == ["0", "1" if is_fault else "0"]
+
+
+@pytest.mark.parametrize("bus", [ROBOT, SENSOR])
+def test_frames_pass_again_after_the_kernel_has_restarted_the_controller(play, bus):
+    """After restart-ms; the states above say that the loop stays in fault all the same."""
+    _, log = play(["robot_bus_off", "sensor_bus_off"][bus])
+    frame = log.topic("can_frame")
+    here = (frame["bus"] == bus) & (frame["direction"] == 0)
+    is_error = here & (frame["flags"] != 0)
+    [off_ns] = frame["time_ns"][is_error & (frame["id"] == CAN_ERR_BUSOFF)]
+    [restarted_ns] = frame["time_ns"][is_error & (frame["id"] == CAN_ERR_RESTARTED)]
+    assert 100e6 <= restarted_ns - off_ns < 110e6
+    later = here & (frame["flags"] == 0) & (frame["time_ns"] > restarted_ns)
+    assert np.count_nonzero(later) > 0.9 * (log.tick["scheduled_ns"][-1] - restarted_ns) / PERIOD_ns
 
 
 def test_frames_that_are_not_for_the_loop_never_reach_it(play):
