@@ -146,11 +146,12 @@ struct prediction_config {
     double stiffness_N_per_m;
 };
 
-/* [identification]: of the object, for the prediction */
+/* [identification]: of the object and of the dead time, for the prediction */
 struct identification_config {
     int32_t enabled;
-    double tolerance; /* of mass, damping and stiffness, as a share: one standard deviation */
-    double noise_N;   /* of the force, and of what no model knows: standard deviation */
+    double tolerance;        /* of mass, damping, stiffness and dead time, as a share: one standard deviation */
+    double noise_N;          /* of the force, and of what no model knows: standard deviation */
+    double position_noise_m; /* the same of the robot's reports */
     double memory_s;
 };
 

@@ -88,10 +88,13 @@ TEST_CASE("chooser: the stiff object is compensated by prediction, and what is r
     const choice made = choose_compensation(request);
     for (const method_verdict &verdict : made.methods) {
         MESSAGE(verdict.method.name << ": " << verdict.error << ", " << verdict.worst_error << " at "
-                                    << made.differences[verdict.worst].name << (verdict.is_robust ? "" : " diverges"));
+                                    << made.differences[verdict.worst].name
+                                    << (verdict.is_robust ? "" : " diverges"));
     }
     REQUIRE(made.recommended() != nullptr);
     CHECK(made.recommended()->error < 0.05);
+    CHECK(made.recommended()->worst_error < 0.15);
+    CHECK(made.recommended()->method.name.rfind("identification", 0) == 0);
     for (const trial_result &trial : made.recommended()->trials) {
         CHECK(trial.ran);
         CHECK(trial.is_bounded);
