@@ -9,10 +9,8 @@ void dead_time_tracker_start(struct dead_time_tracker *tracker, const struct app
     *tracker = (struct dead_time_tracker){.enabled = config->identification.enabled};
     tracker->period_s = config_period_s(config);
     const double dead_time_s = 1e-3 * model->setpoint_to_motion_ms;
-    const double age_s =
-        config->energy.position_age_ms > 0.0 ? 1e-3 * config->energy.position_age_ms : tracker->period_s;
     const double tolerance_s = config->identification.tolerance * dead_time_s;
-    tracker->delay_ticks = (dead_time_s + age_s) / tracker->period_s;
+    tracker->delay_ticks = (dead_time_s + 1e-3 * model->report_age_ms) / tracker->period_s;
     tracker->tolerance_squared = tolerance_s * tolerance_s;
     tracker->variance = tracker->tolerance_squared;
     tracker->noise_squared = config->identification.position_noise_m * config->identification.position_noise_m;
