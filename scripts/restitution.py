@@ -45,11 +45,11 @@ def rig(phase, damping_ratio, noise_N, seed):
     """A loop of 2 kHz with `phase` / w0 of delay in all: robot, force, and half a period that the force is held."""
     dead_time_ms = 1e3 * phase / W0_rad_per_s - FORCE_DELAY_ms - PERIOD_ms / 2
     return {
-        "loop.rate_Hz": 1e3 / PERIOD_ms, "bus.ideal": "true", "run.duration_s": 1.2, "run.release_s": 0.01, "run.seed": seed,
+        "loop.rate_Hz": 1e3 / PERIOD_ms, "bus.ideal": "true", "run.duration_s": 1.2, "run.release_s": 0.01,
         "manipulator.mass_kg": MASS_kg, "manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 0,
         "manipulator.initial_position_m": -0.005, "manipulator.initial_velocity_m_per_s": SPEED_m_per_s,
         "limits.acceleration_m_per_s2": 1e7, "limits.velocity_m_per_s": 100,
-        "robot.dead_time_ms": dead_time_ms,
+        "run.seed": seed, "robot.dead_time_ms": dead_time_ms,
         "sensor.delay_ms": FORCE_DELAY_ms, "sensor.stiffness_N_per_m": 1e8, "sensor.damping_ratio": 0.7,
         "sensor.low_pass_order": 0, "sensor.noise_N": noise_N, "object.kind": "contact", "object.mass_kg": 0.1,
         "object.stiffness_N_per_m": MASS_kg * W0_rad_per_s**2,

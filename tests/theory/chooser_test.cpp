@@ -68,9 +68,9 @@ TEST_CASE("coupled truth: a free mass comes back from a damped wall as the close
 TEST_CASE("trial: without dead time to speak of there is no error, and noise shows as much as it moves")
 {
     const rig near =
-        load_rig("ess", {"loop.rate_Hz=4000", "bus.ideal=true", "robot.interpolation=hold", "robot.dead_time_ms=0",
-                         "sensor.delay_ms=0", "sensor.low_pass_order=1", "sensor.low_pass_frequency_Hz=2000",
-                         "limits.acceleration_m_per_s2=1e6", "object.mass_kg=10"});
+        load_rig("ess", {"loop.rate_Hz=4000", "bus.ideal=true", "robot.dead_time_ms=0.25", "sensor.delay_ms=0",
+                         "sensor.damping_ratio=0.7", "sensor.low_pass_order=1", "sensor.low_pass_frequency_Hz=300",
+                         "object.mass_kg=10", "limits.acceleration_m_per_s2=1e6"});
     const trial_result fine = run_trial(near, 3.0);
     CHECK(fine.ran);
     CHECK(fine.is_bounded);
