@@ -53,7 +53,7 @@ double usual_energy_J(const rig &rig)
 std::string number(double value)
 {
     char text[40];
-    std::snprintf(text, sizeof text, "%.3g", value);
+    std::snprintf(text, sizeof text, value < 100.0 ? "%.3g" : "%.0f", value);
     return text;
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
 #include "../../sim_hal/compensation/chooser.h"
 #include "../../sim_hal/compensation/coupled_truth.h"
