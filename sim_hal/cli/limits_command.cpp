@@ -31,6 +31,7 @@ nlohmann::json as_json(const stability_limit *limit)
     return {{"value", limit->value},
             {"stable", limit->stable_above ? "above" : "below"},
             {"jump", !limit->jump.empty()},
+            {"rough", limit->is_rough},
             {"jump_reason", limit->jump.empty() ? nlohmann::json() : nlohmann::json(limit->jump)},
             {"mode", limit->mode_name},
             {"frequency_Hz", limit->mode.frequency_Hz}};
@@ -322,7 +323,7 @@ int limits_command(const limits_arguments &arguments)
         json["rates"] = as_json(rates);
         json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
         json["buys"] = as_json(ranking);
-        json["nearest_limit"] = nearest_limit_json(parameters);
+        json["nearest_limit"] = nearest_limit_json(parameters, verdict.loop.is_stable);
         for (const parameter_limits &parameter : parameters) {
             json["parameters"][std::string(parameter.key)] = as_json(parameter);
         }

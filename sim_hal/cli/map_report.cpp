@@ -76,7 +76,7 @@ nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
               {"y", value_of(request.rig, request.y.name)},
               {"spectral_radius", own.spectral_radius},
               {"growth_per_s", own.growth_per_s},
-              {"stable", unless_guess(at.has_settled, own.is_stable)}}}};
+              {"stable", unless_guess(at.has_settled, stable_json(own, drifts_freely(at.linear)))}}}};
 }
 
 nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)
