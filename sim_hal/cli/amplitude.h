@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "../stability/equivalent_loop.h"
-#include "../stability/spectrum.h"
 #include "commands.h"
 
 namespace berth
@@ -26,7 +25,7 @@ rig linear_at(const rig &rig, double amplitude_m);
 const char *guess_text(bool has_settled);
 
 /* "stable" in JSON. Null: nothing holds the two bodies, and all else decays. */
-nlohmann::json stable_json(const spectrum &spectrum, bool is_free);
+nlohmann::json stable_json(double spectral_radius, bool is_free);
 
 /* The same: null where it would be a guess. */
 nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable);

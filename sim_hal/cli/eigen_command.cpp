@@ -23,7 +23,7 @@ nlohmann::json as_json(const spectrum &spectrum, bool is_free)
     return {{"eigenvalues", eigenvalues},
             {"spectral_radius", spectrum.spectral_radius},
             {"growth_per_s", spectrum.growth_per_s},
-            {"stable", stable_json(spectrum, is_free)}};
+            {"stable", stable_json(spectrum.spectral_radius, is_free)}};
 }
 
 void print_modes(const char *title, const spectrum &spectrum)
@@ -69,7 +69,7 @@ void print_spectra(const rig &steady, const spectrum &loop, const char *loop_tit
 spectrum print_verdict(const char *title, const settled_rig &at)
 {
     spectrum loop = loop_spectrum(at.linear);
-    const nlohmann::json stable = stable_json(loop, drifts_freely(at.linear));
+    const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
                 stable.is_null() ? "NEITHER STABLE NOR UNSTABLE (no spring holds manipulator or object: z = 1)"
                 : stable == true ? "stable"
