@@ -144,12 +144,15 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
 static void prepare_force(struct app *app)
 {
     const struct operator_command *command = &app->operator_channel.command;
-    const double measured_N = app->sensor_channel.force_N;
+    const struct prediction_input in = {
+        .measured_N = app->sensor_channel.force_N,
+        .setpoint_m = app->record.command_position_m,
+        .reported_m = app->robot_channel.position_m,
+    };
     const int may_move = supervisor_may_move(&app->supervisor);
-    energy_account_book(&app->energy, command, measured_N, app->robot_channel.position_m, may_move);
-    app->record.used_force_N = compensation_force(&app->compensation, command, &app->energy.sums, measured_N,
-                                                  app->record.command_position_m, may_move);
-    energy_account_announce(&app->energy, command, app->record.used_force_N, measured_N, may_move);
+    energy_account_book(&app->energy, command, in.measured_N, in.reported_m, may_move);
+    app->record.used_force_N = compensation_force(&app->compensation, command, &app->energy.sums, &in, may_move);
+    energy_account_announce(&app->energy, command, app->record.used_force_N, in.measured_N, may_move);
 }
 
 static void advance_manipulator(struct app *app)

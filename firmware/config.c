@@ -43,7 +43,7 @@ struct app_config config_default(void)
                        .mass_kg = __builtin_inf(),
                        .damping_N_s_per_m = __builtin_inf(),
                        .stiffness_N_per_m = __builtin_inf()},
-        .identification = {.tolerance = 0.3, .noise_N = 2.0, .memory_s = 20.0},
+        .identification = {.tolerance = 0.3, .noise_N = 2.0, .position_noise_m = 2e-5, .memory_s = 20.0},
         .passivity = {.reference = PASSIVITY_MEASURED,
                       .credit_J = 1.0,
                       .horizon_ms = 50.0,

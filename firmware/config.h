@@ -110,9 +110,9 @@ struct energy_config {
 struct hardware_model {
     double setpoint_to_motion_ms;
     double sample_age_ms; /* of a force sample when it is used */
-    double
-        loop_delay_ms; /* by which a slow force comes late: all of these, lags, and half a period that it is held */
-    int32_t holds;     /* the robot jumps to a setpoint; else it moves on straight lines */
+    double report_age_ms; /* of the position that the robot reports, when it is used */
+    double loop_delay_ms; /* by which a slow force comes late: these, lags, and half a period that it is held */
+    int32_t holds;        /* the robot jumps to a setpoint; else it moves on straight lines */
     int32_t is_one_sided; /* a tool that meets the surface, else a gripped object */
     int32_t low_pass_order;
     double low_pass_w_rad_per_s;
@@ -146,11 +146,12 @@ struct prediction_config {
     double stiffness_N_per_m;
 };
 
-/* [identification]: of the object, for the prediction */
+/* [identification]: of the object and of the dead time, for the prediction */
 struct identification_config {
     int32_t enabled;
-    double tolerance; /* of mass, damping and stiffness, as a share: one standard deviation */
-    double noise_N;   /* of the force, and of what no model knows: standard deviation */
+    double tolerance;        /* of mass, damping, stiffness and dead time, as a share: one standard deviation */
+    double noise_N;          /* of the force, and of what no model knows: standard deviation */
+    double position_noise_m; /* the same of the robot's reports */
     double memory_s;
 };
 

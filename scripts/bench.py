@@ -30,6 +30,19 @@ COARSE = 1e-3  # relative tolerance: as coarse as still gives the growth rate
 FASTEST = "fast solver, no log"
 
 
+# One-sided contact looks whether it touches eight times a tick: the dearest of a unit.
+UNITS = {
+    "none": [],
+    "extrapolation, order 3": ["extrapolation.order=3"],
+    "prediction": ["prediction.enabled=true"],
+    "identification": ["prediction.enabled=true", "identification.enabled=true"],
+    "passivity controller": ["passivity.action=damping"],
+    "energy tank": ["passivity.action=tank"],
+    "dissipation": ["dissipation.damping_N_s_per_m=500"],
+}
+UNIT_RIGS = ("ess", "concept-copper")
+
+
 class Effort:
     """How much is run: enough for figures, or (quick) enough to see that there are figures."""
 
@@ -66,6 +79,20 @@ def firmware_tick(effort):
     result["instructions"] = (counted[1] - counted[0]) / (many - few)
     result["counted_ticks"] = [few, many]
     return result
+
+
+def compensation_ticks(effort):
+    """Median and p99.9 of a tick in ns by rig and unit, the units in turn."""
+    return {rig: {name: json.loads(output_of("build/tick_bench", "time", rig, min(20, effort.tick_s), 5, *settings))
+                  for name, settings in UNITS.items()} for rig in UNIT_RIGS}
+
+
+def print_units(ticks):
+    print("\na tick with compensation, ns")
+    print(f"  {'unit':26}" + "".join(f"{rig + ' median':>24}{'p99.9':>10}" for rig in ticks))
+    for name in UNITS:
+        print(f"  {name:26}" + "".join(f"{rows[name]['median_ns']:24.0f}{rows[name]['p99_9_ns']:10.0f}"
+                                       for rows in ticks.values()))
 
 
 def berth_run(arguments, duration_s):
@@ -177,6 +204,8 @@ def main():
           f"load average {machine['load_average']:.1f}")
     tick = firmware_tick(effort)
     print_tick(tick)
+    units = compensation_ticks(effort)
+    print_units(units)
     rows, compile_s = all_loops(effort, Loop.of_rig(rig))
     print_loops(rows, effort, compile_s)
     checked = aims(tick, rows)
@@ -184,7 +213,7 @@ def main():
     for aim in checked:
         print(f"  {aim['aim']:54} {aim['figure']:>10}   {'aim met' if aim['met'] else 'MISSED'}")
     Path("build/bench.json").write_text(json.dumps(
-        {"machine": machine, "firmware_tick": tick, "closed_loop": rows, "jitcdde_compile_s": compile_s,
+        {"machine": machine, "firmware_tick": tick, "compensation": units, "closed_loop": rows, "jitcdde_compile_s": compile_s,
          "aims": checked}, indent=2) + "\n")
     if not checked[0]["met"]:
         print_profile("build/bench/tick.callgrind", "build/tick_bench", "step", RIG, "60", "24000")

@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.S)
 
-RUN = ("build/", ".venv/bin/python scripts/claims.py")
+RUN = ("build/", ".venv/bin/python scripts/claims.py", ".venv/bin/python scripts/restitution.py")
 
 
 def split_block(text):

@@ -63,6 +63,7 @@ struct config_error compensation_validate(const struct app_config *config)
         {!(identification->tolerance > 0.0 && identification->tolerance <= 1.0),
          {"identification.tolerance", "must be greater than 0 and at most 1"}},
         {!positive(identification->noise_N), {"identification.noise_N", must_be_positive}},
+        {!positive(identification->position_noise_m), {"identification.position_noise_m", must_be_positive}},
         {!positive(identification->memory_s), {"identification.memory_s", must_be_positive}},
         {passivity->action < 0 || passivity->action >= PASSIVITY_ACTION_COUNT,
          {"passivity.action", "must be off, damping or tank"}},
@@ -121,11 +122,11 @@ double compensation_motion(struct compensation *compensation, double position_m)
 }
 
 double compensation_force(struct compensation *compensation, const struct operator_command *command,
-                          const struct energy_sums *energy, double measured_N, double setpoint_m, int is_running)
+                          const struct energy_sums *energy, const struct prediction_input *in, int is_running)
 {
     const struct manipulator *manipulator = compensation->manipulator;
     const double force_N =
-        prediction_step(&compensation->prediction, command, measured_N, setpoint_m) +
+        prediction_step(&compensation->prediction, command, in) +
         compensation->dissipation->damping_N_s_per_m * (manipulator->velocity_m_per_s - command->velocity_m_per_s);
     if (!is_running) {
         passivity_rest(&compensation->passivity);

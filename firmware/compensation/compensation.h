@@ -39,9 +39,9 @@ void compensation_rest_at(struct compensation *compensation, double position_m);
 /* Position of the manipulator in, where the robot is to be sent out, in m. */
 double compensation_motion(struct compensation *compensation, double position_m);
 
-/* Once a tick, after the setpoint has gone out. Measured force in, force for the manipulator's step out, in N. */
+/* Once a tick, after the setpoint has gone out: the force for the manipulator's step, in N. */
 double compensation_force(struct compensation *compensation, const struct operator_command *command,
-                          const struct energy_sums *energy, double measured_N, double setpoint_m, int is_running);
+                          const struct energy_sums *energy, const struct prediction_input *in, int is_running);
 
 #ifdef __cplusplus
 }

@@ -218,7 +218,7 @@ void hardware_twin_start(hardware_twin *twin, const hardware_model *model, doubl
     rest_at(*twin, position_m - model->surface_m);
 }
 
-double hardware_twin_step(hardware_twin *twin, double setpoint_m)
+void hardware_twin_step(hardware_twin *twin, double setpoint_m)
 {
     const hardware_model &m = twin->model;
     const double next_m = setpoint_m - m.surface_m;
@@ -236,6 +236,28 @@ double hardware_twin_step(hardware_twin *twin, double setpoint_m)
     twin->samples_N[twin->newest] = is_cut ? within_N : sample_N(*twin, line);
     twin->before_m = twin->position_m;
     twin->position_m = next_m;
-    return twin->samples_N[(twin->newest + TWIN_TICKS_MAX - twin->delay_ticks) % TWIN_TICKS_MAX];
+}
+
+double hardware_twin_sample(const hardware_twin *twin, double longer_ticks)
+{
+    const auto at = [&](uint32_t before) {
+        return twin->samples_N[(twin->newest + TWIN_TICKS_MAX - before) % TWIN_TICKS_MAX];
+    };
+    if (longer_ticks == 0.0) {
+        return at(twin->delay_ticks);
+    }
+    constexpr double most = TWIN_TICKS_MAX - 2;
+    const double ticks = std::clamp(static_cast<double>(twin->delay_ticks) + longer_ticks, 0.0, most);
+    const auto whole = static_cast<uint32_t>(ticks);
+    const double share = ticks - static_cast<double>(whole);
+    return (1.0 - share) * at(whole) + share * at(whole + 1);
+}
+
+double hardware_twin_robot_m(const hardware_twin *twin)
+{
+    const hardware_model &m = twin->model;
+    return m.robot_lag_ms > 0.0        ? twin->state[TWIN_ROBOT_LAG]
+           : m.robot_w_rad_per_s > 0.0 ? twin->state[TWIN_ROBOT_POSITION]
+                                       : twin->position_m;
 }
 }

@@ -59,8 +59,15 @@ int hardware_twin_fits(const struct hardware_model *model, double period_s);
 void hardware_twin_start(struct hardware_twin *twin, const struct hardware_model *model, double period_s,
                          double position_m);
 
-/* One tick: the setpoint that goes out in, the force sample that arrives in this tick out, in N. */
-double hardware_twin_step(struct hardware_twin *twin, double setpoint_m);
+/* One tick: the setpoint that goes out. */
+void hardware_twin_step(struct hardware_twin *twin, double setpoint_m);
+
+/* The force sample that arrives in this tick, in N, were the dead time longer by so many ticks; between ticks on
+ * straight lines. */
+double hardware_twin_sample(const struct hardware_twin *twin, double longer_ticks);
+
+/* Where the robot would be without dead time, from the surface, in m. */
+double hardware_twin_robot_m(const struct hardware_twin *twin);
 
 /* The tool touches, or the object is gripped; positions count from the surface. */
 int hardware_touches(const struct hardware_model *model, double depth_m, double velocity_m_per_s);

@@ -60,12 +60,14 @@ void filter_forces(identification &id, const hardware_twin &twin)
 }
 
 /* As they were when the sample was taken, on straight lines between ticks. */
-vector3 delayed_forces(const identification &id)
+vector3 delayed_forces(const identification &id, double longer_ticks)
 {
-    const auto whole = static_cast<uint32_t>(id.delay_ticks);
-    const double rest = id.delay_ticks - static_cast<double>(whole);
-    const auto at = [&](uint32_t ticks) {
-        return Eigen::Map<const vector3>(id.past_N[(id.newest + TWIN_TICKS_MAX - ticks) % TWIN_TICKS_MAX]);
+    constexpr double most = TWIN_TICKS_MAX - 2;
+    const double ticks = std::clamp(id.delay_ticks + longer_ticks, 0.0, most);
+    const auto whole = static_cast<uint32_t>(ticks);
+    const double rest = ticks - static_cast<double>(whole);
+    const auto at = [&](uint32_t before) {
+        return Eigen::Map<const vector3>(id.past_N[(id.newest + TWIN_TICKS_MAX - before) % TWIN_TICKS_MAX]);
     };
     return (1.0 - rest) * at(whole) + rest * at(whole + 1);
 }
@@ -99,14 +101,15 @@ void identification_start(identification *identification, const app_config *conf
     Eigen::Map<matrix3>(&id.covariance[0][0]) = id.tolerance_squared * matrix3::Identity();
 }
 
-double identification_step(identification *identification, const hardware_twin *twin, double error_N)
+double identification_step(identification *identification, const hardware_twin *twin, double longer_ticks,
+                           double error_N)
 {
     struct identification &id = *identification;
     if (!id.enabled) {
         return error_N;
     }
     filter_forces(id, *twin);
-    const vector3 forces = delayed_forces(id);
+    const vector3 forces = delayed_forces(id, longer_ticks);
     Eigen::Map<vector3> share(id.share);
     Eigen::Map<matrix3> covariance(&id.covariance[0][0]);
     const vector3 spread = covariance.lazyProduct(forces);

@@ -44,8 +44,10 @@ struct identification {
 void identification_start(struct identification *identification, const struct app_config *config,
                           const struct hardware_model *model);
 
-/* One tick, after the twin's: takes the error of the force sample and returns what is left of it, in N. */
-double identification_step(struct identification *identification, const struct hardware_twin *twin, double error_N);
+/* One tick, after the twin's: takes the error of the force sample and returns what is left of it, in N.
+ * `longer_ticks`: see dead_time_tracker.h. */
+double identification_step(struct identification *identification, const struct hardware_twin *twin,
+                           double longer_ticks, double error_N);
 
 /* The force that belongs to a motion beyond the model's, in N. */
 double identification_force(const struct identification *identification, const struct hardware_model *model,

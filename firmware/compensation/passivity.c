@@ -8,7 +8,8 @@ static double delay_ticks(const struct app_config *config)
 
 int passivity_fits(const struct app_config *config)
 {
-    return config->passivity.reference != PASSIVITY_MEASURED || delay_ticks(config) < PASSIVITY_TICKS_MAX - 2;
+    return config->passivity.action == PASSIVITY_OFF || config->passivity.reference != PASSIVITY_MEASURED ||
+           delay_ticks(config) < PASSIVITY_TICKS_MAX - 2;
 }
 
 void passivity_start(struct passivity *passivity, const struct app_config *config)

@@ -102,6 +102,7 @@ void prediction_start(prediction *prediction, const app_config *config, const ma
     const hardware_model model = model_of(*config);
     hardware_twin_start(&prediction->twin, &model, period_s, config->manipulator.initial_position_m);
     identification_start(&prediction->identification, config, &model);
+    dead_time_tracker_start(&prediction->tracker, config, &model);
     prediction->period_s = period_s;
     prediction->velocity_m_per_s = manipulator->velocity_m_per_s;
     prediction->force_max_N = config->sensor_channel.force_limit_N;
@@ -115,14 +116,16 @@ void prediction_start(prediction *prediction, const app_config *config, const ma
     }
 }
 
-double prediction_step(prediction *prediction, const operator_command *command, double measured_N, double setpoint_m)
+double prediction_step(prediction *prediction, const operator_command *command, const prediction_input *in)
 {
     if (!prediction->enabled) {
-        return measured_N;
+        return in->measured_N;
     }
     struct prediction &p = *prediction;
-    p.error_N = measured_N - hardware_twin_step(&p.twin, setpoint_m);
-    const double rest_N = identification_step(&p.identification, &p.twin, p.error_N);
+    hardware_twin_step(&p.twin, in->setpoint_m);
+    const double longer_ticks = dead_time_tracker_step(&p.tracker, &p.twin, in->reported_m);
+    p.error_N = in->measured_N - hardware_twin_sample(&p.twin, longer_ticks);
+    const double rest_N = identification_step(&p.identification, &p.twin, longer_ticks, p.error_N);
     p.fed_back_N += p.error_share * (rest_N - p.fed_back_N);
     p.identified_N = identified_force_N(p);
     p.velocity_m_per_s = p.manipulator->velocity_m_per_s;

@@ -14,6 +14,7 @@
 #include "../config.h"
 #include "../manipulator.h"
 #include "../operator_command.h"
+#include "dead_time_tracker.h"
 #include "hardware_twin.h"
 #include "identification.h"
 
@@ -26,6 +27,7 @@ struct prediction {
     struct hardware_twin twin;
     const struct manipulator *manipulator;
     struct identification identification;
+    struct dead_time_tracker tracker;
     double period_s;
     double force_max_N;
     double error_share; /* of a new error in what is fed back */
@@ -48,10 +50,16 @@ int prediction_fits(const struct app_config *config);
 void prediction_start(struct prediction *prediction, const struct app_config *config,
                       const struct manipulator *manipulator);
 
-/* One tick. `setpoint_m`: what goes out to the robot. Returns the force for the coming step of the manipulator, in
- * N; the measured one if not enabled. */
-double prediction_step(struct prediction *prediction, const struct operator_command *command, double measured_N,
-                       double setpoint_m);
+/* What a tick brings. */
+struct prediction_input {
+    double measured_N;
+    double setpoint_m; /* that goes out to the robot */
+    double reported_m; /* where the robot says it is */
+};
+
+/* One tick. Returns the force for the coming step of the manipulator, in N; the measured one if not enabled. */
+double prediction_step(struct prediction *prediction, const struct operator_command *command,
+                       const struct prediction_input *in);
 
 #ifdef __cplusplus
 }

@@ -27,7 +27,8 @@ target_options parse_options(int argc, char **argv)
                  "enable motion even without real-time scheduling; the log says so");
     app.add_flag("--without-buses", options.without_buses,
                  "no CAN and no lines, so no motion: only the loop's timing");
-    app.add_flag("--until-stopped", options.until_stopped, "go on after run.duration_s, until SIGTERM, SIGINT or SIGHUP");
+    app.add_flag("--until-stopped", options.until_stopped,
+                 "go on after run.duration_s, until SIGTERM, SIGINT or SIGHUP");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {

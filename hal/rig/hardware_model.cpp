@@ -46,6 +46,10 @@ hardware_model hardware_model_of(const rig &rig)
     hardware_model model{};
     model.setpoint_to_motion_ms = 1e-6 * static_cast<double>(command_to_motion_ns(rig));
     model.sample_age_ms = 1e-6 * static_cast<double>(rig.sample_age_ns());
+    const double told_ms = rig.firmware.energy.position_age_ms;
+    const double on_the_bus_ms =
+        rig.bus.ideal ? 0.0 : 1e3 * config_period_s(&rig.firmware); /* out for the next tick */
+    model.report_age_ms = told_ms > 0.0 ? told_ms : on_the_bus_ms;
     model.holds = rig.robot.interpolation == interpolation::hold;
     model.is_one_sided = rig.object.kind == object_kind::contact;
     model.low_pass_order = static_cast<std::int32_t>(rig.sensor.low_pass_order);

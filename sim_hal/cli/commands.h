@@ -35,6 +35,8 @@ struct compensate_arguments : rig_arguments {
     double mass_percent = 20.0;
     double noise_N = 2.0;
     double duration_s = 10.0;
+    double margin_ms = 5.0; /* that a dissipator leaves */
+    double margin_dB = 0.0;
 };
 
 struct limits_arguments : rig_arguments {

@@ -37,6 +37,24 @@ nlohmann::json as_json(const choice &made, const method_verdict &verdict)
             {"error", verdict.error},        {"worst_error", verdict.worst_error},  {"trials", trials}};
 }
 
+void print_dissipator(const choice_request &request)
+{
+    if (request.rig.object.kind != object_kind::gripped) {
+        return; /* no eigenvalues to design one from */
+    }
+    char margin[80];
+    std::snprintf(margin, sizeof margin, "%g ms of dead time and %g dB of force", request.margin.dead_time_ms,
+                  request.margin.gain_dB);
+    const auto damping_N_s_per_m = least_damping(request.rig, request.margin);
+    if (!damping_N_s_per_m) {
+        std::printf("no dissipation leaves a margin of %s\n", margin);
+    } else if (*damping_N_s_per_m == 0.0) {
+        std::printf("the loop has a margin of %s without dissipation\n", margin);
+    } else {
+        std::printf("the least dissipation for a margin of %s: %.4g N s/m\n", margin, *damping_N_s_per_m);
+    }
+}
+
 void print_table(const choice &made)
 {
     std::printf("distance of the manipulator's motion to the one without dead time, as a share of its swing\n");
@@ -91,6 +109,7 @@ int compensate_command(const compensate_arguments &arguments)
     request.mass_share = 0.01 * arguments.mass_percent;
     request.noise_N = arguments.noise_N;
     request.duration_s = arguments.duration_s;
+    request.margin = {arguments.margin_ms, arguments.margin_dB};
     const choice made = choose_compensation(request);
     if (arguments.json) {
         nlohmann::json methods = nlohmann::json::array();
@@ -108,6 +127,7 @@ int compensate_command(const compensate_arguments &arguments)
         return 0;
     }
     std::printf("%s: %s\n", request.rig.name.c_str(), request.rig.description.c_str());
+    print_dissipator(request);
     print_table(made);
     for (const std::string &name : made.impossible) {
         std::printf("  not tried: %s, which no rig may have\n", name.c_str());

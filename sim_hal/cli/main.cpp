@@ -116,6 +116,17 @@ void add_tolerance_options(CLI::App &command, berth::compensate_arguments &argum
         ->check(CLI::Range(0.0, 1e4).description(""))
         ->type_name("N")
         ->capture_default_str();
+    command
+        .add_option("--margin-ms", arguments.margin_ms,
+                    "the least dissipation is that with which the loop stays stable where the dead time is so much "
+                    "longer")
+        ->check(CLI::Range(0.0, 1e4).description(""))
+        ->type_name("MS")
+        ->capture_default_str();
+    command.add_option("--margin-dB", arguments.margin_dB, "and the force so much larger")
+        ->check(CLI::Range(0.0, 40.0).description(""))
+        ->type_name("DB")
+        ->capture_default_str();
     command.add_option("--duration", arguments.duration_s, "of each trial, from the release on")
         ->check(CLI::Range(0.1, 600.0).description(""))
         ->type_name("S")

@@ -50,8 +50,33 @@ double usual_energy_J(const rig &rig)
            0.5 * arm.mass_kg * arm.initial_velocity_m_per_s * arm.initial_velocity_m_per_s;
 }
 
-std::vector<method> methods_for(const rig &rig)
+std::string number(double value)
 {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+/* The one that the eigenvalues ask for, and larger ones; a tool in contact has no eigenvalues. */
+void add_dissipators(std::vector<method> &methods, const choice_request &request)
+{
+    const rig &rig = request.rig;
+    const manipulator_config &arm = rig.firmware.manipulator;
+    double least = 0.2 * std::sqrt(arm.mass_kg * (arm.stiffness_N_per_m + rig.object.stiffness_N_per_m));
+    if (rig.object.kind == object_kind::gripped) {
+        least = least_damping(rig, request.margin).value_or(least);
+    }
+    for (const double factor : {1.0, 2.0, 4.0}) {
+        if (least > 0.0) {
+            methods.push_back({"dissipation of " + number(factor * least) + " N s/m",
+                               {setting("dissipation.damping_N_s_per_m", factor * least)}});
+        }
+    }
+}
+
+std::vector<method> methods_for(const choice_request &request)
+{
+    const rig &rig = request.rig;
     std::vector<method> methods{{"none", {}}};
     for (int order = 1; order <= EXTRAPOLATION_ORDER_MAX; order++) {
         methods.push_back({"extrapolation-" + std::to_string(order), {setting("extrapolation.order", order)}});
@@ -68,14 +93,7 @@ std::vector<method> methods_for(const rig &rig)
     const std::vector<std::string> damping{"passivity.action=damping", setting("passivity.credit_J", credit_J)};
     methods.push_back({"passivity", damping});
     methods.push_back({"tank", {"passivity.action=tank", setting("passivity.credit_J", credit_J)}});
-    for (const double damping_ratio : {0.1, 0.3, 1.0}) {
-        const manipulator_config &arm = rig.firmware.manipulator;
-        const double stiffness = arm.stiffness_N_per_m + rig.object.stiffness_N_per_m;
-        const double value = 2.0 * damping_ratio * std::sqrt(arm.mass_kg * stiffness);
-        char name[60];
-        std::snprintf(name, sizeof name, "dissipation of %.0f N s/m", value);
-        methods.push_back({name, {setting("dissipation.damping_N_s_per_m", value)}});
-    }
+    add_dissipators(methods, request);
     methods.push_back(
         {"identification at 5 Hz, passivity",
          {"prediction.enabled=true", "prediction.error_bandwidth_Hz=5", "identification.enabled=true"}});
@@ -155,7 +173,7 @@ choice choose_compensation(const choice_request &request, const std::function<vo
             made.impossible.push_back(each.name);
         }
     }
-    const std::vector<method> methods = methods_for(request.rig);
+    const std::vector<method> methods = methods_for(request);
     for (const method &one : methods) {
         made.methods.push_back(judge(one, rigs, request.duration_s));
         if (tried) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "dissipator.h"
 #include "trial.h"
 
 namespace berth
@@ -41,6 +42,7 @@ struct choice_request {
     double mass_share = 0.2;
     double noise_N = 2.0; /* of the trial with noise, one standard deviation */
     double duration_s = 10.0;
+    loop_margin margin{5.0, 0.0}; /* that the dissipator is designed for */
 };
 
 struct choice {

@@ -66,7 +66,8 @@ Eigen::VectorXd period_map::advance(const Eigen::VectorXd &state) const
     }
     const operator_command rest{};
     const energy_sums energy{};
-    const double used_N = compensation_force(&units, &rest, &energy, force_N, setpoints(0), true);
+    const prediction_input in{force_N, setpoints(0), 0.0};
+    const double used_N = compensation_force(&units, &rest, &energy, &in, true);
     manipulator_step(&manipulator, &rest, used_N);
     next.tail(compensation_.count()) = compensation_.state_of(units);
     next.segment<2>(layout_.manipulator) << manipulator.position_m, manipulator.velocity_m_per_s;

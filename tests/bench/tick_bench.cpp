@@ -1,7 +1,8 @@
 /* Times one firmware tick on inputs that a run of the reference case met.
  *
- *   tick_bench time RIG SECONDS PASSES   a JSON object: ticks one by one and in batches
- *   tick_bench step RIG SECONDS TICKS    the first TICKS of them and nothing else, to be counted from outside
+ *   tick_bench time RIG SECONDS PASSES [KEY=VALUE...]   a JSON object: ticks one by one and in batches
+ *   tick_bench step RIG SECONDS TICKS [KEY=VALUE...]    the first TICKS of them and nothing else, to be counted
+ *                                                       from outside
  */
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "../../firmware/app.h"
@@ -134,11 +136,13 @@ void time_ticks(const berth::rig &rig, const std::vector<tick_input> &inputs, in
 
 int main(int argc, char **argv)
 {
-    if (argc != 5) {
-        std::fprintf(stderr, "usage: tick_bench time|step RIG SECONDS PASSES|TICKS\n");
+    if (argc < 5) {
+        std::fprintf(stderr, "usage: tick_bench time|step RIG SECONDS PASSES|TICKS [KEY=VALUE...]\n");
         return 2;
     }
-    const berth::rig rig = berth::load_rig(argv[2], {std::string("run.duration_s=") + argv[3]});
+    std::vector<std::string> overrides(argv + 5, argv + argc);
+    overrides.push_back(std::string("run.duration_s=") + argv[3]);
+    const berth::rig rig = berth::load_rig(argv[2], overrides);
     const std::vector<tick_input> inputs = recorded_inputs(rig);
     const std::size_t count = std::strtoul(argv[4], nullptr, 10);
     if (std::strcmp(argv[1], "time") == 0) {

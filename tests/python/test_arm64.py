@@ -81,7 +81,8 @@ LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "d
 DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
 THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
                     "sensor_channel_receive": LAYOUTS, "robot_channel_send": DRIVE_SETUP}
-DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+)(@|$)")
+# Neither do functions that move bytes and know nothing of numbers.
+DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+|mem(set|cpy|move))(@|$)")
 
 
 def reachable(program, objdump, roots):
