@@ -24,6 +24,7 @@ static bool non_negative_or_none(double value)
     return value >= 0.0;
 }
 
+/* What is switched off refuses nothing: its defaults need not fit a rig that does without it. */
 struct config_error compensation_validate(const struct app_config *config)
 {
     static const char *const must_be_positive = "must be a finite number greater than 0";
@@ -52,7 +53,8 @@ struct config_error compensation_validate(const struct app_config *config)
          {"prediction.damping_N_s_per_m", must_not_be_negative_or_inf}},
         {!non_negative_or_none(prediction->stiffness_N_per_m),
          {"prediction.stiffness_N_per_m", must_not_be_negative_or_inf}},
-        {!(prediction->error_bandwidth_Hz >= 0.0 && prediction->error_bandwidth_Hz <= 0.5 * rate_Hz),
+        {!non_negative(prediction->error_bandwidth_Hz) ||
+             (prediction->enabled && prediction->error_bandwidth_Hz > 0.5 * rate_Hz),
          {"prediction.error_bandwidth_Hz", "must be from 0 to half the rate of the loop"}},
         {prediction->enabled && !prediction_fits(config),
          {"prediction.enabled", "needs a dead time of less than 1023 ticks, setpoint to sample"}},
@@ -79,7 +81,8 @@ struct config_error compensation_validate(const struct app_config *config)
         {!passivity_fits(config), {"passivity.reference", "measured needs a dead time of less than 1022 ticks"}},
         {!non_negative(config->dissipation.damping_N_s_per_m),
          {"dissipation.damping_N_s_per_m", must_not_be_negative}},
-        {config->dissipation.damping_N_s_per_m >= damping_max_N_s_per_m,
+        {config->dissipation.damping_N_s_per_m > 0.0 &&
+             config->dissipation.damping_N_s_per_m >= damping_max_N_s_per_m,
          {"dissipation.damping_N_s_per_m", "must be less than 2 mass times rate of the manipulator, less its own "
                                            "damping: a larger damper, a tick late, drives what it is to damp"}},
     };

@@ -59,6 +59,15 @@ const char *guess_text(bool has_settled)
     return has_settled ? "" : " (A GUESS: the describing function did not settle)";
 }
 
+nlohmann::json stable_json(double spectral_radius, bool is_free)
+{
+    constexpr double drift_rounding = 1e-6; /* moves z = 1 by this much where it is a double eigenvalue */
+    if (is_free && spectral_radius < 1.0 + drift_rounding) {
+        return nullptr;
+    }
+    return spectral_radius < 1.0;
+}
+
 nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable)
 {
     return has_settled ? stable : nlohmann::json();

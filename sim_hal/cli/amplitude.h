@@ -24,7 +24,10 @@ rig linear_at(const rig &rig, double amplitude_m);
 /* To stand behind a verdict: empty where it holds. */
 const char *guess_text(bool has_settled);
 
-/* "stable" in JSON: null where it would be a guess. */
+/* "stable" in JSON. Null: nothing holds the two bodies, and all else decays. */
+nlohmann::json stable_json(double spectral_radius, bool is_free);
+
+/* The same: null where it would be a guess. */
 nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable);
 
 /* What replaced the effects, and where the loop swings for ever; null at amplitude 0. */

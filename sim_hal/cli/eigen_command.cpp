@@ -14,18 +14,6 @@ namespace berth
 namespace
 {
 
-/* Rounding moves z = 1 by this much where it is a double eigenvalue. */
-constexpr double drift_rounding = 1e-6;
-
-/* Null: nothing holds the two bodies, and all else decays. */
-nlohmann::json stable_json(const spectrum &spectrum, bool is_free)
-{
-    if (is_free && spectrum.spectral_radius < 1.0 + drift_rounding) {
-        return nullptr;
-    }
-    return spectrum.is_stable;
-}
-
 nlohmann::json as_json(const spectrum &spectrum, bool is_free)
 {
     nlohmann::json eigenvalues = nlohmann::json::array();
@@ -35,7 +23,7 @@ nlohmann::json as_json(const spectrum &spectrum, bool is_free)
     return {{"eigenvalues", eigenvalues},
             {"spectral_radius", spectrum.spectral_radius},
             {"growth_per_s", spectrum.growth_per_s},
-            {"stable", stable_json(spectrum, is_free)}};
+            {"stable", stable_json(spectrum.spectral_radius, is_free)}};
 }
 
 void print_modes(const char *title, const spectrum &spectrum)
@@ -70,23 +58,24 @@ nlohmann::json spectra_json(const rig &steady, double amplitude_m)
     return json;
 }
 
-void print_spectra(const rig &steady, double amplitude_m, const char *loop_title)
+void print_spectra(const rig &steady, const spectrum &loop, const char *loop_title)
 {
-    print_modes(loop_title, loop_spectrum(linear_at(steady, amplitude_m)));
+    print_modes(loop_title, loop);
     print_modes("manipulator alone", manipulator_spectrum(steady));
     print_modes("manipulator and object coupled, without dead time", coupled_spectrum(steady));
 }
 
-/* `title` goes before it. */
-void print_verdict(const char *title, const settled_rig &at)
+/* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
+spectrum print_verdict(const char *title, const settled_rig &at)
 {
-    const spectrum loop = loop_spectrum(at.linear);
-    const nlohmann::json stable = stable_json(loop, drifts_freely(at.linear));
+    spectrum loop = loop_spectrum(at.linear);
+    const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
                 stable.is_null() ? "NEITHER STABLE NOR UNSTABLE (no spring holds manipulator or object: z = 1)"
                 : stable == true ? "stable"
                                  : "UNSTABLE",
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
+    return loop;
 }
 
 /* Null where the interval of the exponent holds 0. */
@@ -144,7 +133,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
         print_json(json);
         return 0;
     }
-    print_verdict(rig.name.c_str(), settle_at(rig, amplitude_m));
+    const spectrum loop = print_verdict(rig.name.c_str(), settle_at(rig, amplitude_m));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
@@ -152,7 +141,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
         std::snprintf(title, sizeof title, "  dead time %g ms, the lower end", chosen.dead_time_band->from);
         print_verdict(title, *lower_end);
     }
-    print_spectra(rig, amplitude_m, "loop with dead time");
+    print_spectra(rig, loop, "loop with dead time");
     return 0;
 }
 
@@ -199,8 +188,8 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    print_verdict("  without", settle_at(steady, amplitude_m));
-    print_spectra(steady, amplitude_m, "loop with dead time, without that");
+    const spectrum loop = print_verdict("  without", settle_at(steady, amplitude_m));
+    print_spectra(steady, loop, "loop with dead time, without that");
     return 0;
 }
 

@@ -99,13 +99,15 @@ struct near_limit {
     double factor() const { return limit->value / parameter->value; }
 };
 
-near_limit nearest_limit(const std::vector<parameter_limits> &parameters)
+/* A rough value warns of where stability may end, but is no advice on how to gain it. */
+near_limit nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable)
 {
     near_limit nearest;
     for (const parameter_limits &parameter : parameters) {
         for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
             const near_limit candidate{&parameter, limit};
-            if (limit == nullptr || !(parameter.value > 0.0) || !(limit->value > 0.0)) {
+            if (limit == nullptr || (limit->is_rough && !is_stable) || !(parameter.value > 0.0) ||
+                !(limit->value > 0.0)) {
                 continue; /* no factor leads there */
             }
             if (nearest.limit == nullptr ||
@@ -161,21 +163,22 @@ void print_gains(const gain_ranking &ranking)
     }
 }
 
-nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameters)
+nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameters, bool is_stable)
 {
-    const near_limit nearest = nearest_limit(parameters);
+    const near_limit nearest = nearest_limit(parameters, is_stable);
     if (nearest.limit == nullptr) {
         return nullptr;
     }
     return {{"parameter", nearest.parameter->key},
             {"value", nearest.limit->value},
             {"factor", nearest.factor()},
+            {"rough", nearest.limit->is_rough},
             {"jump", !nearest.limit->jump.empty()}};
 }
 
 void print_nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable)
 {
-    const near_limit nearest = nearest_limit(parameters);
+    const near_limit nearest = nearest_limit(parameters, is_stable);
     if (nearest.limit != nullptr) {
         std::printf("  the smallest change that %s: %s from %.9g to %.9g (%+.3g %%)%s\n",
                     is_stable ? "ends stability" : "makes it stable", std::string(nearest.parameter->key).c_str(),

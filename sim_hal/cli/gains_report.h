@@ -23,7 +23,7 @@ void print_gains(const gain_ranking &ranking);
 
 /* The limit that the smallest factor of its parameter leads to: the way out of stability, or into it. Null, or
  * nothing, where there is none. */
-nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameters);
+nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameters, bool is_stable);
 void print_nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable);
 
 } // namespace berth

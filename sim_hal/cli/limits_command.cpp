@@ -31,6 +31,7 @@ nlohmann::json as_json(const stability_limit *limit)
     return {{"value", limit->value},
             {"stable", limit->stable_above ? "above" : "below"},
             {"jump", !limit->jump.empty()},
+            {"rough", limit->is_rough},
             {"jump_reason", limit->jump.empty() ? nlohmann::json() : nlohmann::json(limit->jump)},
             {"mode", limit->mode_name},
             {"frequency_Hz", limit->mode.frequency_Hz}};
@@ -212,7 +213,9 @@ void print_rates(const char *which, const std::vector<rate_verdict> &rates)
 
 /* What is told of the loop as a whole, beside its parameters. */
 struct loop_verdict {
-    spectrum loop;
+    double spectral_radius;
+    double growth_per_s;
+    bool is_stable;
     std::optional<double> margin_ms;
     double loop_delay_ms;
     double damping_ratio;
@@ -234,9 +237,9 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"left_out", verdict.left_out},
             {"describing_function", verdict.describing_function},
             {"dead_time_band", as_json(verdict.band)},
-            {"stable", unless_guess(has_settled(verdict), verdict.loop.is_stable)},
-            {"spectral_radius", verdict.loop.spectral_radius},
-            {"growth_per_s", verdict.loop.growth_per_s},
+            {"stable", unless_guess(has_settled(verdict), verdict.is_stable)},
+            {"spectral_radius", verdict.spectral_radius},
+            {"growth_per_s", verdict.growth_per_s},
             {"dead_time_margin_ms", or_null(verdict.margin_ms)},
             {"loop_delay_ms", verdict.loop_delay_ms},
             {"damping_ratio", verdict.damping_ratio},
@@ -245,9 +248,8 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
-    const spectrum &loop = verdict.loop;
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
-                loop.is_stable ? "stable" : "UNSTABLE", loop.spectral_radius, loop.growth_per_s,
+                verdict.is_stable ? "stable" : "UNSTABLE", verdict.spectral_radius, verdict.growth_per_s,
                 guess_text(has_settled(verdict)));
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
@@ -257,7 +259,7 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
     }
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
-    if (loop.is_stable) {
+    if (verdict.is_stable) {
         std::printf("  dead-time margin: %s\n", verdict.margin_ms ? (number(*verdict.margin_ms) + " ms").c_str()
                                                                   : "none up to ten times the robot's dead time");
     }
@@ -289,7 +291,9 @@ int limits_command(const limits_arguments &arguments)
             "anywhere: they may drift together for ever (z = 1), neither stable nor unstable; give one "
             "of them a stiffness");
     }
-    verdict.loop = loop_spectrum(own);
+    verdict.spectral_radius = spectral_radius_of(own);
+    verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&own.firmware);
+    verdict.is_stable = verdict.spectral_radius < 1.0;
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
@@ -322,7 +326,7 @@ int limits_command(const limits_arguments &arguments)
         json["rates"] = as_json(rates);
         json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
         json["buys"] = as_json(ranking);
-        json["nearest_limit"] = nearest_limit_json(parameters);
+        json["nearest_limit"] = nearest_limit_json(parameters, verdict.is_stable);
         for (const parameter_limits &parameter : parameters) {
             json["parameters"][std::string(parameter.key)] = as_json(parameter);
         }
@@ -331,7 +335,7 @@ int limits_command(const limits_arguments &arguments)
     }
     print_loop(chosen, verdict);
     print_parameters(parameters, how);
-    print_nearest_limit(parameters, verdict.loop.is_stable);
+    print_nearest_limit(parameters, verdict.is_stable);
     print_rates("rates in Hz, dead time and delay as they are in ms", rates);
     print_rates("rates in Hz, dead time and delay as many ticks as now", rates_in_ticks);
     print_gains(ranking);

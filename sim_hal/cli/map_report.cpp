@@ -65,7 +65,7 @@ nlohmann::json share(std::size_t part, std::size_t of)
 nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
 {
     const settled_rig at = settle_at(request.rig, request.amplitude_m);
-    const spectrum own = loop_spectrum(at.linear);
+    const double own_radius = spectral_radius_of(at.linear);
     const bool has_points = sums.possible > 0;
     return {{"stable_share", share(sums.stable, sums.possible)},
             {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
@@ -74,9 +74,9 @@ nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
             {"own",
              {{"x", value_of(request.rig, request.x.name)},
               {"y", value_of(request.rig, request.y.name)},
-              {"spectral_radius", own.spectral_radius},
-              {"growth_per_s", own.growth_per_s},
-              {"stable", unless_guess(at.has_settled, own.is_stable)}}}};
+              {"spectral_radius", own_radius},
+              {"growth_per_s", std::log(own_radius) / config_period_s(&at.linear.firmware)},
+              {"stable", unless_guess(at.has_settled, stable_json(own_radius, drifts_freely(at.linear)))}}}};
 }
 
 nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)

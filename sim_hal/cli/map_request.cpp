@@ -200,7 +200,7 @@ map_request make_map_request(const map_arguments &arguments, rig base)
         throw input_error("map: give either --vary elasticity, --vary mass, or both --x and --y");
     }
     const double amplitude_m = chosen_amplitude_m(arguments, base);
-    loop_spectrum(linear_at(without_variation(base), amplitude_m)); /* refuses rigs without one */
+    spectral_radius_of(linear_at(without_variation(base), amplitude_m)); /* refuses rigs without one */
     map_request request;
     if (!has_keys) {
         request = coupled_request(arguments, std::move(base));

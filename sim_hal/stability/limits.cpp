@@ -193,6 +193,19 @@ const char *reason_of_jump(const rig &stable, const rig &unstable, bool is_equiv
                            : "rounding hides what is between";
 }
 
+/* Of the loop just on the unstable side of a limit: what goes is next to the circle, but where |z| jumps a stable
+ * mode may be nearer. */
+std::complex<double> zero_that_goes(const loop_equation &unstable)
+{
+    const std::complex<double> next = zero_next_to_unit_circle(unstable);
+    if (std::abs(next) <= 1.0 + jump_least) {
+        return next;
+    }
+    dominant_root_finder finder;
+    finder.spectral_radius(unstable);
+    return 1.0 / finder.dominant_eigenvalue();
+}
+
 stability_limit describe(const crossing &c, parameter_line &line, const scan &how)
 {
     const auto unstable = line.linear_at(c.unstable);
@@ -200,7 +213,7 @@ stability_limit describe(const crossing &c, parameter_line &line, const scan &ho
         return {c.value(), c.stable > c.unstable, "no rig beyond is like a linear loop", {}, "-"};
     }
     const rig &beyond = *unstable;
-    const std::complex<double> w = zero_next_to_unit_circle(make_loop_equation(beyond));
+    const std::complex<double> w = zero_that_goes(make_loop_equation(beyond));
     const mode mode = mode_of(1.0 / w, config_period_s(&beyond.firmware));
     stability_limit limit{c.value(), c.stable > c.unstable, "", mode, mode_name(mode, beyond)};
     if (std::abs(mode.z) > 1.0 + jump_least) {
@@ -211,6 +224,7 @@ stability_limit describe(const crossing &c, parameter_line &line, const scan &ho
         refined(c, w, [&](double at) { return make_loop_equation(line.linear_at(at).value_or(beyond)); });
     if (!is_near) {
         limit.jump = "|z| is too near 1 all around to tell where it passes, a rough value";
+        limit.is_rough = true;
         return limit;
     }
     /* The zero may have led to a place where it is not the one that decides. Counting sees it where it is a few of
@@ -223,6 +237,7 @@ stability_limit describe(const crossing &c, parameter_line &line, const scan &ho
     const double by = how.step > fine_scan.step ? 1e-5 * limit.value : 0.0;
     if (by > 0.0 && line.is_stable(limit.value + by) == line.is_stable(limit.value - by)) {
         limit.jump = "no frequency settles here, a rough value";
+        limit.is_rough = true;
     }
     return limit;
 }

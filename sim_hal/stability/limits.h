@@ -22,6 +22,7 @@ struct stability_limit {
     std::string jump;  /* why |z| jumps past 1; empty: it passes through */
     berth::mode mode;  /* the one that goes, just on the unstable side */
     std::string mode_name;
+    bool is_rough = false; /* `value` tells no more than the order of magnitude, see `jump` */
 };
 
 /* An end of the range that was searched counts as the end of an interval. */

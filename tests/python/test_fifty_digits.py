@@ -7,6 +7,7 @@ import os
 import random
 from pathlib import Path
 
+import mpmath
 import pytest
 from conftest import command, settings
 from fifty_digits import CharacteristicEquation, Parameters
@@ -97,3 +98,21 @@ def test_maps_of_two_slow_modes_at_a_high_rate_against_fifty_digits(number, tmp_
         print(f"case {number}: {parameters.rate_Hz} Hz, |z| - 1 = {float(exact - 1):+.3e}, relative difference "
               f"{error:.1e}; BERTH_TEST_SEED={SEED}")
         assert error < 1e-11  # from cell to cell the search ends a step earlier
+
+
+def test_the_growth_at_50_kHz_with_1000_samples_of_dead_time_keeps_its_digits(tmp_path):
+    """A period of 20 us: what is wrong with |z| by 1e-10 is wrong with the growth by 5e-6 /s. Dense matrices are."""
+    rate_Hz = 50000
+    ess = Parameters(rate_Hz, 17500000, 125, 200.0, 7895.6835208714865, 125.66370614359172, 100.0, 2368.705056261446,
+                     19.46773764467334, 2e7, 0.05, 20.0, 0.7)
+    values = {**ess.settings(), "bus.ideal": "true"}
+    equation = CharacteristicEquation(ess)
+    start = mpmath.mpc(-0.29618, 5.8346)
+    s = mpmath.findroot(lambda s: equation(mpmath.exp(s / rate_Hz)), (start, start + 1e-4), solver="secant", verify=False)
+    assert abs(equation(mpmath.exp(s / rate_Hz))) < 1e-40
+    mapped = command("map", "ess", "--vary", "mass", "--grid", "9x9", "--json", "--out", tmp_path, *settings(values))
+    told = {"eigen": berth_json("eigen", values), "limits": berth_json("limits", values),
+            "map": json.loads(mapped.stdout)["own"]}
+    for subcommand, of in told.items():
+        print(f"{subcommand}: {of['growth_per_s']:.12f} /s, exactly {float(s.real):.12f}")
+        assert of["growth_per_s"] == pytest.approx(float(s.real), rel=1e-8), subcommand

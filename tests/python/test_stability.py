@@ -2,11 +2,15 @@
 
 import json
 import math
+import sys
 import time
 
 import numpy as np
 import pytest
-from conftest import EXIT_INPUT, command, one_json_object, run_json, settings
+from conftest import EXIT_INPUT, ROOT, command, one_json_object, run_json, settings
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from loop_matrix import Loop, loop_matrices  # noqa: E402
 
 # Largest |z| of the one-period map, by an independent program from the definitions.
 REFERENCE = {"ess": 0.999254356, "ess-50hz": 0.994238761, "ess-half-dead-time": 0.999298199}
@@ -316,3 +320,43 @@ def test_where_nothing_damps_and_nothing_pulls_a_limit_that_cannot_be_told_is_ca
     for limit in ask("limits", "ess", undamped)["parameters"]["object.stiffness_N_per_m"]["limits"]:
         if limit["value"] < 1.0:
             assert limit["jump"] and "rough" in limit["jump_reason"], limit
+
+
+@pytest.mark.parametrize("values, loop", [
+    ({"loop.rate_Hz": 1, "robot.dead_time_ms": 3000, "sensor.delay_ms": 1000}, Loop(1, 3.0, 1.0)),
+    ({"loop.rate_Hz": 100000, "robot.dead_time_ms": 0.01, "sensor.delay_ms": 0, "bus.ideal": "true"},
+     Loop(100000, 1e-5, 0.0)),
+    ({"manipulator.damping_N_s_per_m": 1e6}, Loop(400, 17.5e-3, 2.5e-3, D=1e6)),
+    ({"manipulator.mass_kg": 1e-3}, Loop(400, 17.5e-3, 2.5e-3, M=1e-3)),
+    ({"sensor.low_pass_frequency_Hz": 1e-4}, Loop(400, 17.5e-3, 2.5e-3, f_L=1e-4)),
+], ids=["1 Hz", "100 kHz", "damper", "light", "slow low-pass"])
+def test_compensation_that_is_switched_off_refuses_no_rig(values, loop):
+    expected = np.abs(np.linalg.eigvals(loop_matrices(loop))).max()
+    assert ask("eigen", "ess", values)["spectral_radius"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_limit_at_a_jump_names_the_mode_that_goes_and_not_a_stable_one_nearer_to_the_circle():
+    undamped = {"sensor.damping_ratio": 0}
+    limit = ask("limits", "ess", undamped)["parameters"]["sensor.delay_ms"]["above"]
+    assert limit["jump_reason"] == "the force becomes a tick older"
+    z = np.linalg.eigvals(loop_matrices(Loop(400, 17.5e-3, 2.500001e-3, zeta_S=0.0)))[0]
+    goes = z[np.argmax(np.abs(z))]
+    assert abs(goes) > 1.01 and limit["value"] == pytest.approx(2.5, abs=2e-6)
+    assert limit["frequency_Hz"] == pytest.approx(abs(np.angle(goes)) * 400 / (2 * np.pi), rel=1e-5)
+
+
+def test_a_rough_limit_is_no_advice_on_how_to_make_a_loop_stable():
+    undamped = {"manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 0, "object.damping_N_s_per_m": 0}
+    told = ask("limits", "ess", undamped)
+    limits = [limit for parameter in told["parameters"].values() for limit in parameter["limits"]]
+    assert {limit["rough"] for limit in limits} == {True, False}
+    assert all(limit["rough"] == ("rough" in (limit["jump_reason"] or "")) for limit in limits)
+    assert told["stable"] is False and told["nearest_limit"] is None  # what is not rough starts from 0: no factor
+    assert "smallest change" not in command("limits", "ess", *settings(undamped)).stdout.decode()
+
+
+def test_a_map_tells_of_a_rig_that_no_spring_holds_what_its_eigenvalues_tell(tmp_path):
+    axes = ("--x", "object.mass_kg=50:150:3", "--y", "object.damping_N_s_per_m=0:10:3", "--out", tmp_path)
+    for held, stable in ((FREE, None), ({**FREE, "object.mass_kg": 500}, False), ({}, True)):
+        told = one_json_object(command("map", "ess", *axes, "--json", *settings(held)).stdout)
+        assert told["own"]["stable"] is stable is ask("eigen", "ess", held)["stable"]
