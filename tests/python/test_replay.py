@@ -59,7 +59,8 @@ OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_f
                  "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m",
                  "command_position_m", "robot_position_m", "energy_stored_J", "energy_operator_J",
                  "energy_dissipated_J", "energy_integrator_J", "energy_simulated_port_J", "energy_measured_port_J",
-                 "energy_dead_time_J", "rejected_frames", "lost_frames", "error_frames",
+                 "energy_dead_time_J", "energy_compensation_J", "used_force_N", "displayed_position_m",
+                 "predicted_error_N", "passivity_deficit_J", "passivity_force_N", "rejected_frames", "lost_frames", "error_frames",
                  "force_samples", "torn_samples", "saturated_setpoints", "conditions", "state", "stop_cause", "limits",
                  "operator_request", "heartbeat", "drive_error", "drive_statusword", "drive_trouble",
                  "drive_setup_step", "timestamp"]
