@@ -99,7 +99,7 @@ def test_full_disk(tmp_path):
 
 def test_disk_with_room_for_the_log_and_not_for_the_frames_as_text(tmp_path):
     """The result is told all the same; no half text file stays."""
-    with small_disk(tmp_path / "disk", "10m") as disk:
+    with small_disk(tmp_path / "disk", "12m") as disk:
         done = command("run", "ess", "--out", disk, "--json")
         assert done.returncode == EXIT_INPUT
         result = one_json_object(done.stdout)
