@@ -90,7 +90,8 @@ def forces(log):
     if rig:
         signals += [Signal("sensor spring", OBJECT, log.rig_s, rig["spring_force_N"]),
                     Signal("measured (after low-pass)", REPORTED, log.rig_s, rig["measured_force_N"])]
-    return signals + [Signal("used by the loop", MANIPULATOR, log.tick_s, tick["force_N"], is_step=True)]
+    used_N = tick.get("used_force_N", tick["force_N"])  # with compensation another than the measured one
+    return signals + [Signal("used by the loop", MANIPULATOR, log.tick_s, used_N, is_step=True)]
 
 
 def energies(log):
@@ -288,7 +289,7 @@ def facts(log, summary):
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
         *energy_words(summary),
-        ("peak force", f"{summary['peak_force_N']:.2f} N", "as used by the loop"),
+        ("peak force", f"{summary['peak_force_N']:.2f} N", "as measured"),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),
         ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz:g} Hz, {summary['simulated_s']:.2f} s"),

@@ -138,7 +138,7 @@ def test_page_holds_every_sample(tmp_path):
     tick = ULog(str(log), ["tick"]).get_dataset("tick").data
     for panel, curve, field, scale in (("positions", "manipulator", "manipulator_position_m", 1e3),
                                        ("positions", "command", "command_position_m", 1e3),
-                                       ("forces", "used by the loop", "force_N", 1.0)):
+                                       ("forces", "used by the loop", "used_force_N", 1.0)):
         time_s, values = page.curve(panel, curve)
         assert len(values) == told["ticks"] == 24000
         assert np.allclose(time_s, 1e-9 * tick["scheduled_ns"], atol=1e-9)
