@@ -137,15 +137,23 @@ void can_socket::wait(int timeout_ms) const
     poll(&poll_socket, 1, timeout_ms);
 }
 
+/* What the kernel takes of a controller that is off the bus goes nowhere, and so does what it takes from the restart
+ * until its queue is open again, which is the work of a thread. Only a frame on the wire says that frames pass. */
+void can_socket::lose_track()
+{
+    under_way_ = {};
+    frames_pass_ = false;
+}
+
 void can_socket::note_error(std::uint32_t error_class, const std::uint8_t data[8])
 {
     if (error_class & CAN_ERR_BUSOFF) {
         counts_.bus_off++;
-        under_way_ = {};
+        lose_track();
     }
     if (error_class & CAN_ERR_RESTARTED) {
         counts_.restarted++;
-        under_way_ = {}; /* what was sent in between went nowhere, although the kernel took it */
+        lose_track();
     }
     if (error_class & CAN_ERR_CRTL) {
         counts_.controller_lost += (data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0;
@@ -157,6 +165,7 @@ void can_socket::note_error(std::uint32_t error_class, const std::uint8_t data[8
 void can_socket::note_confirmation(const hal_frame &frame)
 {
     counts_.confirmed++;
+    frames_pass_ = true;
     hal_frame sent;
     while (under_way_.pop(sent)) {
         if (sent.id == frame.id && std::memcmp(sent.data, frame.data, frame.length) == 0) {
@@ -174,7 +183,7 @@ void can_socket::report_down()
     }
     is_down_ = true;
     down_ns_ = read_clock_ns(CLOCK_MONOTONIC);
-    under_way_ = {};
+    lose_track();
     counts_.down++;
     hal_frame frame{};
     frame.time_ns = down_ns_;
@@ -288,7 +297,7 @@ hal_status can_socket::send(const hal_frame &frame)
     if (::send(socket_, &raw, sizeof raw, MSG_DONTWAIT) == static_cast<ssize_t>(sizeof raw)) {
         counts_.sent++;
         is_down_ = false;
-        if (std::find(sent_ids_.begin(), sent_ids_.end(), frame.id) != sent_ids_.end()) {
+        if (frames_pass_ && std::find(sent_ids_.begin(), sent_ids_.end(), frame.id) != sent_ids_.end()) {
             under_way_.push(frame);
         }
         return HAL_OK;

@@ -107,6 +107,7 @@ class can_socket
     void note_overflows(const msghdr &header);
     void note_confirmation(const hal_frame &frame);
     void note_error(std::uint32_t error_class, const std::uint8_t data[8]);
+    void lose_track();
     void report_down();
 
     hal_bus bus_;
@@ -116,6 +117,7 @@ class can_socket
     bool has_hardware_stamps_ = false;
     hardware_clock hardware_clock_;
     bool is_down_ = false;
+    bool frames_pass_ = true;  /* what the kernel takes comes to the wire, as far as is known */
     std::int64_t down_ns_ = 0; /* since when */
     std::uint32_t overflows_seen_ = 0;
     can_counts counts_;

@@ -19,8 +19,8 @@ struct gpio_edge {
     int level;       /* after the edge, positive logic */
 };
 
-/* Finds the line called `name` on `chip` (as "gpiochip0"; empty: on all chips) and takes it for `consumer`. Outputs
- * start at 0. NULL: `error` says why, and what to do. */
+/* Finds the line called `name` on `chip` (by name, as "gpiochip0", or label; empty: on all chips) and takes it for
+ * `consumer`. Outputs start at 0. NULL: `error` says why, and what to do. */
 struct gpio_line *gpio_line_open(const char *chip, const char *name, enum gpio_direction direction, int active_low,
                                  char *error, size_t error_bytes);
 void gpio_line_close(struct gpio_line *line);
@@ -34,8 +34,15 @@ int gpio_line_set(struct gpio_line *line, int level);
 /* Takes the oldest edge that has been seen. 1, or 0 if there is none. Never blocks. */
 int gpio_line_next_edge(struct gpio_line *line, struct gpio_edge *edge);
 
-/* Calls `visit` for each line of each chip; line names may be empty. Returns the number of chips. */
-int gpio_for_each_line(void (*visit)(void *context, const char *chip, const char *line, int is_used), void *context);
+struct gpio_seen_line {
+    const char *chip;       /* as "gpiochip0" */
+    const char *chip_label; /* the driver's word for it; stays the same from boot to boot */
+    const char *name;       /* may be empty */
+    int is_used;
+};
+
+/* Calls `visit` for each line of each chip. Returns the number of chips. */
+int gpio_for_each_line(void (*visit)(void *context, const struct gpio_seen_line *line), void *context);
 
 /* As "1.6.3". */
 const char *gpio_library_version(void);

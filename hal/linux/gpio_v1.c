@@ -100,7 +100,7 @@ int gpio_line_next_edge(struct gpio_line *line, struct gpio_edge *edge)
     return 1;
 }
 
-int gpio_for_each_line(void (*visit)(void *context, const char *chip, const char *line, int is_used), void *context)
+int gpio_for_each_line(void (*visit)(void *context, const struct gpio_seen_line *line), void *context)
 {
     int chips = 0;
     struct gpiod_chip_iter *chip_iterator = gpiod_chip_iter_new();
@@ -112,7 +112,9 @@ int gpio_for_each_line(void (*visit)(void *context, const char *chip, const char
             struct gpiod_line *line = gpiod_chip_get_line(chip, offset);
             if (line != NULL) {
                 const char *name = gpiod_line_name(line);
-                visit(context, gpiod_chip_name(chip), name != NULL ? name : "", gpiod_line_is_used(line));
+                const struct gpio_seen_line seen = {gpiod_chip_name(chip), gpiod_chip_label(chip),
+                                                    name != NULL ? name : "", gpiod_line_is_used(line)};
+                visit(context, &seen);
             }
         }
     }

@@ -159,7 +159,7 @@ int gpio_line_next_edge(struct gpio_line *line, struct gpio_edge *edge)
 }
 
 struct visitor {
-    void (*visit)(void *context, const char *chip, const char *line, int is_used);
+    void (*visit)(void *context, const struct gpio_seen_line *line);
     void *context;
 };
 
@@ -174,8 +174,10 @@ static int visit_chip(void *context, struct gpiod_chip *chip)
         struct gpiod_line_info *line = gpiod_chip_get_line_info(chip, offset);
         if (line != NULL) {
             const char *name = gpiod_line_info_get_name(line);
-            visitor->visit(visitor->context, gpiod_chip_info_get_name(chip_info), name != NULL ? name : "",
-                           gpiod_line_info_is_used(line));
+            const struct gpio_seen_line seen = {gpiod_chip_info_get_name(chip_info),
+                                                gpiod_chip_info_get_label(chip_info), name != NULL ? name : "",
+                                                gpiod_line_info_is_used(line)};
+            visitor->visit(visitor->context, &seen);
             gpiod_line_info_free(line);
         }
     }
@@ -183,7 +185,7 @@ static int visit_chip(void *context, struct gpiod_chip *chip)
     return 0;
 }
 
-int gpio_for_each_line(void (*visit)(void *context, const char *chip, const char *line, int is_used), void *context)
+int gpio_for_each_line(void (*visit)(void *context, const struct gpio_seen_line *line), void *context)
 {
     struct visitor visitor = {visit, context};
     return for_each_chip(visit_chip, &visitor);

@@ -1,9 +1,12 @@
 /* hal.h on real buses and lines. */
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "../../firmware/can/berth_can.h"
 #include "../../firmware/canopen.h"
@@ -11,6 +14,7 @@
 #include "../hal.h"
 #include "../rig/rig_file.h"
 #include "../version.h"
+#include "can_link.h"
 #include "can_socket.h"
 #include "hardware_error.h"
 #include "line_record.h"
@@ -57,6 +61,9 @@ namespace
 /* A loop that is asked to stop leads the robot to rest first; one that cannot ends after this. */
 constexpr std::int64_t rest_within_ns = 5 * NS_PER_S;
 
+/* For interfaces that come up while the machine boots. */
+constexpr std::chrono::seconds bus_patience{10};
+
 /* As many as the kernel keeps. */
 constexpr int edges_a_tick = 16;
 
@@ -88,6 +95,9 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
     for (auto &fact : facts_for_log(rig.target)) {
         header.infos.push_back(std::move(fact));
     }
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});
+    }
     header.infos.emplace_back("berth_scheduling", real_time.is_real_time()
                                                       ? real_time.description()
                                                       : "not real-time: " + real_time.problem());
@@ -115,16 +125,39 @@ std::vector<std::uint32_t> ids_on(hal_bus bus, const app_config &config)
     return ids;
 }
 
+bool is_down(const std::string &interface)
+{
+    const std::optional<can_link> link = find_can_link(interface);
+    return link && !link->is_up;
+}
+
+/* A bus that is down at the first tick would be a fault, which a person has to reset. */
+void wait_until_up(const std::string &interface)
+{
+    if (!is_down(interface)) {
+        return;
+    }
+    std::fprintf(stderr, "%s is down: waiting %d s for it\n", interface.c_str(),
+                 static_cast<int>(bus_patience.count()));
+    const auto patience_ends = std::chrono::steady_clock::now() + bus_patience;
+    while (is_down(interface) && !stop_is_wanted()) {
+        if (std::chrono::steady_clock::now() > patience_ends) {
+            fail_hardware(interface + ": the interface is down", ENETDOWN, "berth-target --check says what to do");
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+}
+
 std::unique_ptr<can_socket> open_bus(hal_bus bus, const rig &rig, const target_options &options)
 {
     if (options.without_buses) {
         return nullptr;
     }
-    const std::vector<std::uint32_t> ids = ids_on(bus, rig.firmware);
-    if (bus == HAL_BUS_SENSOR) {
-        return std::make_unique<can_socket>(bus, rig.target.sensor_interface, ids);
-    }
-    return std::make_unique<can_socket>(bus, rig.target.robot_interface, ids, std::vector{timed_id(rig)});
+    const bool is_robot = bus == HAL_BUS_ROBOT;
+    const std::string &interface = is_robot ? rig.target.robot_interface : rig.target.sensor_interface;
+    const auto confirmed_ids = is_robot ? std::vector{timed_id(rig)} : std::vector<std::uint32_t>{};
+    wait_until_up(interface);
+    return std::make_unique<can_socket>(bus, interface, ids_on(bus, rig.firmware), confirmed_ids);
 }
 
 void note_confirmations(struct hal &hal)
@@ -175,7 +208,7 @@ void end_tick(struct hal &hal)
         const std::int64_t now_ns = read_clock_ns(CLOCK_MONOTONIC) - hal.clock->zero_ns();
         hal.timing.execution.add(now_ns - hal.tick.woke_ns);
         if (hal.newest_force_ns) {
-            hal.timing.force_age.add(hal.tick.scheduled_ns - *hal.newest_force_ns);
+            hal.timing.force_age.add(hal.tick.woke_ns - *hal.newest_force_ns);
         }
         return;
     }

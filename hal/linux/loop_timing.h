@@ -11,14 +11,14 @@
 namespace berth
 {
 
-/* Bins of 1 us. All memory is taken at the start. */
+/* Bins of 1 us; what is below 0 counts in the first. All memory is taken at the start. */
 class time_histogram
 {
   public:
     void add(std::int64_t time_ns)
     {
-        const std::int64_t bin = time_ns / bin_ns;
-        if (bin >= 0 && bin < bin_count) {
+        const std::int64_t bin = time_ns < 0 ? 0 : time_ns / bin_ns;
+        if (bin < bin_count) {
             counts_[static_cast<std::size_t>(bin)]++;
         }
         min_ns_ = count_ == 0 || time_ns < min_ns_ ? time_ns : min_ns_;
@@ -52,7 +52,7 @@ struct loop_timing {
     time_histogram wake_up;      /* wake-up after the instant that was asked for */
     time_histogram execution;    /* wake-up to the next wait */
     time_histogram tick_to_wire; /* tick to the driver's confirmation of the setpoint */
-    time_histogram force_age;    /* tick to the receive stamp of the force that it uses, backwards */
+    time_histogram force_age;    /* of the force that a tick uses: its receive stamp to the wake-up */
     std::uint64_t overruns = 0;  /* whole periods skipped */
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -38,31 +39,44 @@ std::string kernel()
 }
 
 /* Several devices may share an interrupt: their names are the last words of its line, with commas between. */
-std::string interrupt_of(const std::string &device, std::istream &interrupts)
+std::vector<std::string> interrupts_of(const std::vector<std::string> &names, std::istream &interrupts)
 {
+    std::vector<std::string> numbers;
     std::string line;
     while (std::getline(interrupts, line)) {
         std::istringstream words(line);
         std::string number;
         words >> number;
+        bool is_one = false;
         for (std::string word; words >> word;) {
-            if (word == device || word == device + ",") {
-                return number.substr(0, number.find(':'));
-            }
+            const std::string name = word.back() == ',' ? word.substr(0, word.size() - 1) : word;
+            is_one |= std::find(names.begin(), names.end(), name) != names.end();
+        }
+        if (is_one) {
+            numbers.push_back(number.substr(0, number.find(':')));
         }
     }
-    return "";
+    return numbers;
 }
 
-std::string interrupt_cpus(const std::string &device)
+/* Most drivers name it after the interface, those on SPI after their chip, as "spi0.0". */
+std::string interrupt_cpus(const std::string &interface)
 {
-    std::ifstream interrupts("/proc/interrupts");
-    const std::string number = interrupt_of(device, interrupts);
-    if (number.empty()) {
-        return "";
+    std::error_code error;
+    const auto device = std::filesystem::canonical("/sys/class/net/" + interface + "/device", error);
+    std::vector<std::string> names = {interface};
+    if (!error) {
+        names.push_back(device.filename().string());
     }
-    const std::string effective = first_line_of("/proc/irq/" + number + "/effective_affinity_list");
-    return effective.empty() ? first_line_of("/proc/irq/" + number + "/smp_affinity_list") : effective;
+    std::ifstream interrupts("/proc/interrupts");
+    std::string cpus;
+    for (const std::string &number : interrupts_of(names, interrupts)) {
+        const std::string effective = first_line_of("/proc/irq/" + number + "/effective_affinity_list");
+        const std::string one =
+            effective.empty() ? first_line_of("/proc/irq/" + number + "/smp_affinity_list") : effective;
+        cpus += (cpus.empty() ? "" : ",") + one;
+    }
+    return cpus;
 }
 
 bool has_cpu(const std::string &list, std::int64_t cpu)

@@ -15,11 +15,12 @@ namespace berth
 /* First line of a file, without its end; empty if it cannot be read. */
 std::string first_line_of(const std::string &path);
 
-/* The number of a device's interrupt in the text of /proc/interrupts; empty if it has none. */
-std::string interrupt_of(const std::string &device, std::istream &interrupts);
+/* The numbers of the interrupts that have one of these names in the text of /proc/interrupts. */
+std::vector<std::string> interrupts_of(const std::vector<std::string> &names, std::istream &interrupts);
 
-/* The CPUs that serve a device's interrupt, as "0-2,5"; empty if it has none. */
-std::string interrupt_cpus(const std::string &device);
+/* The CPUs that serve the interrupts of a network interface or of the device behind it, as "0-2,5"; empty: it has
+ * none of its own, as on USB. */
+std::string interrupt_cpus(const std::string &interface);
 
 /* A list of CPUs as the kernel writes it, "0-2,5", has this one. */
 bool has_cpu(const std::string &list, std::int64_t cpu);

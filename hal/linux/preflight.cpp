@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 
 #include "can_link.h"
@@ -19,15 +21,6 @@ namespace berth
 
 namespace
 {
-
-enum class verdict { fine, warning, missing };
-
-struct finding {
-    berth::verdict verdict;
-    std::string subject;
-    std::string text;
-    std::string remedy; /* what to do; empty if it is fine */
-};
 
 using findings = std::vector<finding>;
 
@@ -42,21 +35,13 @@ void check_kernel(findings &found)
     found.push_back(judge(has_realtime_kernel(), verdict::warning, "kernel",
                           kernel() + (has_realtime_kernel() ? "" : ": not PREEMPT_RT, wakes late by milliseconds"),
                           "install linux-image-rt-amd64 or linux-image-rt-arm64"));
-    const std::string runtime_us = first_line_of("/proc/sys/kernel/sched_rt_runtime_us");
-    found.push_back(
-        judge(runtime_us == "-1", verdict::warning, "throttling",
-              runtime_us == "-1" ? "off" : "real-time threads may run " + runtime_us + " us of every second",
-              "sysctl kernel.sched_rt_runtime_us=-1"));
+    found.push_back(judge_throttling(first_line_of("/proc/sys/kernel/sched_rt_runtime_us"),
+                                     first_line_of("/proc/sys/kernel/sched_rt_period_us")));
 }
 
 void check_cpu(const target_rig &target, findings &found)
 {
-    const std::string cpus = isolated_cpus();
-    found.push_back(judge(!cpus.empty() && target.cpu >= 0, verdict::warning, "isolation",
-                          (cpus.empty() ? "no CPU is isolated" : "isolated: " + cpus) +
-                              (target.cpu < 0 ? "; the loop is bound to none"
-                                              : "; the loop is bound to " + std::to_string(target.cpu)),
-                          "boot with isolcpus=N nohz_full=N rcu_nocbs=N and set target.cpu = N"));
+    found.push_back(judge_isolation(isolated_cpus(), target.cpu));
     const std::string governor = governor_of(target.cpu);
     found.push_back(judge(governor.empty() || governor == "performance", verdict::warning, "governor",
                           governor.empty() ? "none: the frequency is fixed" : governor,
@@ -91,13 +76,8 @@ void check_scheduling(const target_rig &target, findings &found)
 
 void check_controller(const std::string &interface, const can_link &link, const target_rig &target, findings &found)
 {
-    const std::string cpus = interrupt_cpus(interface);
-    if (!cpus.empty()) {
-        const bool is_apart = target.cpu < 0 || !has_cpu(cpus, target.cpu);
-        found.push_back(judge(is_apart, verdict::warning, interface + " interrupt", "served by CPU " + cpus,
-                              "give it another CPU than the loop's: /proc/irq/N/smp_affinity_list"));
-    }
     if (!link.is_virtual) {
+        found.push_back(judge_interrupt(interface, interrupt_cpus(interface), target.cpu));
         const std::string how = "ip link set " + interface + " type can restart-ms 100";
         found.push_back(judge(link.restart_ms > 0, verdict::warning, interface + " restart",
                               link.restart_ms > 0 ? std::to_string(link.restart_ms) + " ms after bus-off"
@@ -118,6 +98,9 @@ void check_bus(const std::string &key, const std::string &interface, const rig &
     std::string text = std::string(link->is_up ? "up" : "down");
     text += link->state.empty() ? "" : ", " + link->state;
     text += link->is_virtual ? ", virtual" : ", " + std::to_string(link->bit_rate_bit_per_s) + " bit/s";
+    if (is_usable && !link->state.empty()) {
+        found.push_back(judge_bus_errors(interface, link->state));
+    }
     const auto wanted_bit_per_s = static_cast<long long>(rig.bus.bit_rate_bit_per_s);
     found.push_back(judge(is_usable, verdict::missing, interface, text,
                           "ip link set " + interface + " type can bitrate " + std::to_string(wanted_bit_per_s) +
@@ -160,9 +143,15 @@ void check_buses(const rig &rig, findings &found)
 
 struct seen_line {
     std::string chip;
+    std::string chip_label;
     std::string name;
     bool is_used;
 };
+
+bool is_on(const std::string &chip, const seen_line &line)
+{
+    return chip.empty() || chip == line.chip || chip == line.chip_label;
+}
 
 /* Chips whose lines cannot even be listed, for want of a right. */
 std::size_t closed_chips()
@@ -175,12 +164,24 @@ std::size_t closed_chips()
     return closed;
 }
 
+void check_watchdog(const std::string &device, findings &found)
+{
+    if (!device.empty()) { /* not opened: that would start it */
+        const bool is_there = access(device.c_str(), W_OK) == 0;
+        found.push_back(judge(is_there, verdict::missing, "watchdog",
+                              device + (is_there ? "" : std::string(": ") + std::strerror(errno)),
+                              "load its driver, and run as root or let a udev rule give it to your group; "
+                              "target.watchdog_device = \"\" goes without"));
+    }
+}
+
 void check_lines(const target_rig &target, findings &found)
 {
     std::vector<seen_line> seen;
     const int chips = gpio_for_each_line(
-        [](void *context, const char *chip, const char *name, int is_used) {
-            static_cast<std::vector<seen_line> *>(context)->push_back({chip, name, is_used != 0});
+        [](void *context, const gpio_seen_line *line) {
+            static_cast<std::vector<seen_line> *>(context)->push_back(
+                {line->chip, line->chip_label, line->name, line->is_used != 0});
         },
         &seen);
     const std::size_t closed = closed_chips();
@@ -191,11 +192,11 @@ void check_lines(const target_rig &target, findings &found)
                           "run as root, or let a udev rule give /dev/gpiochip* to your group"));
     for (const line_wiring &wiring : wiring_of(target)) {
         if (wiring.name.empty()) {
-            found.push_back({verdict::warning, wiring.key, "not wired", ""});
+            found.push_back({verdict::warning, wiring.key, "not wired", "name the line if the rig has one"});
             continue;
         }
         const auto line = std::find_if(seen.begin(), seen.end(), [&](const seen_line &one) {
-            return one.name == wiring.name && (target.gpio_chip.empty() || target.gpio_chip == one.chip);
+            return one.name == wiring.name && is_on(target.gpio_chip, one);
         });
         const bool is_there = line != seen.end();
         found.push_back(
@@ -209,6 +210,38 @@ void check_lines(const target_rig &target, findings &found)
 
 } // namespace
 
+finding judge_throttling(const std::string &runtime_us, const std::string &period_us)
+{
+    const long long share_us = std::strtoll(runtime_us.c_str(), nullptr, 10);
+    const bool is_off =
+        runtime_us.empty() || share_us < 0 || share_us >= std::strtoll(period_us.c_str(), nullptr, 10);
+    return judge(is_off, verdict::warning, "throttling",
+                 is_off ? "off" : "real-time threads may run " + runtime_us + " of every " + period_us + " us",
+                 "sysctl kernel.sched_rt_runtime_us=-1");
+}
+
+finding judge_isolation(const std::string &isolated, std::int64_t cpu)
+{
+    return judge(cpu >= 0 && has_cpu(isolated, cpu), verdict::warning, "isolation",
+                 (isolated.empty() ? "no CPU is isolated" : "isolated: " + isolated) +
+                     (cpu < 0 ? "; the loop is bound to none" : "; the loop is bound to " + std::to_string(cpu)),
+                 "boot with isolcpus=N nohz_full=N rcu_nocbs=N and set target.cpu = N");
+}
+
+finding judge_interrupt(const std::string &interface, const std::string &cpus, std::int64_t cpu)
+{
+    return judge(cpu < 0 || (!cpus.empty() && !has_cpu(cpus, cpu)), verdict::warning, interface + " interrupt",
+                 cpus.empty() ? "none of its own" : "served by CPU " + cpus,
+                 "see that another CPU than the loop's serves it, or for USB its host's: /proc/interrupts, "
+                 "/proc/irq/N/smp_affinity_list");
+}
+
+finding judge_bus_errors(const std::string &interface, const std::string &state)
+{
+    return judge(state == "error-active", verdict::warning, interface + " errors", state,
+                 "look at wiring, termination and bit rate, and whether anybody else is on the bus");
+}
+
 bool print_preflight(const rig &rig)
 {
     findings found;
@@ -217,6 +250,7 @@ bool print_preflight(const rig &rig)
     check_scheduling(rig.target, found);
     check_buses(rig, found);
     check_lines(rig.target, found);
+    check_watchdog(rig.target.watchdog_device, found);
     bool is_fit = true;
     for (const finding &one : found) {
         static const char *const words[] = {"ok", "WARNING", "MISSING"};

@@ -32,8 +32,9 @@ void prefault_stack()
 
 real_time::real_time(const target_rig &target)
 {
-    CPU_ZERO(&other_cpus_);
-    sched_getaffinity(0, sizeof other_cpus_, &other_cpus_);
+    CPU_ZERO(&cpus_before_);
+    sched_getaffinity(0, sizeof cpus_before_, &cpus_before_);
+    other_cpus_ = cpus_before_;
     lock_memory();
     bind_to_cpu(target.cpu);
     keep_cpu_awake();
@@ -44,7 +45,7 @@ real_time::~real_time()
 {
     const sched_param ordinary{};
     sched_setscheduler(0, SCHED_OTHER, &ordinary);
-    sched_setaffinity(0, sizeof other_cpus_, &other_cpus_);
+    sched_setaffinity(0, sizeof cpus_before_, &cpus_before_);
     munlockall();
     if (latency_file_ >= 0) {
         close(latency_file_);
@@ -89,6 +90,9 @@ void real_time::bind_to_cpu(std::int64_t cpu)
         return;
     }
     description_ += ", CPU " + std::to_string(cpu);
+    if (CPU_COUNT(&other_cpus_) > 1) {
+        CPU_CLR(static_cast<std::size_t>(cpu), &other_cpus_);
+    }
 }
 
 /* Held open: the CPU takes no sleep that it would be slow to wake from. Good to have, not a condition. */

@@ -27,7 +27,7 @@ class real_time
     /* For the log: "SCHED_FIFO 80, memory locked, CPU 1, CPU latency 0 us" */
     const std::string &description() const { return description_; }
 
-    /* Where the process ran before the loop was bound to its CPU: for the other threads. */
+    /* For the other threads: where the process may run, without the loop's CPU unless there is no other. */
     const cpu_set_t &other_cpus() const { return other_cpus_; }
 
   private:
@@ -37,6 +37,7 @@ class real_time
     void keep_cpu_awake();
 
     int latency_file_ = -1;
+    cpu_set_t cpus_before_;
     cpu_set_t other_cpus_;
     std::string problem_;
     std::string description_;

@@ -2,11 +2,13 @@
  * libgpiod. */
 #include <unistd.h>
 
+#include <atomic>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <fstream>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "../../firmware/config.h"
 #include "../../hal/hal.h"
@@ -101,6 +103,34 @@ TEST_CASE("contract: output lines are seen outside, that of the tick from its wa
     }
 }
 
+TEST_CASE("contract: the tick's line is low again until the next one")
+{
+    const line_outside tick_line("TICK");
+    std::atomic<bool> is_over{false};
+    std::atomic<int> seen_high{0};
+    std::atomic<int> seen_low_after_high{0};
+    std::thread observer([&] { /* runs while the loop sleeps */
+                               for (bool was_high = false; !is_over; usleep(100)) {
+                                   const bool is_high = tick_line.level() == "1";
+                                   seen_high += is_high;
+                                   seen_low_after_high += was_high && !is_high;
+                                   was_high |= is_high;
+                               }
+    });
+    {
+        const opened_hal open;
+        for (int i = 0; i < 100; i++) {
+            hal_tick tick;
+            CHECK(hal_wait_tick(open.hal, &tick) == HAL_OK);
+            usleep(500);
+        }
+        is_over = true;
+        observer.join(); /* while the line is still the loop's */
+    }
+    CHECK(seen_high > 50);
+    CHECK(seen_low_after_high > 100);
+}
+
 TEST_CASE("contract: input lines are read anew in each tick; low is pressed, and high is enabled")
 {
     const opened_hal open;
@@ -174,6 +204,17 @@ TEST_CASE("contract: a line has one owner, and one that is not there is named")
     CHECK(says.find("does another program hold it?") != std::string::npos);
     CHECK(take("NOWHERE", GPIO_IN, false, &says) == nullptr);
     CHECK(says.find("no GPIO line is called \"NOWHERE\"") != std::string::npos);
+}
+
+TEST_CASE("contract: a chip goes by its name and by its label")
+{
+    const std::string name = first_line_of("/sys/kernel/config/gpio-sim/rig/bank/chip_name");
+    for (const std::string &chip : {name, std::string("rig"), std::string("no-such-chip")}) {
+        CAPTURE(chip);
+        char error[200] = "";
+        const open_line line(gpio_line_open(chip.c_str(), "FAULT", GPIO_OUT, 0, error, sizeof error));
+        CHECK((line != nullptr) == (chip != "no-such-chip"));
+    }
 }
 
 } // namespace berth

@@ -62,6 +62,18 @@ TEST_CASE("timing: a time beyond the bins counts, and is the maximum")
     CHECK(histogram.percentile_us(0.99) == 50000.0);
 }
 
+TEST_CASE("timing: every time is in the bins, one below 0 in the first")
+{
+    time_histogram histogram;
+    for (const std::int64_t ns : {-2500, -1, 1500, 2500}) {
+        histogram.add(ns);
+    }
+    CHECK(histogram.counts()[0] == 2);
+    CHECK(histogram.min_us() == -2.5);
+    CHECK(histogram.percentile_us(0.5) == 1.0);
+    CHECK(histogram.percentile_us(0.75) == 2.0);
+}
+
 TEST_CASE("timing: the file has cyclictest's layout, and is one that `berth map --jitter` reads")
 {
     const temporary_folder folder;

@@ -22,17 +22,23 @@ TEST_CASE("machine: a list of CPUs has those of its ranges, ends included")
 
 TEST_CASE("machine: an interrupt is found by the name of its device, shared or not, and by no other")
 {
+    using numbers = std::vector<std::string>;
     const char *const table = "           CPU0       CPU1\n"
                               "  0:         34          0   IO-APIC   2-edge      timer\n"
-                              " 21:         10          0   IO-APIC  21-fasteoi   can10, eth0\n";
-    const auto number_of = [&](const char *device) {
+                              " 21:         10          0   IO-APIC  21-fasteoi   can10, eth0\n"
+                              " 54:          7          0  pinctrl-bcm2835  25 Level     spi0.0\n"
+                              " 60:          7          0     GICv3  60 Level     can2\n"
+                              " 61:          7          0     GICv3  61 Level     can2\n";
+    const auto numbers_of = [&](const std::vector<std::string> &names) {
         std::istringstream interrupts(table);
-        return interrupt_of(device, interrupts);
+        return interrupts_of(names, interrupts);
     };
-    CHECK(number_of("can10") == "21");
-    CHECK(number_of("eth0") == "21");
-    CHECK(number_of("timer") == "0");
-    CHECK(number_of("can1") == "");
+    CHECK(numbers_of({"can10"}) == numbers{"21"});
+    CHECK(numbers_of({"eth0"}) == numbers{"21"});
+    CHECK(numbers_of({"timer"}) == numbers{"0"});
+    CHECK(numbers_of({"can1"}).empty());
+    CHECK(numbers_of({"can0", "spi0.0"}) == numbers{"54"});
+    CHECK(numbers_of({"can2"}) == numbers{"60", "61"});
 }
 
 } // namespace berth
