@@ -35,6 +35,34 @@ pull() { echo "pull-$2" >"$(line_folder "$1")/pull"; }
 # level LINE: what the line shows outside.
 level() { cat "$(line_folder "$1")/value"; }
 
+# within SECONDS COMMAND...: tries it until it is well.
+within() {
+    tries=$(($1 * 10))
+    shift
+    until "$@"; do
+        tries=$((tries - 1))
+        [ $tries -gt 0 ] || { echo "in vain: $*" >&2 && return 1; }
+        sleep 0.1
+    done
+}
+
+# dump_start BUS FILE: everything on the bus, from here on. dumps_stop: until here.
+dumps=''
+dump_start() {
+    chrt -f 30 candump -L "$1" >"$2" &
+    dumps="$dumps $!"
+    within 10 is_heard "$1"
+}
+
+is_heard() { grep -q "^ *$1 " /proc/net/can/rcvlist_all; }
+
+# shellcheck disable=SC2086 # words
+dumps_stop() {
+    kill $dumps
+    wait $dumps || true
+    dumps=''
+}
+
 # load_start, load_stop: at normal priority, one that only computes, one that writes, one that forks.
 load_start() {
     sha256sum /dev/zero &
@@ -68,11 +96,15 @@ loop_wait() {
     echo "$loop_code" >loop.exit_code
 }
 
+# By the status that the loop sends: its first byte is the state, 2 is running.
+loop_is_running() { candump -L -n 1 -T 100 can2,011:7FF | grep -q '011#02'; }
+
 # The simulated rig on the other ends of the buses; it ends with the loop.
 rig_start() {
-    berth-rig "$@" >>rig.stdout 2>>rig.stderr &
+    rm -f rig.stdout
+    berth-rig "$@" >rig.stdout 2>>rig.stderr &
     rig=$!
-    sleep 0.3
+    within 10 grep -qs 'waits for a loop' rig.stdout
 }
 
 rig_wait() {

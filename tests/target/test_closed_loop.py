@@ -124,6 +124,16 @@ def test_setpoints_reach_the_wire_and_forces_are_fresh(jitter):
     assert 0 < jitter["berth"]["force_age"]["max_us"] < 2500
 
 
+def test_the_age_of_the_force_is_that_at_its_use(jitter, log):
+    """By the log, which has it at the tick's own time, and how much later the tick woke."""
+    tick = log.tick
+    ages_us = (tick["force_frame_age_ns"] + tick["woke_ns"] - tick["scheduled_ns"])[tick["force_samples"] > 0] / 1000
+    ages_us = ages_us[:-1]  # the last tick has no wait behind it
+    told = jitter["berth"]["force_age"]
+    assert told["count"] == len(ages_us)
+    assert (told["min_us"], told["max_us"]) == pytest.approx((ages_us.min(), ages_us.max()), abs=0.001)
+
+
 def test_the_histogram_is_jitter_input_of_the_host_command(loop, jitter, tmp_path):
     late = f"{jitter['thread']['0']['min']} to {jitter['thread']['0']['max']} us"
     told = berth("eigen", "ess", "--jitter", loop.path("jitter.json"))

@@ -5,7 +5,7 @@ import re
 import pytest
 from target_log import TargetLog
 
-FIFO = 1
+OTHER, FIFO = 0, 1
 CONFIGURATION = ["/etc/berth", "/etc/berth/rig.toml", "/etc/security/limits.d/berth.conf"]
 
 
@@ -40,7 +40,7 @@ def test_dpkg_installs_and_removes_it_without_a_complaint(package):
 def test_its_user_has_the_lines_and_the_watchdog(package):
     assert re.match(r"uid=\d+\(berth\) gid=\d+\(berth\)", package.text("user"))
     rows = [line.split() for line in package.lines("access")]
-    assert len(rows) >= 3
+    assert len(rows) >= 4
     for device, group, mode in rows:
         assert (device, group, mode) == (device, "berth", "660")
 
@@ -57,6 +57,10 @@ def test_networkd_brings_the_buses_up(package):
         assert link["linkinfo"]["info_data"]["bittiming"]["bitrate"] == 1_000_000
         assert link["linkinfo"]["info_data"]["restart_ms"] == 100
         assert link["txqlen"] == 10
+
+
+def test_a_boot_does_not_wait_for_addresses_of_the_buses(package):
+    assert package.number("online.exit_code") == 0, package.text("online")
 
 
 def test_its_user_may_move_the_robot(package):
@@ -77,9 +81,12 @@ def test_start_returns_when_the_loop_runs(package):
 
 
 def test_the_process_is_real_time_locked_and_not_root(package):
-    fields = package.text("stat").rsplit(")", 1)[1].split()
-    priority, policy = int(fields[37]), int(fields[38])  # rt_priority and policy of proc(5): 40 and 41, of 52
-    assert (policy, priority) == (FIFO, 80)
+    scheduling = {}
+    for line in package.lines("threads"):
+        name, fields = re.match(r"\d+ \((.*)\) (.*)", line).groups()
+        fields = fields.split()
+        scheduling[name] = int(fields[38]), int(fields[37])  # policy and rt_priority of proc(5): 41 and 40, of 52
+    assert scheduling == {"berth-target": (FIFO, 80), "log": (OTHER, 0), "watchdog": (OTHER, 0)}
     status = dict(line.split(":", 1) for line in package.lines("status"))
     locked_kB, whole_kB = (int(status[key].split()[0]) for key in ("VmLck", "VmSize"))
     assert locked_kB > 0.9 * whole_kB
@@ -97,6 +104,11 @@ def test_stop_leads_the_robot_to_rest_and_closes_the_log(package):
     assert "0 not recorded" in package.text("stopped.journal")
     assert package.number("fault_level") == 0
     check_stopped_in_order(package, "stopped")
+
+
+def test_a_loop_that_is_started_before_its_bus_is_up_waits_for_it(package):
+    """As at boot."""
+    check_stopped_in_order(package, "early")
 
 
 def test_systemd_ends_a_loop_that_hangs(package):

@@ -48,6 +48,26 @@ def test_who_may_not_have_real_time_is_told_what_to_do(preflight):
     assert "-> run as root, or let a udev rule give /dev/gpiochip*" in preflight.text("check_user")
 
 
+def test_a_chip_goes_by_its_label_as_well_and_the_watchdog_is_looked_at(preflight):
+    assert preflight.number("check_chip.exit_code") == 0, preflight.text("check_chip")
+    assert findings(preflight.text("check_chip"))["watchdog"] == ("ok", "/dev/watchdog0")
+    assert preflight.number("check_no_chip.exit_code") == 3
+    assert "no line is called TICK" in preflight.text("check_no_chip")
+    assert findings(preflight.text("check_no_chip"))["watchdog"][0] == "MISSING"
+
+
+def test_a_bus_that_is_down_is_told_and_waited_for_but_not_for_ever(preflight):
+    told = preflight.text("check_down")
+    assert preflight.number("check_down.exit_code") == 3
+    assert findings(told)["can0"][0] == "MISSING" and findings(told)["can0"][1].startswith("down")
+    assert "-> ip link set can0 type can bitrate 1000000 restart-ms 100 && ip link set can0 up" in told
+    assert preflight.number("down.exit_code") == 3
+    assert preflight.lines("down.stderr") == [
+        "can0 is down: waiting 10 s for it",
+        "can0: the interface is down (Network is down); berth-target --check says what to do"]
+    assert "stopped because: requested" in preflight.text("down_stopped.stdout")  # who waits may be stopped
+
+
 def test_what_is_not_there_is_named_with_its_key(preflight):
     text = preflight.text("check_wrong")
     assert preflight.number("check_wrong.exit_code") == 3

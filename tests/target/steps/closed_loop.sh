@@ -4,10 +4,8 @@
 # the kernel's own tick, every 4 ms, equally often.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
-chrt -f 30 candump -L can2 >robot.candump &
-robot_dump=$!
-chrt -f 30 candump -L can3 >sensor.candump &
-sensor_dump=$!
+dump_start can2 robot.candump
+dump_start can3 sensor.candump
 rig_start ess --robot can2 --sensor can3
 load_start
 loop_start ess run.ulg --jitter jitter.json --set target.cpu=0
@@ -15,6 +13,6 @@ at 1 cyclictest --quiet --mlockall --priority=80 --interval=2500 --affinity=0 --
     --histogram=20000 --json=cyclictest.json >cyclictest.stdout
 loop_wait
 rig_wait
-kill $robot_dump $sensor_dump
+dumps_stop
 load_stop
 rm load.bin

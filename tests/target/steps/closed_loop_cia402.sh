@@ -2,10 +2,9 @@
 # 60 s of the reference case with the robot as a CiA 402 drive: CANopen over the kernel's CAN stack.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
-chrt -f 30 candump -L can2 >robot.candump &
-robot_dump=$!
+dump_start can2 robot.candump
 rig_start ess-cia402 --robot can2 --sensor can3
 loop_start ess-cia402 run.ulg --jitter jitter.json
 loop_wait
 rig_wait
-kill $robot_dump
+dumps_stop

@@ -9,15 +9,16 @@ cat /sys/kernel/realtime >realtime
 for pair in can0:can2 can2:can0 can1:can3 can3:can1; do
     candump -L -n 20 -T 2000 "${pair#*:}" >"$pair.candump" &
     receiver=$!
-    sleep 0.2
+    within 10 is_heard "${pair#*:}"
     cangen "${pair%:*}" -n 20 -g 1 -I 123 -L 8 -D i
     wait $receiver
 done
 
 gpioinfo >lines
+is_taken() { gpioinfo | grep -q "\"$1\" *\"$2\""; }
 gpiomon --num-events=4 "$(gpiofind EMERGENCY_STOP | cut -d' ' -f1)" 0 >edges &
 monitor=$!
-sleep 0.2
+within 10 is_taken EMERGENCY_STOP gpiomon
 for direction in down up down up; do
     pull EMERGENCY_STOP $direction
     sleep 0.01
@@ -25,10 +26,11 @@ done
 wait $monitor
 for value in 1 0 1; do
     # shellcheck disable=SC2046 # chip and offset
-    gpioset --mode=time --sec=1 $(gpiofind FAULT)=$value &
+    gpioset --mode=signal $(gpiofind FAULT)=$value &
     holder=$!
-    sleep 0.3
+    within 10 is_taken FAULT gpioset
     level FAULT >>fault_levels
+    kill $holder
     wait $holder
 done
 cyclictest --quiet --mlockall --priority=80 --interval=2500 --duration=3 --histogram=1000 --json=cyclictest.json

@@ -6,16 +6,6 @@
 package=$(find "$PROGRAMS" -maxdepth 1 -name 'berth_*.deb')
 log=/var/log/berth/run.ulg
 
-# within SECONDS COMMAND...: tries it until it is well.
-within() {
-    tries=$(($1 * 10))
-    shift
-    until "$@"; do
-        tries=$((tries - 1))
-        [ $tries -gt 0 ] || return
-        sleep 0.1
-    done
-}
 is_up() { /bin/ip link show "$1" | grep -q '[<,]UP[,>]'; }
 is_in_state() { [ "$(systemctl show --value --property ActiveState berth)" = "$1" ]; }
 service() { systemctl show berth >"$1.unit"; }
@@ -35,7 +25,7 @@ on_board dpkg --install "$package" >install 2>&1
 udevadm settle
 on_board dpkg --verify berth >verify
 id berth >user
-stat -c '%n %G %a' /dev/gpiochip* /dev/cpu_dma_latency /dev/watchdog >access
+stat -c '%n %G %a' /dev/gpiochip* /dev/cpu_dma_latency /dev/watchdog* >access
 cat /sys/class/net/can0/tx_queue_len >queue
 cat /proc/sys/kernel/sched_rt_runtime_us >throttling
 systemd-analyze verify berth.service >unit_verify 2>&1
@@ -46,6 +36,9 @@ for bus in can0 can1; do
 done
 /bin/ip -details -json link >links.json
 code=0
+/usr/lib/systemd/systemd-networkd-wait-online --timeout=10 >online 2>&1 || code=$?
+echo $code >online.exit_code
+code=0
 as_its_user berth-target --check /etc/berth/rig.toml >check 2>&1 || code=$?
 echo $code >check.exit_code
 
@@ -54,8 +47,9 @@ service running
 process=$(systemctl show --value --property MainPID berth)
 cat "/proc/$process/status" >status
 cat "/proc/$process/limits" >limits
-cat "/proc/$process/stat" >stat
-sleep 4
+cat /proc/"$process"/task/*/stat >threads
+within 10 loop_is_running
+sleep 4 # twice WatchdogSec
 level FAULT >fault_level
 systemctl stop berth
 service stopped
@@ -63,8 +57,16 @@ journalctl --unit berth --output cat >stopped.journal
 cp $log stopped.ulg
 rig_wait
 
+/bin/ip link set can0 down # as at boot, where the loop may be there before the bus
+(sleep 1 && /bin/ip link set can0 up) &
 start_loop
-sleep 0.5
+within 10 loop_is_running
+systemctl stop berth
+cp $log early.ulg
+rig_wait
+
+start_loop
+within 10 loop_is_running
 kill -STOP "$(systemctl show --value --property MainPID berth)"
 within 30 is_in_state failed
 service hung
@@ -73,7 +75,7 @@ rig_wait
 
 echo '# my own rig' >>/etc/berth/rig.toml
 start_loop
-sleep 1
+within 10 loop_is_running
 on_board dpkg --install "$package" >reinstall 2>&1
 service reinstalled
 cp $log reinstalled.ulg
@@ -82,7 +84,7 @@ rig_wait
 
 systemctl enable berth 2>enabled
 start_loop
-sleep 1
+within 10 loop_is_running
 on_board dpkg --remove berth >remove 2>&1
 service removed
 cp $log removed.ulg

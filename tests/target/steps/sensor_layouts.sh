@@ -7,8 +7,7 @@
 run_with() {
     name=$1 rate_Hz=$2 foreign=$3
     setting="--set sensor_channel.layout=$name --set sensor.rate_Hz=$rate_Hz"
-    chrt -f 30 candump -L can3 >"$name.candump" &
-    dump=$!
+    dump_start can3 "$name.candump"
     # shellcheck disable=SC2086 # words
     rig_start ess --robot can2 --sensor can3 $setting
     # shellcheck disable=SC2086
@@ -18,7 +17,7 @@ run_with() {
     mv loop.exit_code "$name.exit_code"
     mv loop.stdout "$name.stdout"
     rig_wait
-    kill $dump
+    dumps_stop
 }
 run_with two_frames_intel 1000 051#0100000000003412
 run_with two_frames_motorola 250 053#0001000000000034

@@ -26,7 +26,7 @@ rig_wait
 rig_start ess --robot can2 --sensor can3
 # shellcheck disable=SC2086
 loop_start ess --set run.duration_s=6 $setting
-sleep 1
+within 10 loop_is_running
 for thread in /proc/"$loop"/task/*; do
     echo "$(basename "$thread") $(cat "$thread/comm")" >>threads
 done
@@ -41,7 +41,7 @@ rig_wait
 rig_start ess --robot can2 --sensor can3
 # shellcheck disable=SC2086
 loop_start ess --set run.duration_s=6 $setting
-sleep 1
+within 10 loop_is_running
 kill -9 "$loop"
 loop_wait
 phase killed
