@@ -1,0 +1,220 @@
+#include "arm_config.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static const struct arm_error no_error = {NULL, 0, NULL, NULL};
+
+static int is_finite_all(const double *values, int count)
+{
+    for (int i = 0; i < count; i++) {
+        if (!isfinite(values[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+struct arm_config arm_default(void)
+{
+    struct arm_config config = {
+        .kind = ARM_SPATIAL,
+        .integrator = ARM_IMPLICIT_MIDPOINT,
+        .substeps = 1,
+        .base_is_free = 1,
+        .tool = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}},
+        .attitude = {.period_ticks = 1},
+    };
+    return config;
+}
+
+/* trace / 2 - I is the second moment of mass: it must have no negative direction. For a matrix that is symmetric:
+ * no principal minor below 0. Rounding of what a CAD program prints is let pass. */
+static int is_inertia(const double i[6])
+{
+    const double half = 0.5 * (i[0] + i[3] + i[5]);
+    const double xx = half - i[0];
+    const double yy = half - i[3];
+    const double zz = half - i[5];
+    const double allowed = 1e-6 * half;
+    const double xy_minor = xx * yy - i[1] * i[1];
+    const double xz_minor = xx * zz - i[2] * i[2];
+    const double yz_minor = yy * zz - i[4] * i[4];
+    /* Off the diagonal the sign changes: -xy, -xz, -yz. */
+    const double determinant =
+        xx * yy * zz - 2.0 * i[1] * i[2] * i[4] - xx * i[4] * i[4] - yy * i[2] * i[2] - zz * i[1] * i[1];
+    const double least_minor = -allowed * half;
+    return half >= 0.0 && xx >= -allowed && yy >= -allowed && zz >= -allowed && xy_minor >= least_minor &&
+           xz_minor >= least_minor && yz_minor >= least_minor && determinant >= least_minor * half;
+}
+
+static struct arm_error check_body(const struct arm_body *body, const char *section, int64_t joint, int is_planar)
+{
+    const struct arm_error wrong_mass = {section, joint, "mass_kg", "must be 0 or more"};
+    const struct arm_error wrong_centre = {section, joint, "centre_m", "must be finite"};
+    const struct arm_error wrong_turning = {section, joint, "inertia_kg_m2",
+                                            "zz must be 0 or more, about the centre of mass"};
+    const struct arm_error wrong_inertia = {
+        section, joint, "inertia_kg_m2",
+        "no body has it: about the centre of mass no principal moment may be negative or larger than the sum of the "
+        "others"};
+    if (!(body->mass_kg >= 0.0 && isfinite(body->mass_kg))) {
+        return wrong_mass;
+    }
+    if (!is_finite_all(body->centre_m, 3)) {
+        return wrong_centre;
+    }
+    if (!is_finite_all(body->inertia_kg_m2, 6)) {
+        return wrong_inertia;
+    }
+    if (is_planar) {
+        return body->inertia_kg_m2[5] >= 0.0 ? no_error : wrong_turning;
+    }
+    return is_inertia(body->inertia_kg_m2) ? no_error : wrong_inertia;
+}
+
+static int is_frame(const struct arm_frame *frame, int is_planar)
+{
+    const double *a = frame->axes;
+    if (!is_finite_all(frame->origin_m, 3) || !is_finite_all(a, 9)) {
+        return 0;
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int j = i; j < 3; j++) {
+            const double product = a[i] * a[j] + a[3 + i] * a[3 + j] + a[6 + i] * a[6 + j];
+            if (fabs(product - (i == j ? 1.0 : 0.0)) > 1e-9) {
+                return 0;
+            }
+        }
+    }
+    return !is_planar || fabs(a[8] - 1.0) < 1e-9;
+}
+
+struct value_check {
+    const char *key;
+    size_t offset;
+    int zero_is_allowed;
+    int infinity_is_allowed;
+};
+
+#define JOINT_VALUE(member, zero_is_allowed, infinity_is_allowed)                                                   \
+    {                                                                                                               \
+#member, offsetof(struct arm_joint, member), zero_is_allowed, infinity_is_allowed                           \
+    }
+
+static const struct value_check joint_checks[] = {
+    JOINT_VALUE(stiffness_N_m_per_rad, 0, 0),
+    JOINT_VALUE(damping_N_m_s_per_rad, 1, 0),
+    JOINT_VALUE(rotor_inertia_kg_m2, 0, 0),
+    JOINT_VALUE(gear_ratio, 0, 0),
+    JOINT_VALUE(servo_frequency_Hz, 1, 0),
+    JOINT_VALUE(servo_damping_ratio, 1, 0),
+    JOINT_VALUE(torque_limit_N_m, 0, 1),
+    JOINT_VALUE(rate_limit_rad_per_s, 0, 1),
+    JOINT_VALUE(acceleration_limit_rad_per_s2, 0, 1),
+};
+
+static struct arm_error check_joint(const struct arm_joint *joint, int64_t number, int is_planar)
+{
+    const struct arm_error wrong_frame = {"joint", number, "rpy_rad",
+                                          is_planar ? "a planar arm turns about z alone" : "must be finite"};
+    const struct arm_error wrong_axis = {"joint", number, "axis",
+                                         is_planar ? "of a planar arm must be [0, 0, 1] or [0, 0, -1]"
+                                                   : "must be a direction, its length 1"};
+    const struct arm_error wrong_range = {"joint", number, "angle_max_rad", "must be greater than angle_min_rad"};
+    const struct arm_error wrong_start = {"joint", number, "initial_rad",
+                                          "must be from angle_min_rad to angle_max_rad"};
+    if (!is_frame(&joint->frame, is_planar)) {
+        return wrong_frame;
+    }
+    const double *axis = joint->axis;
+    const double square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+    if (!(fabs(square - 1.0) < 1e-9) || (is_planar && !(fabs(fabs(axis[2]) - 1.0) < 1e-9))) {
+        return wrong_axis;
+    }
+    for (size_t i = 0; i < sizeof joint_checks / sizeof joint_checks[0]; i++) {
+        const struct value_check *check = &joint_checks[i];
+        const double value = *(const double *)((const char *)joint + check->offset);
+        if (!(check->zero_is_allowed ? value >= 0.0 : value > 0.0)) {
+            return (struct arm_error){"joint", number, check->key,
+                                      check->zero_is_allowed ? "must be 0 or more"
+                                                             : "is missing, or not greater than 0"};
+        }
+        if (!check->infinity_is_allowed && !isfinite(value)) {
+            return (struct arm_error){"joint", number, check->key, "must be finite"};
+        }
+    }
+    if (!(joint->angle_max_rad > joint->angle_min_rad)) {
+        return wrong_range;
+    }
+    if (!(joint->initial_rad >= joint->angle_min_rad && joint->initial_rad <= joint->angle_max_rad)) {
+        return wrong_start;
+    }
+    return check_body(&joint->link, "joint.link", number, is_planar);
+}
+
+static struct arm_error check_attitude(const struct arm_config *config)
+{
+    const struct attitude_config *attitude = &config->attitude;
+    const double values[] = {attitude->stiffness_N_m_per_rad, attitude->damping_N_m_s_per_rad,
+                             attitude->torque_limit_N_m,      attitude->momentum_limit_N_m_s,
+                             attitude->deadband_rad,          attitude->rate_weight_s,
+                             attitude->on_time_min_ms};
+    static const char *const keys[] = {"stiffness_N_m_per_rad", "damping_N_m_s_per_rad", "torque_limit_N_m",
+                                       "momentum_limit_N_m_s",  "deadband_rad",          "rate_weight_s",
+                                       "on_time_min_ms"};
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+        if (!(values[i] >= 0.0)) {
+            return (struct arm_error){"attitude", 0, keys[i], "must be 0 or more"};
+        }
+    }
+    if (attitude->on_time_min_ms > 60000.0) {
+        return (struct arm_error){"attitude", 0, "on_time_min_ms", "must be at most a minute"};
+    }
+    if (attitude->period_ticks < 1 || attitude->period_ticks > 1000000) {
+        return (struct arm_error){"attitude", 0, "period_ticks", "must be from 1 to 1000000"};
+    }
+    if (attitude->actuator != ATTITUDE_NONE && !config->base_is_free) {
+        return (struct arm_error){"attitude", 0, "actuator", "must be \"none\" for a base that is held"};
+    }
+    return no_error;
+}
+
+struct arm_error arm_validate(const struct arm_config *config)
+{
+    const int is_planar = config->kind == ARM_PLANAR;
+    if (config->joint_count < 1 || config->joint_count > ARM_JOINTS_MAX) {
+        return (struct arm_error){"joint", 0, "", "there must be 1 to 7 of them"};
+    }
+    if (config->substeps < 1 || config->substeps > 1000) {
+        return (struct arm_error){"substeps", 0, "", "must be from 1 to 1000"};
+    }
+    if (!is_finite_all(config->base_position_m, 3)) {
+        return (struct arm_error){"base", 0, "position_m", "must be finite"};
+    }
+    if (!is_finite_all(config->gravity_m_per_s2, 3)) {
+        return (struct arm_error){"base", 0, "gravity_m_per_s2", "must be finite"};
+    }
+    const double *q = config->base_attitude;
+    if (is_planar ? !isfinite(q[0]) : !(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-9)) {
+        return (struct arm_error){"base", 0, is_planar ? "turn_rad" : "quaternion",
+                                  is_planar ? "must be finite" : "must have length 1"};
+    }
+    struct arm_error error = check_body(&config->base, "base", 0, is_planar);
+    for (int64_t i = 0; i < config->joint_count && error.key == NULL; i++) {
+        error = check_joint(&config->joints[i], i, is_planar);
+    }
+    if (error.key == NULL && !is_frame(&config->tool, is_planar)) {
+        error = (struct arm_error){"tool", 0, "rpy_rad", "a planar arm turns about z alone"};
+    }
+    if (error.key == NULL) {
+        error = check_body(&config->payload, "payload", 0, is_planar);
+    }
+    if (error.key == NULL) {
+        error = check_attitude(config);
+    }
+    if (error.key == NULL) {
+        error = arm_check_inertia(config);
+    }
+    return error;
+}

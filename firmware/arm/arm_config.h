@@ -1,0 +1,109 @@
+/* An arm on a satellite, as plain values: what an arm file says, compiled to a table. A chain of links with revolute
+ * joints; every position and orientation is given in the frame of the body before, as in URDF.
+ *
+ *     base -> joint 0 -> link 0 -> joint 1 -> ... -> link n-1 -> tool
+ *
+ * In the plane only x and y, turns about z, and inertia_kg_m2[5] (zz) count. */
+#ifndef FIRMWARE_ARM_ARM_CONFIG_H
+#define FIRMWARE_ARM_ARM_CONFIG_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ARM_JOINTS_MAX 7
+
+/* ARM_NONE: the manipulator has one degree of freedom. */
+enum arm_kind { ARM_NONE, ARM_PLANAR, ARM_SPATIAL, ARM_KIND_COUNT };
+
+enum arm_integrator {
+    ARM_SEMI_IMPLICIT_EULER,
+    ARM_RK4,
+    ARM_IMPLICIT_MIDPOINT, /* in the joints' springs, dampers and servos */
+    ARM_INTEGRATOR_COUNT
+};
+
+struct arm_frame {
+    double origin_m[3];
+    double axes[9]; /* row-major: columns are the frame's axes as the body before sees them */
+};
+
+struct arm_body {
+    double mass_kg;
+    double centre_m[3];      /* of mass, in the body's frame */
+    double inertia_kg_m2[6]; /* about the centre, in the body's axes: xx, xy, xz, yy, yz, zz */
+};
+
+/* Motor and link of a joint, coupled by a spring and a damper. Motor values are as the link feels them, behind the
+ * gear: an inertia counts with the square of its ratio. */
+struct arm_joint {
+    struct arm_frame frame; /* where the joint sits, at angle 0 */
+    double axis[3];         /* unit, in that frame */
+    double stiffness_N_m_per_rad;
+    double damping_N_m_s_per_rad;
+    double rotor_inertia_kg_m2; /* of the motor itself */
+    double gear_ratio;
+    double servo_frequency_Hz; /* of the motor's position servo, the link held */
+    double servo_damping_ratio;
+    double torque_limit_N_m; /* of the motor behind the gear */
+    double rate_limit_rad_per_s;
+    double acceleration_limit_rad_per_s2;
+    double angle_min_rad;
+    double angle_max_rad;
+    double initial_rad;
+    struct arm_body link;
+};
+
+enum attitude_actuator { ATTITUDE_NONE, ATTITUDE_WHEEL, ATTITUDE_THRUSTERS, ATTITUDE_ACTUATOR_COUNT };
+
+/* Holds the attitude that the base starts with. Every axis by itself. */
+struct attitude_config {
+    int32_t actuator; /* enum attitude_actuator */
+    int64_t period_ticks;
+    double stiffness_N_m_per_rad; /* wheel */
+    double damping_N_m_s_per_rad; /* wheel */
+    double torque_limit_N_m;      /* wheel: at most; thrusters: of a pulse */
+    double momentum_limit_N_m_s;  /* wheel */
+    double deadband_rad;          /* thrusters: of the attitude's error */
+    double rate_weight_s;         /* thrusters: rate counts as so much error */
+    double on_time_min_ms;        /* thrusters */
+};
+
+struct arm_config {
+    int32_t kind;       /* enum arm_kind */
+    int32_t integrator; /* enum arm_integrator */
+    int64_t substeps;
+    int32_t base_is_free;
+    struct arm_body base;
+    double base_position_m[3];
+    double base_attitude[4]; /* planar: angle in rad, then nothing; spatial: unit quaternion w, x, y, z */
+    int64_t joint_count;
+    struct arm_joint joints[ARM_JOINTS_MAX];
+    struct arm_frame tool;   /* on the last link: where the force acts */
+    struct arm_body payload; /* in the tool's frame */
+    double gravity_m_per_s2[3];
+    struct attitude_config attitude;
+};
+
+/* A satellite without an arm: what an arm file does not say. */
+struct arm_config arm_default(void);
+
+/* What is wrong with an arm: section and key as in an arm file, and a sentence. key is NULL if nothing is. */
+struct arm_error {
+    const char *section; /* "joint": of the joint with this number */
+    int64_t joint;
+    const char *key;
+    const char *message;
+};
+
+struct arm_error arm_validate(const struct arm_config *config);
+
+/* The last of its checks: a joint that turns nothing, a free base that weighs nothing. */
+struct arm_error arm_check_inertia(const struct arm_config *config);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,82 @@
+#include "attitude_control.h"
+
+#include <algorithm>
+
+namespace berth
+{
+
+namespace
+{
+
+double limited(double value, double limit)
+{
+    return std::clamp(value, -limit, limit);
+}
+
+/* To the nearest; not negative, and small enough by arm_validate(). */
+int32_t whole(double value)
+{
+    const auto below = static_cast<int32_t>(value);
+    return value - below < 0.5 ? below : below + 1;
+}
+
+/* Torque on the base; the wheel takes the opposite, as far as its speed allows. */
+double wheel_torque(const attitude_config &config, double error_rad, double rate, double momentum_N_m_s)
+{
+    const double torque = limited(-config.stiffness_N_m_per_rad * error_rad - config.damping_N_m_s_per_rad * rate,
+                                  config.torque_limit_N_m);
+    const bool is_full = momentum_N_m_s * torque < 0.0 && (momentum_N_m_s >= config.momentum_limit_N_m_s ||
+                                                           momentum_N_m_s <= -config.momentum_limit_N_m_s);
+    return is_full ? 0.0 : torque;
+}
+
+} // namespace
+
+template <class Space>
+attitude_control<Space> attitude_control_at(const chain_state<Space> &start)
+{
+    attitude_control<Space> control = {};
+    control.wanted = start.attitude();
+    control.wheel_torque_N_m.setZero();
+    control.thruster_torque_N_m.setZero();
+    return control;
+}
+
+template <class Space>
+void attitude_control_step(attitude_control<Space> &control, const attitude_config &config, double period_s,
+                           const chain_state<Space> &state)
+{
+    if (config.actuator == ATTITUDE_NONE) {
+        return;
+    }
+    const bool is_due = control.ticks_to_next == 0;
+    control.ticks_to_next = (is_due ? static_cast<int32_t>(config.period_ticks) : control.ticks_to_next) - 1;
+    const typename Space::angular error_rad = Space::turn_between(control.wanted, state.attitude());
+    for (int axis = 0; axis < Space::turns; axis++) {
+        const double rate = state.turn_rate()(axis);
+        if (config.actuator == ATTITUDE_WHEEL) {
+            if (is_due) {
+                control.wheel_torque_N_m(axis) = wheel_torque(config, error_rad(axis), rate, state.wheel()(axis));
+            }
+            continue;
+        }
+        int32_t &ticks = control.pulse_ticks[axis];
+        ticks = std::max(ticks - 1, 0);
+        if (is_due && ticks == 0) {
+            const double error = error_rad(axis) + config.rate_weight_s * rate;
+            const int32_t sign = error > config.deadband_rad ? -1 : error < -config.deadband_rad ? 1 : 0;
+            control.pulse_sign[axis] = sign;
+            ticks = sign == 0 ? 0 : whole(1e-3 * config.on_time_min_ms / period_s);
+        }
+        control.thruster_torque_N_m(axis) = control.pulse_sign[axis] * config.torque_limit_N_m;
+    }
+}
+
+template attitude_control<plane> attitude_control_at(const chain_state<plane> &);
+template attitude_control<space> attitude_control_at(const chain_state<space> &);
+template void attitude_control_step(attitude_control<plane> &, const attitude_config &, double,
+                                    const chain_state<plane> &);
+template void attitude_control_step(attitude_control<space> &, const attitude_config &, double,
+                                    const chain_state<space> &);
+
+} // namespace berth

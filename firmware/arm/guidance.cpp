@@ -1,0 +1,288 @@
+#include "guidance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Cholesky>
+
+namespace berth
+{
+
+namespace
+{
+
+/* By which a tool that is off its line is brought back: slow against every loop, and well within the rates. */
+constexpr double gain_per_s = 2.0;
+/* A line's speed is reached, and left, within this time. */
+constexpr double ramp_s = 1.0;
+
+/* The tool's ways that are led: where it is, and, by arms with enough joints, how it is turned. Linear rows by the
+ * reach, so that all is in rad. */
+template <class Space>
+struct task {
+    static constexpr int size = motion_of<Space>::size;
+    using vector = Eigen::Matrix<double, size, 1>;
+    using square = Eigen::Matrix<double, size, size>;
+    using jacobian = Eigen::Matrix<double, size, ARM_JOINTS_MAX>;
+
+    jacobian rows;
+    double reach_m;
+    bool is_turning;
+};
+
+template <class Space>
+double reach_of(const chain<Space> &chain)
+{
+    double reach_m = std::sqrt(chain.tool.origin_m.squaredNorm());
+    for (int i = 1; i < chain.joint_count; i++) {
+        reach_m += std::sqrt(chain.joints[i].placement.origin_m.squaredNorm());
+    }
+    return std::max(reach_m, 1e-3);
+}
+
+template <class Space>
+task<Space> task_at(const chain<Space> &chain, const chain_pose<Space> &pose)
+{
+    task<Space> led = {jacobian_of(chain, pose).joints, reach_of(chain),
+                       chain.joint_count >= motion_of<Space>::size};
+    led.rows.template bottomRows<Space::dimension>() /= led.reach_m;
+    if (!led.is_turning) {
+        led.rows.template topRows<Space::turns>().setZero();
+    }
+    return led;
+}
+
+/* J J^T; a way that is not led gets a 1, so that it neither counts nor stops the solution. */
+template <class Space>
+typename task<Space>::square gram_of(const task<Space> &led)
+{
+    typename task<Space>::square gram = led.rows * led.rows.transpose();
+    for (int i = 0; i < Space::turns && !led.is_turning; i++) {
+        gram(i, i) = 1.0;
+    }
+    return gram;
+}
+
+template <class Space>
+double least_pivot(const typename task<Space>::square &gram)
+{
+    const Eigen::LDLT<typename task<Space>::square> factors(gram);
+    return std::max(factors.vectorD().minCoeff(), 0.0);
+}
+
+/* Small turn that leads from one attitude to the other, in the axes both are given in. */
+template <class Space>
+typename Space::angular turn_to(const typename Space::rotation &from, const typename Space::rotation &to)
+{
+    if constexpr (Space::turns == 1) {
+        return typename Space::angular(from(0, 0) * to(1, 0) - from(1, 0) * to(0, 0));
+    } else {
+        typename Space::angular turn = Space::angular::Zero();
+        for (int i = 0; i < Space::dimension; i++) {
+            turn += 0.5 * typename Space::vector(from.col(i)).cross(typename Space::vector(to.col(i)));
+        }
+        return turn;
+    }
+}
+
+/* Joint rates with which the tool moves at `velocity` and towards `goal`. */
+template <class Space>
+joint_vector resolved_rates(guidance<Space> &guidance, const chain<Space> &chain, const placement_of<Space> &goal,
+                            const typename Space::vector &velocity)
+{
+    const chain_pose<Space> pose = pose_of(chain, guidance.motor_rad);
+    const placement_of<Space> tool = tool_in_base(chain, pose);
+    const task<Space> led = task_at(chain, pose);
+    typename task<Space>::vector wanted;
+    wanted.setZero();
+    if (led.is_turning) {
+        wanted.template head<Space::turns>() = gain_per_s * turn_to<Space>(tool.axes, goal.axes);
+    }
+    wanted.template tail<Space::dimension>() =
+        (velocity + gain_per_s * (goal.origin_m - tool.origin_m)) / led.reach_m;
+    typename task<Space>::square gram = gram_of(led);
+    const double pivot = least_pivot<Space>(gram);
+    if (pivot < guidance_singular) {
+        const double missing = 1.0 - pivot / guidance_singular;
+        gram.diagonal().array() += guidance_singular * missing * missing;
+        guidance.active |= GUIDANCE_SINGULAR;
+    }
+    return led.rows.transpose() * gram.ldlt().solve(wanted);
+}
+
+/* The line's point now, and how fast it goes. */
+template <class Space>
+double advance_line(guidance<Space> &guidance, double length_m, double period_s)
+{
+    const double speed = guidance.line_speed_m_per_s;
+    const double ramp = speed / ramp_s;
+    const double left_m = length_m - guidance.line_done_m;
+    const double braking = std::sqrt(2.0 * ramp * std::max(left_m, 0.0));
+    guidance.line_m_per_s = std::min({guidance.line_m_per_s + ramp * period_s, speed, braking, left_m / period_s});
+    guidance.line_done_m += guidance.line_m_per_s * period_s;
+    return guidance.line_m_per_s;
+}
+
+template <class Space>
+joint_vector rates_along_line(guidance<Space> &guidance, const chain<Space> &chain, double period_s)
+{
+    const typename Space::vector &way = guidance.line_way_m;
+    const double length_m = std::sqrt(way.squaredNorm());
+    if (length_m <= 0.0) {
+        return joint_vector::Zero();
+    }
+    placement_of<Space> goal = guidance.home;
+    goal.origin_m = guidance.line_from_m + way * (guidance.line_done_m / length_m);
+    const double speed = advance_line(guidance, length_m, period_s);
+    return resolved_rates<Space>(guidance, chain, goal, way * (speed / length_m));
+}
+
+double rate_of_move(double motor_rad, const arm_order &order, const arm_joint &joint, double period_s)
+{
+    const double left_rad = order.angle_rad - motor_rad;
+    const double distance_rad = std::abs(left_rad);
+    double rate = distance_rad / period_s;
+    if (std::isfinite(joint.acceleration_limit_rad_per_s2)) {
+        /* From rest to rest in steps of a period: it must still be able to stop from here. */
+        const double step = joint.acceleration_limit_rad_per_s2 * period_s;
+        rate = std::min(rate, 0.5 * (std::sqrt(step * step + 8.0 * step * distance_rad / period_s) - step));
+    }
+    rate = std::min(rate, order.rate_rad_per_s > 0.0 ? order.rate_rad_per_s : rate);
+    rate = std::min(rate, joint.rate_limit_rad_per_s);
+    return left_rad < 0.0 ? -rate : rate;
+}
+
+template <class Space>
+joint_vector rates_of_joints(const guidance<Space> &guidance, const arm_config &config, double period_s)
+{
+    joint_vector rates = joint_vector::Zero();
+    for (int i = 0; i < config.joint_count; i++) {
+        const arm_order &order = guidance.joints[i];
+        rates(i) = order.kind == ARM_ORDER_JOINT_MOVE
+                       ? rate_of_move(guidance.motor_rad(i), order, config.joints[i], period_s)
+                       : order.rate_rad_per_s;
+    }
+    return rates;
+}
+
+/* No joint faster, no joint harder than it may, all by one factor; none beyond its angles. */
+template <class Space>
+void set_rates(guidance<Space> &guidance, const arm_config &config, joint_vector rates, double period_s)
+{
+    const auto count = static_cast<int>(config.joint_count);
+    double factor = 1.0;
+    for (int i = 0; i < count; i++) {
+        const double limit = config.joints[i].rate_limit_rad_per_s;
+        factor = std::abs(rates(i)) * factor > limit ? limit / std::abs(rates(i)) : factor;
+    }
+    if (factor < 1.0) {
+        guidance.active |= GUIDANCE_RATE;
+    }
+    rates *= factor;
+    double change = 1.0;
+    for (int i = 0; i < count; i++) {
+        const double limit = config.joints[i].acceleration_limit_rad_per_s2 * period_s;
+        const double step = std::abs(rates(i) - guidance.motor_rad_per_s(i));
+        change = step * change > limit ? limit / step : change;
+    }
+    if (change < 1.0) {
+        guidance.active |= GUIDANCE_ACCELERATION;
+    }
+    guidance.motor_rad_per_s += change * (rates - guidance.motor_rad_per_s);
+    for (int i = 0; i < count; i++) {
+        const arm_joint &joint = config.joints[i];
+        const double next_rad = guidance.motor_rad(i) + period_s * guidance.motor_rad_per_s(i);
+        const double allowed_rad = std::clamp(next_rad, joint.angle_min_rad, joint.angle_max_rad);
+        if (allowed_rad != next_rad) {
+            guidance.motor_rad_per_s(i) = (allowed_rad - guidance.motor_rad(i)) / period_s;
+            guidance.active |= GUIDANCE_ANGLE;
+        }
+    }
+}
+
+} // namespace
+
+template <class Space>
+double guidance_dexterity(const chain<Space> &chain, const joint_vector &link_rad)
+{
+    return least_pivot<Space>(gram_of(task_at(chain, pose_of(chain, link_rad))));
+}
+
+template <class Space>
+guidance<Space> guidance_at(const chain<Space> &chain, const joint_vector &motor_rad)
+{
+    guidance<Space> still = {};
+    still.motor_rad = motor_rad;
+    still.motor_rad_per_s.setZero();
+    still.home = tool_in_base(chain, pose_of(chain, motor_rad));
+    still.line_from_m = still.home.origin_m;
+    still.line_way_m.setZero();
+    return still;
+}
+
+template <class Space>
+void guidance_take(guidance<Space> &guidance, const chain<Space> &chain, const arm_order &order,
+                   const typename Space::vector &direction, double operator_position_m)
+{
+    const placement_of<Space> tool = tool_in_base(chain, pose_of(chain, guidance.motor_rad));
+    const bool was_joints = guidance.mode == ARM_ORDER_JOINT_RATE || guidance.mode == ARM_ORDER_JOINT_MOVE;
+    switch (order.kind) {
+    case ARM_ORDER_LINE:
+        guidance.home.axes = tool.axes;
+        guidance.line_from_m = tool.origin_m;
+        guidance.line_way_m = Eigen::Map<const Eigen::Vector3d>(order.way_m).head<Space::dimension>();
+        guidance.line_speed_m_per_s = order.speed_m_per_s;
+        guidance.line_done_m = guidance.line_m_per_s = 0.0;
+        break;
+    case ARM_ORDER_FOLLOW:
+        if (guidance.mode != ARM_ORDER_FOLLOW) {
+            guidance.home = tool;
+            guidance.home.origin_m -= direction * operator_position_m;
+        }
+        break;
+    default:
+        for (arm_order &joint : guidance.joints) {
+            joint = was_joints ? joint : arm_order{ARM_ORDER_JOINT_RATE, 0, 0.0, 0.0, {}, 0.0};
+        }
+        guidance.joints[order.joint] = order;
+        break;
+    }
+    guidance.mode = order.kind;
+}
+
+template <class Space>
+void guidance_step(guidance<Space> &guidance, const chain<Space> &chain, const arm_config &config, double period_s,
+                   const typename Space::vector &direction, double operator_position_m,
+                   double operator_velocity_m_per_s)
+{
+    guidance.motor_rad += period_s * guidance.motor_rad_per_s;
+    guidance.active = 0;
+    joint_vector rates = joint_vector::Zero();
+    switch (guidance.mode) {
+    case ARM_ORDER_JOINT_RATE:
+    case ARM_ORDER_JOINT_MOVE:
+        rates = rates_of_joints(guidance, config, period_s);
+        break;
+    case ARM_ORDER_LINE:
+        rates = rates_along_line(guidance, chain, period_s);
+        break;
+    default: {
+        placement_of<Space> goal = guidance.home;
+        goal.origin_m += direction * operator_position_m;
+        rates = resolved_rates<Space>(guidance, chain, goal, direction * operator_velocity_m_per_s);
+        break;
+    }
+    }
+    set_rates(guidance, config, rates, period_s);
+}
+
+#define INSTANTIATE(Space)                                                                                          \
+    template guidance<Space> guidance_at(const chain<Space> &, const joint_vector &);                               \
+    template void guidance_take(guidance<Space> &, const chain<Space> &, const arm_order &, const Space::vector &,  \
+                                double);                                                                            \
+    template void guidance_step(guidance<Space> &, const chain<Space> &, const arm_config &, double,                \
+                                const Space::vector &, double, double);                                             \
+    template double guidance_dexterity(const chain<Space> &, const joint_vector &);
+INSTANTIATE(plane)
+INSTANTIATE(space)
+
+} // namespace berth

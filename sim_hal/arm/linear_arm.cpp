@@ -1,0 +1,188 @@
+#include "linear_arm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <Eigen/Dense>
+
+#include "../../firmware/arm/dynamics.h"
+#include "../../hal/rig/rig_file.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+
+/* Below this share of the tool's mobility a mode is not seen at the tool; rounding. */
+constexpr double share_min = 1e-9;
+
+/* Slower than this, nothing holds a mode: rounding of the eigenvalues. */
+constexpr double held_min_Hz = 1e-4;
+
+template <class Space>
+linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
+{
+    const chain<Space> chain = make_chain<Space>(config);
+    const chain_state<Space> start = state_at_start<Space>(config);
+    const Eigen::Index n = chain.joint_count;
+    const Eigen::Index base = chain.base_is_free ? motion_of<Space>::size : 0;
+    joint_vector links = joint_vector::Zero();
+    links.head(n) = pose_rad;
+    const chain_pose<Space> pose = pose_of(chain, links);
+    const chain_inertia<Space> inertia = inertia_of_chain(chain, pose);
+    const tool_jacobian<Space> jacobian = jacobian_of(chain, pose);
+
+    const Eigen::Index count = base + 2 * n;
+    linear_arm arm;
+    arm.inertia = arm.damping = arm.stiffness = Eigen::MatrixXd::Zero(count, count);
+    arm.inertia.block(base, base, n, n) = inertia.joints.topLeftCorner(n, n);
+    if (base > 0) {
+        arm.inertia.topLeftCorner(base, base) = inertia.base.matrix();
+        arm.inertia.block(0, base, base, n) = inertia.coupling.leftCols(n);
+        arm.inertia.block(base, 0, n, base) = inertia.coupling.leftCols(n).transpose();
+        if (config.attitude.actuator == ATTITUDE_WHEEL) {
+            for (int i = 0; i < Space::turns; i++) {
+                arm.damping(i, i) = config.attitude.damping_N_m_s_per_rad;
+                arm.stiffness(i, i) = config.attitude.stiffness_N_m_per_rad;
+            }
+        }
+    }
+    for (Eigen::Index i = 0; i < n; i++) {
+        const chain_joint<Space> &joint = chain.joints[i];
+        const Eigen::Index link = base + i;
+        const Eigen::Index motor = link + n;
+        arm.inertia(motor, motor) = joint.motor_inertia_kg_m2;
+        const auto couple = [&](Eigen::MatrixXd &matrix, double between, double servo) {
+            matrix(link, link) += between;
+            matrix(motor, motor) += between + servo;
+            matrix(link, motor) -= between;
+            matrix(motor, link) -= between;
+        };
+        couple(arm.damping, joint.damping_N_m_s_per_rad, joint.servo_damping_N_m_s_per_rad);
+        couple(arm.stiffness, joint.stiffness_N_m_per_rad, joint.servo_stiffness_N_m_per_rad);
+    }
+    const placement_of<Space> world = {Space::vector::Zero(), Space::axes_of(start.attitude())};
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(motion_of<Space>::size, count);
+    if (base > 0) {
+        all.leftCols(base) = jacobian.base;
+    }
+    all.middleCols(base, n) = jacobian.joints.leftCols(n);
+    arm.tool_way = world.axes * all.bottomRows(Space::dimension);
+    arm.tool_turn = all.topRows(Space::turns);
+    if constexpr (Space::turns == 3) {
+        arm.tool_turn = world.axes * arm.tool_turn;
+    }
+    return arm;
+}
+
+/* The same arm in the coordinates that the columns of `basis` combine. */
+linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
+{
+    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
+            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
+}
+
+/* Scales in which rotations and ways of a large arm are of one size: the inverse roots of the inertia's diagonal. */
+Eigen::MatrixXd scaling(const linear_arm &arm)
+{
+    return arm.inertia.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+} // namespace
+
+linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
+{
+    return config.kind == ARM_PLANAR ? linearised<plane>(config, pose_rad) : linearised<space>(config, pose_rad);
+}
+
+linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    const Eigen::Index dimension = direction.size();
+    const Eigen::VectorXd along = direction.normalized();
+    const Eigen::MatrixXd across =
+        (Eigen::MatrixXd::Identity(dimension, dimension) - along * along.transpose()) * arm.tool_way;
+    Eigen::MatrixXd held(across.rows() + (dimension == 3 ? 3 : 0), arm.count());
+    held.topRows(across.rows()) = across;
+    if (dimension == 3) {
+        held.bottomRows(3) = arm.tool_turn;
+    }
+    const Eigen::MatrixXd scaled = scaling(arm);
+    Eigen::FullPivLU<Eigen::MatrixXd> free(held * scaled);
+    free.setThreshold(1e-10);
+    const Eigen::MatrixXd kernel = free.kernel();
+    const Eigen::MatrixXd orthonormal = Eigen::HouseholderQR<Eigen::MatrixXd>(kernel).householderQ() *
+                                        Eigen::MatrixXd::Identity(kernel.rows(), kernel.cols());
+    return combined(arm, scaled * orthonormal);
+}
+
+std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(arm.stiffness, arm.inertia);
+    const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
+    const Eigen::VectorXd mobility = (at_tool * solver.eigenvectors()).array().square();
+    std::vector<arm_mode> modes;
+    for (Eigen::Index i = 0; i < arm.count(); i++) {
+        const double share = mobility(i) / mobility.sum();
+        if (share < share_min) {
+            continue;
+        }
+        const Eigen::VectorXd shape = solver.eigenvectors().col(i);
+        double w = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
+        w = w < two_pi * held_min_Hz ? 0.0 : w;
+        const double loss = shape.dot(arm.damping * shape);
+        modes.push_back({w / two_pi, w > 0.0 ? loss / (2.0 * w) : 0.0, share, 1.0 / mobility(i), loss / mobility(i),
+                         w * w / mobility(i)});
+    }
+    return modes;
+}
+
+const arm_mode &dominant_mode(const std::vector<arm_mode> &modes)
+{
+    const arm_mode *found = nullptr;
+    for (const arm_mode &mode : modes) {
+        if (mode.frequency_Hz > 0.0 && (found == nullptr || mode.share > found->share)) {
+            found = &mode;
+        }
+    }
+    if (found == nullptr) {
+        throw input_error("at this pose nothing springy moves the tool along the direction; take another");
+    }
+    return *found;
+}
+
+std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
+{
+    const Eigen::Index n = arm.count();
+    const Eigen::MatrixXd scaled = scaling(arm);
+    const linear_arm even = combined(arm, scaled);
+    const Eigen::LLT<Eigen::MatrixXd> inertia(even.inertia);
+    Eigen::MatrixXd first_order = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+    first_order.topRightCorner(n, n).setIdentity();
+    first_order.bottomLeftCorner(n, n) = -inertia.solve(even.stiffness);
+    first_order.bottomRightCorner(n, n) = -inertia.solve(even.damping);
+    std::vector<std::complex<double>> found;
+    for (const std::complex<double> &s : first_order.eigenvalues()) {
+        if (s.imag() >= 0.0) {
+            found.push_back(s);
+        }
+    }
+    std::sort(found.begin(), found.end(), [](auto a, auto b) { return std::abs(a) < std::abs(b); });
+    return found;
+}
+
+linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, double mass_kg,
+                       double damping_N_s_per_m, double stiffness_N_per_m)
+{
+    const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
+    const Eigen::MatrixXd square = at_tool.transpose() * at_tool;
+    linear_arm both = arm;
+    both.inertia += mass_kg * square;
+    both.damping += damping_N_s_per_m * square;
+    both.stiffness += stiffness_N_per_m * square;
+    return both;
+}
+
+} // namespace berth

@@ -1,0 +1,59 @@
+/* An arm at a pose, for small motions about rest: M q'' + D q' + K q = J' f, and its modes along a direction. */
+#ifndef SIM_HAL_ARM_LINEAR_ARM_H
+#define SIM_HAL_ARM_LINEAR_ARM_H
+
+#include <complex>
+#include <Eigen/Core>
+#include <vector>
+
+#include "../../firmware/arm/arm_config.h"
+
+namespace berth
+{
+
+/* q: turn and way of a free base in its axes, links, motors. The attitude's wheel counts as spring and damper;
+ * thrusters, gravity and limits do not. */
+struct linear_arm {
+    Eigen::MatrixXd inertia;
+    Eigen::MatrixXd damping;
+    Eigen::MatrixXd stiffness;
+    Eigen::MatrixXd tool_turn; /* of the tool in the world's axes, rad, by q */
+    Eigen::MatrixXd tool_way;  /* m, by q */
+
+    Eigen::Index count() const { return inertia.rows(); }
+};
+
+/* `pose_rad`: of the joints. */
+linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
+
+/* The tool can only move along `direction` (as many numbers as the world has dimensions), and in space not turn:
+ * what an object that is guided so leaves of the arm. Coordinates are new ones, orthonormal combinations of q. */
+linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* Mass, damper and spring that a mode shows at the tool along the direction. */
+struct arm_mode {
+    double frequency_Hz; /* 0: nothing holds it */
+    double damping_ratio;
+    double share; /* of the tool's mobility along the direction, 1 / mass_kg */
+    double mass_kg;
+    double damping_N_s_per_m;
+    double stiffness_N_per_m;
+};
+
+/* By rising frequency, without those that the tool along the direction has no part in. */
+std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* The arm reduced to one degree of freedom: the one that is springy, along which the tool is most mobile. Throws
+ * input_error if there is none. */
+const arm_mode &dominant_mode(const std::vector<arm_mode> &modes);
+
+/* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
+std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm);
+
+/* A body with this mass, damper and spring to the world, fixed to the tool along the direction. */
+linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, double mass_kg,
+                       double damping_N_s_per_m, double stiffness_N_per_m);
+
+} // namespace berth
+
+#endif

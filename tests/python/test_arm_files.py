@@ -1,0 +1,65 @@
+"""Arm files and URDF: what is read is what is printed, and what is wrong is said with its line."""
+
+import pytest
+from conftest import EXIT_INPUT, ROOT, command
+
+
+def test_arm_file_reads_back(tmp_path):
+    text = command("arm", "ess").stdout.decode()
+    file = tmp_path / "again.toml"
+    file.write_text(text)
+    assert command("arm", file).stdout.decode() == text
+
+
+URDF = """<robot name="r"><link name="a"><inertial><mass value="{mass}"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{izz}"/></inertial></link>
+<link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="j" type="{type}"><parent link="a"/><child link="{child}"/><axis xyz="{axis}"/></joint></robot>"""
+GOOD = {"mass": "10", "izz": "1", "type": "continuous", "child": "b", "axis": "0 0 1"}
+
+
+@pytest.mark.parametrize("change,line,says", [
+    ({}, None, None),
+    ({"izz": "3"}, 2, "no body has it"),
+    ({"izz": "-1"}, 2, "no body has it"),
+    ({"mass": "heavy"}, 1, "mass"),
+    ({"mass": "-1"}, 1, "must be 0 or more"),
+    ({"type": "prismatic"}, 4, "revolute, continuous or fixed"),
+    ({"type": "revolute"}, 4, "needs <limit>"),
+    ({"child": "c"}, 4, 'there is no link "c"'),
+    ({"child": "a"}, 4, "j"),
+    ({"axis": "0 0 0"}, 4, "no direction"),
+    ({"axis": "0 0"}, 4, "three numbers"),
+])
+def test_urdf_errors(tmp_path, change, line, says):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**{**GOOD, **change}))
+    done = command("arm", file)
+    if says is None:
+        assert done.returncode == 0, done.stderr.decode()
+        return
+    assert done.returncode == EXIT_INPUT
+    assert says in done.stderr.decode()
+    if change != {"child": "a"}:
+        assert f"arm.urdf:{line}:" in done.stderr.decode()
+
+
+@pytest.mark.parametrize("old,new,says", [
+    ('kind = "planar"', 'kind = "cubic"', "kind: must be one of"),
+    ("axis = [0, 0, 1]", "axis = [0, 1, 0]", "joint.0 (shoulder).axis"),
+    ("mass_kg = 45.0", "mass_kg = -45.0", "joint.0.link (shoulder).mass_kg"),
+    ("gear_ratio = 600", "gear_ratio = 0", "joint.0 (shoulder).gear_ratio"),
+    ("gear_ratio = 600", "gear_ration = 600", "unknown key"),
+    ("gear_ratio = 600", 'gear_ratio = "600"', "must be a number"),
+    ("initial_rad = 1.35", "initial_rad = nan", "initial_rad"),
+    ("period_ticks = 1", "period_ticks = 0", "attitude.period_ticks"),
+    ("centre_m = [2.0, 0.0, 0.0]", "centre_m = [2.0, 0.0]", "must be 3 numbers"),
+])
+def test_arm_file_errors(tmp_path, old, new, says):
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    assert old in text
+    file = tmp_path / "wrong.toml"
+    file.write_text(text.replace(old, new, 1))
+    done = command("arm", file)
+    assert done.returncode == EXIT_INPUT
+    assert says in done.stderr.decode() and "wrong.toml:" in done.stderr.decode()

@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+
+#include "firmware/arm/guidance.h"
+#include "hal/rig/arm_file.h"
+
+using namespace berth;
+
+namespace
+{
+
+constexpr double period_s = 2.5e-3;
+const plane::vector along_x(1.0, 0.0);
+
+arm_order joint_order(arm_order_kind kind, int joint, double rate_rad_per_s, double angle_rad = 0.0)
+{
+    return {kind, joint, rate_rad_per_s, angle_rad, {}, 0.0};
+}
+
+arm_order line_order(double x_m, double y_m, double speed_m_per_s)
+{
+    return {ARM_ORDER_LINE, 0, 0.0, 0.0, {x_m, y_m, 0.0}, speed_m_per_s};
+}
+
+/* The planar two-link arm of the program, led with the operator at 0. */
+struct led_arm {
+    arm_config config = load_arm("ess").config;
+    chain<plane> body = make_chain<plane>(config);
+    guidance<plane> guide = guidance_at(body, joint_vector(state_at_start<plane>(config).motor_rad()));
+    double fastest_rad_per_s = 0.0;
+    double hardest_rad_per_s2 = 0.0;
+    uint32_t limited_by = 0;
+
+    plane::vector tool() const { return tool_in_base(body, pose_of(body, guide.motor_rad)).origin_m; }
+    void take(const arm_order &order) { guidance_take(guide, body, order, along_x, 0.0); }
+    void step(double operator_m = 0.0, double operator_m_per_s = 0.0)
+    {
+        const joint_vector before = guide.motor_rad_per_s;
+        guidance_step(guide, body, config, period_s, along_x, operator_m, operator_m_per_s);
+        fastest_rad_per_s = std::max(fastest_rad_per_s, guide.motor_rad_per_s.cwiseAbs().maxCoeff());
+        hardest_rad_per_s2 =
+            std::max(hardest_rad_per_s2, (guide.motor_rad_per_s - before).cwiseAbs().maxCoeff() / period_s);
+        limited_by |= guide.active;
+    }
+    void run(double duration_s)
+    {
+        for (int i = 0; i < std::lround(duration_s / period_s); i++) {
+            step();
+        }
+    }
+};
+
+} // namespace
+
+TEST_CASE("guidance: the tool follows the operator along the direction, and nowhere else")
+{
+    led_arm arm;
+    const plane::vector home = arm.tool();
+    double along_m = 0.0;
+    double across_m = 0.0;
+    constexpr double w = 2.0 * M_PI * 0.2;
+    for (int i = 0; i < 8000; i++) {
+        const double t = i * period_s;
+        const plane::vector gone = arm.tool() - home;
+        if (i > 2000) { /* it starts with a jump of the velocity */
+            /* The motors stand where the operator was a tick ago. */
+            along_m = std::max(along_m, std::abs(gone(0) - 0.02 * std::sin(w * (t - period_s))));
+            across_m = std::max(across_m, std::abs(gone(1)));
+        }
+        arm.step(0.02 * std::sin(w * t), 0.02 * w * std::cos(w * t));
+    }
+    CHECK(along_m < 1e-4); /* a period of its fastest way is 6e-5 */
+    CHECK(across_m < 1e-6);
+}
+
+TEST_CASE("guidance: a line is straight, no faster than ordered, and ends where it should")
+{
+    led_arm arm;
+    const plane::vector from = arm.tool();
+    const plane::vector way(-0.8, 0.6);
+    arm.take(line_order(way(0), way(1), 0.05));
+    double beside_m = 0.0;
+    double fastest_m_per_s = 0.0;
+    for (int i = 0; i < 12000; i++) {
+        const plane::vector before = arm.tool();
+        arm.step();
+        const plane::vector gone = arm.tool() - from;
+        fastest_m_per_s = std::max(fastest_m_per_s, (arm.tool() - before).norm() / period_s);
+        beside_m = std::max(beside_m, std::abs(gone(0) * way(1) - gone(1) * way(0)) / way.norm());
+    }
+    CHECK((arm.tool() - from - way).norm() < 1e-6);
+    CHECK(beside_m < 1e-5);
+    CHECK(fastest_m_per_s < 0.05 * 1.001);
+    /* 1 m at 0.05 m/s with a second of ramp at each end: 21 s. */
+    CHECK(arm.guide.line_m_per_s == doctest::Approx(0.0).epsilon(1e-6));
+    CHECK(arm.limited_by == 0);
+}
+
+TEST_CASE("guidance: a joint's move takes the time that rate and acceleration leave, and ends at its angle")
+{
+    led_arm arm;
+    const double from_rad = arm.guide.motor_rad(1);
+    arm.take(joint_order(ARM_ORDER_JOINT_MOVE, 1, 0.05, from_rad + 0.2));
+    double largest_rad = -10.0;
+    int ticks = 0;
+    while (std::abs(arm.guide.motor_rad(1) - from_rad - 0.2) > 1e-9 && ticks < 40000) {
+        arm.step();
+        largest_rad = std::max(largest_rad, arm.guide.motor_rad(1));
+        ticks++;
+    }
+    const joint_vector first = joint_vector(state_at_start<plane>(arm.config).motor_rad());
+    CHECK(arm.guide.motor_rad(0) == first(0));
+    CHECK(largest_rad <= from_rad + 0.2 + 1e-12);
+    CHECK(arm.fastest_rad_per_s <= 0.05 * (1.0 + 1e-12));
+    CHECK(arm.hardest_rad_per_s2 <= arm.config.joints[1].acceleration_limit_rad_per_s2 * (1.0 + 1e-9));
+    /* s / v + v / a, and two periods */
+    CHECK(ticks * period_s == doctest::Approx(0.2 / 0.05 + 0.05 / 0.2).epsilon(0.003));
+}
+
+TEST_CASE("guidance: joints turn at their own rates at once, and one order does not end another's")
+{
+    led_arm arm;
+    const joint_vector from = arm.guide.motor_rad;
+    arm.take(joint_order(ARM_ORDER_JOINT_RATE, 0, 0.02));
+    arm.take(joint_order(ARM_ORDER_JOINT_RATE, 1, -0.03));
+    arm.run(5.0);
+    CHECK(arm.guide.motor_rad_per_s(0) == doctest::Approx(0.02));
+    CHECK(arm.guide.motor_rad_per_s(1) == doctest::Approx(-0.03));
+    arm.take(joint_order(ARM_ORDER_JOINT_RATE, 1, 0.0));
+    arm.run(1.0);
+    CHECK(arm.guide.motor_rad_per_s(0) == doctest::Approx(0.02));
+    CHECK(arm.guide.motor_rad_per_s(1) == doctest::Approx(0.0));
+    CHECK(arm.guide.motor_rad(0) - from(0) == doctest::Approx(0.02 * 6.0).epsilon(0.02));
+    /* Following again goes on from here. */
+    const plane::vector at = arm.tool();
+    arm.take(joint_order(ARM_ORDER_FOLLOW, 0, 0.0));
+    arm.run(5.0);
+    CHECK((arm.tool() - at).norm() < 2e-3); /* the joint had to stop */
+}
+
+TEST_CASE("guidance: beyond its reach the tool falls behind, the joints stay slow, and it comes back onto the line")
+{
+    led_arm arm;
+    const plane::vector from = arm.tool();
+    arm.take(line_order(4.0, 0.0, 0.2)); /* the arm is 8 m long; this is 10.6 m from the shoulder */
+    arm.run(40.0);
+    CHECK((arm.limited_by & GUIDANCE_SINGULAR) != 0);
+    CHECK(arm.guide.motor_rad.allFinite());
+    CHECK(arm.fastest_rad_per_s <= 0.1 * (1.0 + 1e-12));
+    const plane::vector shoulder(1.2, 0.6);
+    CHECK((arm.tool() - shoulder).norm() <= 8.0);
+    arm.take(line_order(-3.0, 0.0, 0.1));
+    arm.run(60.0);
+    arm.limited_by = 0;
+    arm.run(1.0);
+    CHECK((arm.limited_by & GUIDANCE_SINGULAR) == 0);
+    CHECK(arm.tool()(0) < from(0) + 2.0);
+}
+
+TEST_CASE("guidance: no joint passes the end of its range, and the others go on")
+{
+    led_arm arm;
+    arm.config.joints[1].angle_max_rad = arm.guide.motor_rad(1) + 0.05;
+    arm.take(joint_order(ARM_ORDER_JOINT_RATE, 1, 0.05));
+    arm.take(joint_order(ARM_ORDER_JOINT_RATE, 0, 0.01));
+    arm.run(4.0);
+    CHECK(arm.guide.motor_rad(1) <= arm.config.joints[1].angle_max_rad);
+    CHECK(arm.guide.motor_rad(1) == doctest::Approx(arm.config.joints[1].angle_max_rad));
+    CHECK((arm.limited_by & GUIDANCE_ANGLE) != 0);
+    CHECK(arm.guide.motor_rad_per_s(0) == doctest::Approx(0.01));
+}
+
+TEST_CASE("guidance: dexterity is the least pivot of J J^T; a stretched arm has none")
+{
+    led_arm arm;
+    arm.guide.motor_rad(1) = 0.0;
+    CHECK(guidance_dexterity(arm.body, arm.guide.motor_rad) < 1e-12);
+    arm.guide.motor_rad(1) = M_PI / 2.0;
+    /* Links of half the reach at a right angle, the first along x: J = [[-1/2, -1/2], [1/2, 0]] in the axes of the
+     * first link, J J^T = [[1/2, -1/4], [-1/4, 1/4]], pivots 1/2 and 1/8. */
+    arm.guide.motor_rad(0) = 0.0;
+    CHECK(guidance_dexterity(arm.body, arm.guide.motor_rad) == doctest::Approx(0.125));
+}
