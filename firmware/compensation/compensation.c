@@ -33,6 +33,8 @@ struct config_error compensation_validate(const struct app_config *config)
     static const char *const must_not_be_negative_or_inf = "must be 0 or more, or inf: as the rig has it";
     const struct extrapolation_config *extrapolation = &config->extrapolation;
     const struct prediction_config *prediction = &config->prediction;
+    const struct adaptive_inverse_config *inverse = &config->adaptive_inverse;
+    const struct force_lead_config *lead = &config->force_lead;
     const struct identification_config *identification = &config->identification;
     const struct passivity_config *passivity = &config->passivity;
     const double rate_Hz = config->loop.rate_Hz;
@@ -47,6 +49,25 @@ struct config_error compensation_validate(const struct app_config *config)
         {!non_negative(extrapolation->delay_ms), {"extrapolation.delay_ms", must_not_be_negative}},
         {extrapolation->order > 0 && !extrapolation_fits(config),
          {"extrapolation.order", "times the delay must be less than 1022 ticks"}},
+        {!(inverse->tolerance >= 0.0 && inverse->tolerance <= 0.33),
+         {"adaptive_inverse.tolerance",
+          "must be from 0 to 0.33: at three tolerances the delay must not be negative"}},
+        {!(inverse->gain_tolerance >= 0.0 && inverse->gain_tolerance <= 0.3),
+         {"adaptive_inverse.gain_tolerance", "must be from 0 to 0.3"}},
+        {!positive(inverse->bandwidth_Hz) || (inverse->enabled && inverse->bandwidth_Hz > 0.1 * rate_Hz),
+         {"adaptive_inverse.bandwidth_Hz", "must be greater than 0 and at most a tenth of the loop's rate"}},
+        {!positive(inverse->position_noise_m), {"adaptive_inverse.position_noise_m", must_be_positive}},
+        {!positive(inverse->memory_s), {"adaptive_inverse.memory_s", must_be_positive}},
+        {!positive(inverse->correction_max_m), {"adaptive_inverse.correction_max_m", must_be_positive}},
+        {inverse->enabled && !adaptive_inverse_fits(config),
+         {"adaptive_inverse.enabled", "needs reports of the robot that are less than 1022 ticks old"}},
+        {!non_negative(lead->age_ms), {"force_lead.age_ms", must_not_be_negative}},
+        {!positive_or_none(lead->error_bandwidth_Hz),
+         {"force_lead.error_bandwidth_Hz", "must be greater than 0, or inf: the model is corrected at once"}},
+        {lead->enabled && prediction->enabled,
+         {"force_lead.enabled", "must be false with prediction.enabled = true, which leads the force already"}},
+        {lead->enabled && !force_lead_fits(config),
+         {"force_lead.enabled", "needs a force that is less than 1022 ticks old"}},
         {!positive_or_none(prediction->dead_time_ms), {"prediction.dead_time_ms", must_be_positive_or_inf}},
         {!positive_or_none(prediction->mass_kg), {"prediction.mass_kg", must_be_positive_or_inf}},
         {!non_negative_or_none(prediction->damping_N_s_per_m),
@@ -96,16 +117,26 @@ struct config_error compensation_validate(const struct app_config *config)
 
 int compensation_is_on(const struct app_config *config)
 {
-    return config->extrapolation.order > 0 || config->prediction.enabled ||
-           config->dissipation.damping_N_s_per_m > 0.0 || config->passivity.action != PASSIVITY_OFF;
+    return config->extrapolation.order > 0 || config->adaptive_inverse.enabled || config->force_lead.enabled ||
+           config->prediction.enabled || config->dissipation.damping_N_s_per_m > 0.0 ||
+           config->passivity.action != PASSIVITY_OFF;
 }
 
 void compensation_start(struct compensation *compensation, const struct app_config *config,
                         const struct manipulator *manipulator)
 {
-    compensation->dissipation = &config->dissipation;
+    compensation->config = config;
     compensation->manipulator = manipulator;
     extrapolation_start(&compensation->extrapolation, config);
+    if (config->adaptive_inverse.enabled) {
+        const struct inverse_settings settings = inverse_settings_of(config);
+        adaptive_inverse_start(&compensation->inverse, &settings, config->manipulator.initial_position_m);
+    }
+    if (config->force_lead.enabled) {
+        const struct force_lead_settings settings = force_lead_settings_of(config);
+        force_lead_start(&compensation->lead, &settings);
+    }
+    compensation->velocity_m_per_s = manipulator->velocity_m_per_s;
     prediction_start(&compensation->prediction, config, manipulator);
     passivity_start(&compensation->passivity, config);
 }
@@ -113,20 +144,51 @@ void compensation_start(struct compensation *compensation, const struct app_conf
 void compensation_rest_at(struct compensation *compensation, double position_m)
 {
     extrapolation_rest_at(&compensation->extrapolation, position_m);
+    adaptive_inverse_rest_at(&compensation->inverse, position_m);
+    force_lead_rest(&compensation->lead);
+    compensation->velocity_m_per_s = 0.0;
 }
 
 double compensation_motion(struct compensation *compensation, double position_m)
 {
-    return extrapolation_step(&compensation->extrapolation, position_m);
+    const double displayed_m = extrapolation_step(&compensation->extrapolation, position_m);
+    return compensation->config->adaptive_inverse.enabled
+               ? adaptive_inverse_follow(&compensation->inverse, displayed_m)
+               : displayed_m;
+}
+
+static void learn(struct compensation *compensation, const struct prediction_input *in, int is_running)
+{
+    if (compensation->config->adaptive_inverse.enabled && is_running) {
+        adaptive_inverse_learn(&compensation->inverse, in->setpoint_m, in->reported_m);
+    } else {
+        adaptive_inverse_pause(&compensation->inverse);
+    }
+}
+
+static double led_force(struct compensation *compensation, double measured_N)
+{
+    const struct manipulator *manipulator = compensation->manipulator;
+    const double period_s = compensation->lead.settings.period_s;
+    const struct force_lead_motion motion = {
+        .position_m = manipulator->position_m - compensation->lead.settings.model.surface_m,
+        .velocity_m_per_s = manipulator->velocity_m_per_s,
+        .acceleration_m_per_s2 = (manipulator->velocity_m_per_s - compensation->velocity_m_per_s) / period_s,
+    };
+    compensation->velocity_m_per_s = manipulator->velocity_m_per_s;
+    return force_lead_step(&compensation->lead, &motion, measured_N);
 }
 
 double compensation_force(struct compensation *compensation, const struct operator_command *command,
                           const struct energy_sums *energy, const struct prediction_input *in, int is_running)
 {
     const struct manipulator *manipulator = compensation->manipulator;
+    const struct app_config *config = compensation->config;
+    learn(compensation, in, is_running);
+    const double led_N = config->force_lead.enabled ? led_force(compensation, in->measured_N)
+                                                    : prediction_step(&compensation->prediction, command, in);
     const double force_N =
-        prediction_step(&compensation->prediction, command, in) +
-        compensation->dissipation->damping_N_s_per_m * (manipulator->velocity_m_per_s - command->velocity_m_per_s);
+        led_N + config->dissipation.damping_N_s_per_m * (manipulator->velocity_m_per_s - command->velocity_m_per_s);
     if (!is_running) {
         passivity_rest(&compensation->passivity);
         return force_N;

@@ -1,13 +1,15 @@
 /* What the loop does about its dead time: units on the way of the setpoint and on the way of the force, each of
  * which passes through what it gets if it is switched off.
  *
- *     manipulator -> extrapolation -> inverse filter -> limits -> robot
- *     sensor channel -> prediction -> dissipation -> passivity -> manipulator */
+ *     manipulator -> extrapolation -> adaptive inverse -> inverse filter -> limits -> robot
+ *     sensor channel -> prediction or force lead -> dissipation -> passivity -> manipulator */
 #ifndef FIRMWARE_COMPENSATION_COMPENSATION_H
 #define FIRMWARE_COMPENSATION_COMPENSATION_H
 
 #include "../energy_account.h"
+#include "adaptive_inverse.h"
 #include "extrapolation.h"
+#include "force_lead.h"
 #include "passivity.h"
 #include "prediction.h"
 
@@ -16,9 +18,12 @@ extern "C" {
 #endif
 
 struct compensation {
-    const struct dissipation_config *dissipation;
     const struct manipulator *manipulator;
+    const struct app_config *config;
     struct extrapolation extrapolation;
+    struct adaptive_inverse inverse;
+    struct force_lead lead;
+    double velocity_m_per_s; /* of the manipulator one tick ago */
     struct prediction prediction;
     struct passivity passivity;
 };

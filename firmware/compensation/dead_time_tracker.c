@@ -20,25 +20,16 @@ void dead_time_tracker_start(struct dead_time_tracker *tracker, const struct app
     tracker->lowest_s = -0.8 * dead_time_s > -tracker->highest_s ? -0.8 * dead_time_s : -tracker->highest_s;
 }
 
-/* On straight lines between ticks. */
-static double robot_before(const struct dead_time_tracker *tracker, double ticks)
-{
-    const uint32_t whole = (uint32_t)ticks;
-    const double share = ticks - (double)whole;
-    const uint32_t newest = tracker->newest + TWIN_TICKS_MAX;
-    return (1.0 - share) * tracker->past_m[(newest - whole) % TWIN_TICKS_MAX] +
-           share * tracker->past_m[(newest - whole - 1u) % TWIN_TICKS_MAX];
-}
-
 static void correct(struct dead_time_tracker *tracker, double reported_m)
 {
     const double ticks = tracker->delay_ticks + tracker->longer_s / tracker->period_s;
     const double slope_m_per_s =
-        (robot_before(tracker, ticks - 0.5) - robot_before(tracker, ticks + 0.5)) / tracker->period_s;
+        (past_before(&tracker->robot_m, ticks - 0.5) - past_before(&tracker->robot_m, ticks + 0.5)) /
+        tracker->period_s;
     const double spread = tracker->variance * slope_m_per_s * slope_m_per_s;
     const double gain = spread > 0.0 ? spread / (spread + tracker->noise_squared) : 0.0;
     if (gain > 0.0) {
-        tracker->longer_s -= gain * (reported_m - robot_before(tracker, ticks)) / slope_m_per_s;
+        tracker->longer_s -= gain * (reported_m - past_before(&tracker->robot_m, ticks)) / slope_m_per_s;
     }
     tracker->variance *= 1.0 - gain;
     tracker->variance += tracker->forgetting * (tracker->tolerance_squared - tracker->variance);
@@ -54,13 +45,10 @@ double dead_time_tracker_step(struct dead_time_tracker *tracker, const struct ha
     }
     const double robot_m = hardware_twin_robot_m(twin);
     if (!tracker->is_filled) {
-        for (uint32_t i = 0; i < TWIN_TICKS_MAX; i++) {
-            tracker->past_m[i] = robot_m;
-        }
+        past_fill(&tracker->robot_m, robot_m);
         tracker->is_filled = 1;
     }
-    tracker->newest = (tracker->newest + 1u) % TWIN_TICKS_MAX;
-    tracker->past_m[tracker->newest] = robot_m;
+    past_add(&tracker->robot_m, robot_m);
     correct(tracker, reported_m - twin->model.surface_m);
     return tracker->longer_s / tracker->period_s;
 }

@@ -23,8 +23,7 @@ struct dead_time_tracker {
     double longer_s;
     double variance; /* s^2 */
     int32_t is_filled;
-    uint32_t newest;
-    double past_m[TWIN_TICKS_MAX]; /* the twin's robot, without dead time */
+    struct past robot_m; /* the twin's, without dead time */
 };
 
 /* `model`: what the loop was told. */

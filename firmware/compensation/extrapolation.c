@@ -12,7 +12,7 @@ static double delay_ticks(const struct app_config *config)
 
 int extrapolation_fits(const struct app_config *config)
 {
-    return delay_ticks(config) * (double)config->extrapolation.order < EXTRAPOLATION_TICKS_MAX - 2;
+    return delay_ticks(config) * (double)config->extrapolation.order < PAST_TICKS_BEFORE_MAX;
 }
 
 void extrapolation_start(struct extrapolation *extrapolation, const struct app_config *config)
@@ -26,19 +26,7 @@ void extrapolation_start(struct extrapolation *extrapolation, const struct app_c
 
 void extrapolation_rest_at(struct extrapolation *extrapolation, double position_m)
 {
-    for (uint32_t i = 0; i < EXTRAPOLATION_TICKS_MAX; i++) {
-        extrapolation->past_m[i] = position_m;
-    }
-}
-
-/* On straight lines between ticks. */
-static double position_before(const struct extrapolation *extrapolation, double ticks)
-{
-    const uint32_t whole = (uint32_t)ticks;
-    const double share = ticks - (double)whole;
-    const uint32_t newest = extrapolation->newest + EXTRAPOLATION_TICKS_MAX;
-    return (1.0 - share) * extrapolation->past_m[(newest - whole) % EXTRAPOLATION_TICKS_MAX] +
-           share * extrapolation->past_m[(newest - whole - 1u) % EXTRAPOLATION_TICKS_MAX];
+    past_fill(&extrapolation->past_m, position_m);
 }
 
 double extrapolation_step(struct extrapolation *extrapolation, double position_m)
@@ -53,12 +41,11 @@ double extrapolation_step(struct extrapolation *extrapolation, double position_m
     if (extrapolation->order == 0) {
         return position_m;
     }
-    extrapolation->newest = (extrapolation->newest + 1u) % EXTRAPOLATION_TICKS_MAX;
-    extrapolation->past_m[extrapolation->newest] = position_m;
+    past_add(&extrapolation->past_m, position_m);
     double setpoint_m = weights[extrapolation->order][0] * position_m;
     for (uint32_t i = 1; i <= extrapolation->order; i++) {
         setpoint_m += weights[extrapolation->order][i] *
-                      position_before(extrapolation, (double)i * extrapolation->delay_ticks);
+                      past_before(&extrapolation->past_m, (double)i * extrapolation->delay_ticks);
     }
     return setpoint_m;
 }

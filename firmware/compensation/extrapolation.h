@@ -7,19 +7,18 @@
 #define FIRMWARE_COMPENSATION_EXTRAPOLATION_H
 
 #include "../config.h"
+#include "../past.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 #define EXTRAPOLATION_ORDER_MAX 3
-#define EXTRAPOLATION_TICKS_MAX 1024
 
 struct extrapolation {
     uint32_t order;
     double delay_ticks;
-    uint32_t newest;
-    double past_m[EXTRAPOLATION_TICKS_MAX];
+    struct past past_m;
 };
 
 /* The delay that counts: its own, or what the loop has. */

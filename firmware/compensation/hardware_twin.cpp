@@ -149,7 +149,7 @@ void rest_at(hardware_twin &twin, double position_m)
     twin.state[TWIN_ROBOT_POSITION] = twin.state[TWIN_ROBOT_LAG] = position_m;
     twin.state[TWIN_SENSOR_LAG] = m.sensor_lag_ms > 0.0 ? force_N : 0.0;
     twin.position_m = twin.before_m = position_m;
-    std::fill_n(twin.samples_N, TWIN_TICKS_MAX, m.gain * force_N);
+    past_fill(&twin.samples_N, m.gain * force_N);
 }
 
 struct line {
@@ -189,7 +189,7 @@ int hardware_touches(const hardware_model *model, double depth_m, double velocit
 
 int hardware_twin_fits(const hardware_model *model, double period_s)
 {
-    return delay_ticks(*model, period_s) < TWIN_TICKS_MAX - 1;
+    return delay_ticks(*model, period_s) < PAST_TICKS - 1;
 }
 
 void hardware_twin_start(hardware_twin *twin, const hardware_model *model, double period_s, double position_m)
@@ -229,28 +229,22 @@ void hardware_twin_step(hardware_twin *twin, double setpoint_m)
         Eigen::Map<state_vector>(twin->state) += jump_m * Eigen::Map<const state_vector>(twin->jump);
     }
     advance(*twin, twin->until_sample, twin->substeps[0], twin->substep_s[0], line);
-    twin->newest = (twin->newest + 1) % TWIN_TICKS_MAX;
     const double within_N = sample_N(*twin, line);
     advance(*twin, twin->after_sample, twin->substeps[1], twin->substep_s[1], line);
     const bool is_cut = twin->substeps[0] > 0;
-    twin->samples_N[twin->newest] = is_cut ? within_N : sample_N(*twin, line);
+    past_add(&twin->samples_N, is_cut ? within_N : sample_N(*twin, line));
     twin->before_m = twin->position_m;
     twin->position_m = next_m;
 }
 
 double hardware_twin_sample(const hardware_twin *twin, double longer_ticks)
 {
-    const auto at = [&](uint32_t before) {
-        return twin->samples_N[(twin->newest + TWIN_TICKS_MAX - before) % TWIN_TICKS_MAX];
-    };
     if (longer_ticks == 0.0) {
-        return at(twin->delay_ticks);
+        return past_tick(&twin->samples_N, twin->delay_ticks);
     }
-    constexpr double most = TWIN_TICKS_MAX - 2;
-    const double ticks = std::clamp(static_cast<double>(twin->delay_ticks) + longer_ticks, 0.0, most);
-    const auto whole = static_cast<uint32_t>(ticks);
-    const double share = ticks - static_cast<double>(whole);
-    return (1.0 - share) * at(whole) + share * at(whole + 1);
+    constexpr double most = PAST_TICKS_BEFORE_MAX;
+    return past_before(&twin->samples_N,
+                       std::clamp(static_cast<double>(twin->delay_ticks) + longer_ticks, 0.0, most));
 }
 
 double hardware_twin_robot_m(const hardware_twin *twin)

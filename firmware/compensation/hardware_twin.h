@@ -10,6 +10,7 @@
 #define FIRMWARE_COMPENSATION_HARDWARE_TWIN_H
 
 #include "../config.h"
+#include "../past.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -28,7 +29,6 @@ enum twin_state {
 };
 #define TWIN_INPUTS 2 /* u and u' at the begin of a substep */
 #define TWIN_SUBSTEPS_MAX 16
-#define TWIN_TICKS_MAX 1024 /* of dead time */
 
 /* Over one substep, row-major, [free or touching]. */
 struct twin_transition {
@@ -49,8 +49,7 @@ struct hardware_twin {
     double position_m;    /* the last two setpoints, newest first */
     double before_m;
     uint32_t delay_ticks; /* whole ticks until a sample arrives */
-    uint32_t newest;
-    double samples_N[TWIN_TICKS_MAX];
+    struct past samples_N;
 };
 
 /* The dead time fits. */

@@ -45,7 +45,6 @@ void filter_forces(identification &id, const hardware_twin &twin)
     const double touches = hardware_touches(&twin.model, x, v) ? 1.0 : 0.0;
     const double forces[] = {0.0, touches * id.scales[IDENTIFIED_DAMPING] * v,
                              touches * id.scales[IDENTIFIED_STIFFNESS] * x};
-    id.newest = (id.newest + 1) % TWIN_TICKS_MAX;
     for (int i = 0; i < IDENTIFIED_COUNT; i++) {
         const double mean_N = i == IDENTIFIED_MASS ? id.scales[i] * (v - id.velocity_m_per_s) / id.period_s
                                                    : 0.5 * (forces[i] + id.touching[i]);
@@ -54,7 +53,7 @@ void filter_forces(identification &id, const hardware_twin &twin)
         y[1] = id.low_pass[1][0] * y[0] + id.low_pass[1][1] * y[1] + id.low_pass[1][2] * mean_N;
         y[0] = next;
         id.touching[i] = forces[i];
-        id.past_N[id.newest][i] = y[0];
+        past_add(&id.past_N[i], y[0]);
     }
     id.velocity_m_per_s = v;
 }
@@ -62,14 +61,11 @@ void filter_forces(identification &id, const hardware_twin &twin)
 /* As they were when the sample was taken, on straight lines between ticks. */
 vector3 delayed_forces(const identification &id, double longer_ticks)
 {
-    constexpr double most = TWIN_TICKS_MAX - 2;
+    constexpr double most = PAST_TICKS_BEFORE_MAX;
     const double ticks = std::clamp(id.delay_ticks + longer_ticks, 0.0, most);
-    const auto whole = static_cast<uint32_t>(ticks);
-    const double rest = ticks - static_cast<double>(whole);
-    const auto at = [&](uint32_t before) {
-        return Eigen::Map<const vector3>(id.past_N[(id.newest + TWIN_TICKS_MAX - before) % TWIN_TICKS_MAX]);
-    };
-    return (1.0 - rest) * at(whole) + rest * at(whole + 1);
+    const auto &of = id.past_N;
+    return {past_before(&of[IDENTIFIED_MASS], ticks), past_before(&of[IDENTIFIED_DAMPING], ticks),
+            past_before(&of[IDENTIFIED_STIFFNESS], ticks)};
 }
 
 } // namespace

@@ -33,8 +33,7 @@ struct identification {
     double velocity_m_per_s;              /* of the object one tick ago ... */
     double touching[IDENTIFIED_COUNT];    /* ... and its forces at a share of 1 then, N */
     double delay_ticks;
-    uint32_t newest;
-    double past_N[TWIN_TICKS_MAX][IDENTIFIED_COUNT];
+    struct past past_N[IDENTIFIED_COUNT];
 
     double share[IDENTIFIED_COUNT];
     double covariance[IDENTIFIED_COUNT][IDENTIFIED_COUNT];

@@ -9,7 +9,7 @@ static double delay_ticks(const struct app_config *config)
 int passivity_fits(const struct app_config *config)
 {
     return config->passivity.action == PASSIVITY_OFF || config->passivity.reference != PASSIVITY_MEASURED ||
-           delay_ticks(config) < PASSIVITY_TICKS_MAX - 2;
+           delay_ticks(config) < PAST_TICKS_BEFORE_MAX;
 }
 
 void passivity_start(struct passivity *passivity, const struct app_config *config)
@@ -33,30 +33,18 @@ void passivity_rest(struct passivity *passivity)
     passivity->deficit_J = -passivity->config->credit_J;
 }
 
-static double given_before(const struct passivity *passivity, double ticks)
-{
-    const uint32_t whole = (uint32_t)ticks;
-    const double share = ticks - (double)whole;
-    const uint32_t newest = passivity->newest + PASSIVITY_TICKS_MAX;
-    return (1.0 - share) * passivity->given_J[(newest - whole) % PASSIVITY_TICKS_MAX] +
-           share * passivity->given_J[(newest - whole - 1u) % PASSIVITY_TICKS_MAX];
-}
-
 static void observe(struct passivity *passivity, const struct passivity_energies *energies, double position_m)
 {
     if (!passivity->is_open) {
-        for (uint32_t i = 0; i < PASSIVITY_TICKS_MAX; i++) {
-            passivity->given_J[i] = energies->simulated_port_J;
-        }
+        past_fill(&passivity->given_J, energies->simulated_port_J);
         passivity->is_open = 1;
     } else {
         passivity->taken_J += passivity->force_N * (position_m - passivity->position_m);
     }
-    passivity->newest = (passivity->newest + 1u) % PASSIVITY_TICKS_MAX;
-    passivity->given_J[passivity->newest] = energies->simulated_port_J - passivity->taken_J;
+    past_add(&passivity->given_J, energies->simulated_port_J - passivity->taken_J);
     const double reference_J = passivity->follows_measured ? energies->measured_port_J : 0.0;
-    const double deficit_J =
-        reference_J - given_before(passivity, passivity->delay_ticks) - passivity->taken_J + passivity->forgiven_J;
+    const double deficit_J = reference_J - past_before(&passivity->given_J, passivity->delay_ticks) -
+                             passivity->taken_J + passivity->forgiven_J;
     const double credit_J = passivity->config->credit_J;
     if (deficit_J < -credit_J) {
         passivity->forgiven_J -= deficit_J + credit_J;

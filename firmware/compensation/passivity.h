@@ -16,26 +16,24 @@
 #define FIRMWARE_COMPENSATION_PASSIVITY_H
 
 #include "../config.h"
+#include "../past.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define PASSIVITY_TICKS_MAX 1024
-
 struct passivity {
     const struct passivity_config *config;
     int32_t follows_measured;
     double horizon_s;
-    double delay_ticks; /* by which `given` waits for the reference */
-    double taken_J;     /* by the controller, in all */
-    double forgiven_J;  /* surplus beyond the credit */
-    double deficit_J;   /* negative: credit that is left */
-    double force_N;     /* of the controller in the step that goes by */
-    double position_m;  /* of the manipulator at its begin */
-    uint8_t is_open;    /* such a step goes by */
-    uint32_t newest;
-    double given_J[PASSIVITY_TICKS_MAX]; /* without what the controller took */
+    double delay_ticks;  /* by which `given` waits for the reference */
+    double taken_J;      /* by the controller, in all */
+    double forgiven_J;   /* surplus beyond the credit */
+    double deficit_J;    /* negative: credit that is left */
+    double force_N;      /* of the controller in the step that goes by */
+    double position_m;   /* of the manipulator at its begin */
+    uint8_t is_open;     /* such a step goes by */
+    struct past given_J; /* without what the controller took */
 };
 
 /* Enough ticks are kept for the delay. */

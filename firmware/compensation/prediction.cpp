@@ -27,11 +27,32 @@ hardware_model model_of(const app_config &config)
     return model;
 }
 
-/* (M + m) x'' = F_op - error - D (x' - v_op) - K (x - x_op) - d x' - k x, the last two where it touches. */
-coupled_step coupled_over(const manipulator_config &arm, const hardware_model &m, bool touches, double duration_s)
+/* What the manipulator feels of the object through the sensor spring, which gives way: as one that hangs on rigidly,
+ * right at the frequency w of both together, where the object goes the share g of the way:
+ *     Z k_S / (k_S + Z) = k' + d' s + m' s^2 + ...,   Z = k + d s + m s^2 */
+hardware_model behind_sensor_spring(const manipulator_config &arm, const hardware_model &m)
 {
-    const double k = touches ? m.stiffness_N_per_m : 0.0;
-    const double d = touches ? m.damping_N_s_per_m : 0.0;
+    const double w_squared = (arm.stiffness_N_per_m + m.stiffness_N_per_m) / (arm.mass_kg + m.mass_kg);
+    /* At most twice the way: beyond, the object would swing on the sensor, against the manipulator. */
+    const double z_N_per_m =
+        std::max(m.stiffness_N_per_m - m.mass_kg * w_squared, -0.5 * m.sensor_stiffness_N_per_m);
+    const double g = m.sensor_stiffness_N_per_m / (m.sensor_stiffness_N_per_m + z_N_per_m);
+    hardware_model felt = m;
+    felt.mass_kg = g * g * m.mass_kg;
+    felt.damping_N_s_per_m = g * g * m.damping_N_s_per_m + (1.0 - g) * (1.0 - g) * m.sensor_damping_N_s_per_m;
+    felt.stiffness_N_per_m = g * z_N_per_m + felt.mass_kg * w_squared;
+    return felt;
+}
+
+/* (M + m) x'' = F_op - error - D (x' - v_op) - K (x - x_op) - d x' - k x, the last two where it touches. */
+coupled_step coupled_over(const manipulator_config &arm, hardware_model m, bool touches, double duration_s)
+{
+    if (!touches) {
+        m.stiffness_N_per_m = m.damping_N_s_per_m = 0.0;
+    }
+    m = behind_sensor_spring(arm, m);
+    const double k = m.stiffness_N_per_m;
+    const double d = m.damping_N_s_per_m;
     matrix5 a = matrix5::Zero();
     a(0, 1) = 1.0;
     a.row(1) << -arm.stiffness_N_per_m - k, -arm.damping_N_s_per_m - d, arm.stiffness_N_per_m, arm.damping_N_s_per_m,
@@ -114,6 +135,16 @@ void prediction_start(prediction *prediction, const app_config *config, const ma
         Eigen::Map<coupled_step>(prediction->coupled[touches]) = coupled_over(
             config->manipulator, model, touches != 0, period_s / static_cast<double>(prediction->substeps));
     }
+}
+
+believed_hardware prediction_belief(const prediction *prediction)
+{
+    const hardware_model &told = prediction->twin.model;
+    const struct identification &id = prediction->identification;
+    const auto more = [&](int property) { return id.share[property] * id.scales[property]; };
+    return {told.mass_kg + more(IDENTIFIED_MASS), told.damping_N_s_per_m + more(IDENTIFIED_DAMPING),
+            told.stiffness_N_per_m + more(IDENTIFIED_STIFFNESS),
+            told.setpoint_to_motion_ms + 1e3 * prediction->tracker.longer_s};
 }
 
 double prediction_step(prediction *prediction, const operator_command *command, const prediction_input *in)

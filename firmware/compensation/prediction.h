@@ -57,6 +57,16 @@ struct prediction_input {
     double reported_m; /* where the robot says it is */
 };
 
+/* What the loop takes the object and the robot's dead time for: told, and corrected by what has been identified; 0
+ * if not enabled. */
+struct believed_hardware {
+    double mass_kg;
+    double damping_N_s_per_m;
+    double stiffness_N_per_m;
+    double dead_time_ms;
+};
+struct believed_hardware prediction_belief(const struct prediction *prediction);
+
 /* One tick. Returns the force for the coming step of the manipulator, in N; the measured one if not enabled. */
 double prediction_step(struct prediction *prediction, const struct operator_command *command,
                        const struct prediction_input *in);

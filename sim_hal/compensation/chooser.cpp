@@ -81,6 +81,10 @@ std::vector<method> methods_for(const choice_request &request)
     for (int order = 1; order <= EXTRAPOLATION_ORDER_MAX; order++) {
         methods.push_back({"extrapolation-" + std::to_string(order), {setting("extrapolation.order", order)}});
     }
+    const std::vector<std::string> inverse{"adaptive_inverse.enabled=true"};
+    methods.push_back({"adaptive inverse", inverse});
+    methods.push_back({"force lead", {"force_lead.enabled=true"}});
+    methods.push_back({"adaptive inverse, force lead", {inverse.front(), "force_lead.enabled=true"}});
     for (const double bandwidth_Hz : {1.0, 5.0, 20.0}) {
         const std::vector<std::string> predicting{"prediction.enabled=true",
                                                   setting("prediction.error_bandwidth_Hz", bandwidth_Hz)};
@@ -91,7 +95,10 @@ std::vector<method> methods_for(const choice_request &request)
     }
     const double credit_J = 0.1 * usual_energy_J(rig);
     const std::vector<std::string> damping{"passivity.action=damping", setting("passivity.credit_J", credit_J)};
-    methods.push_back({"passivity", damping});
+    for (const double horizon_ms : {10.0, 20.0, 50.0}) {
+        methods.push_back({"passivity over " + number(horizon_ms) + " ms", damping});
+        methods.back().settings.push_back(setting("passivity.horizon_ms", horizon_ms));
+    }
     methods.push_back({"tank", {"passivity.action=tank", setting("passivity.credit_J", credit_J)}});
     add_dissipators(methods, request);
     methods.push_back(
@@ -122,6 +129,15 @@ std::vector<difference> differences_for(const choice_request &request)
     scale("object.mass_kg", request.mass_share);
     all.push_back({"force noise", {setting("sensor.noise_N", request.noise_N)}});
     all.push_back({"one frame in 100 lost", {"bus.loss_probability=0.01"}});
+    const double event_s = rig.run.release_s + 0.25 * request.duration_s;
+    char jump[80];
+    std::snprintf(jump, sizeof jump, "robot.dead_time_ms %+.0f %% on the way", 100.0 * request.dead_time_share);
+    all.push_back({jump,
+                   {setting("run.dead_time_jump_s", event_s),
+                    setting("run.dead_time_jump_ms", request.dead_time_share * rig.robot.dead_time_ms)}});
+    if (rig.object.kind == object_kind::gripped) {
+        all.push_back({"object let go on the way", {setting("run.grip_release_s", event_s)}});
+    }
     return all;
 }
 
@@ -160,7 +176,8 @@ method_verdict judge(const method &method, const std::vector<rig> &rigs, double 
 choice choose_compensation(const choice_request &request, const std::function<void(double)> &tried)
 {
     if (compensation_is_on(&request.rig.firmware)) {
-        throw input_error("the rig has compensation already (extrapolation, prediction, dissipation or passivity); "
+        throw input_error("the rig has compensation already (extrapolation, adaptive inverse, force lead, "
+                          "prediction, dissipation or passivity); "
                           "leave it out, to see which suits it");
     }
     choice made;

@@ -26,7 +26,7 @@ plant without_robot_and_sensor(const rig &rig)
 
 coupled_truth::coupled_truth(const rig &rig)
     : plant_(without_robot_and_sensor(rig)), manipulator_(rig.firmware.manipulator),
-      period_s_(config_period_s(&rig.firmware))
+      period_s_(config_period_s(&rig.firmware)), grip_release_s_(rig.run.grip_release_s)
 {
     const double lightest_kg = 1.0 / (1.0 / plant_.mass_kg + 1.0 / manipulator_.mass_kg);
     const double fastest = std::sqrt((plant_.sensor_stiffness_N_per_m + plant_.stiffness_N_per_m) / lightest_kg);
@@ -34,10 +34,44 @@ coupled_truth::coupled_truth(const rig &rig)
     steps_ =
         std::max(steps_least, static_cast<int>(std::ceil(period_s_ * std::max(fastest, damping) / radians_a_step)));
     step_s_ = period_s_ / steps_;
+    find_tick();
 }
 
-void coupled_truth::start(double position_m, double velocity_m_per_s)
+/* Column by column, from what the steps make of a unit. */
+void coupled_truth::find_tick()
 {
+    if (plant_.one_sided) {
+        return;
+    }
+    tick_.setZero();
+    for (Eigen::Index column = tick_.cols() - 1; column >= 0; column--) {
+        Eigen::Matrix<double, tick_map::ColsAtCompileTime, 1> in = decltype(in)::Unit(column);
+        arm_ = in.head<2>();
+        hardware_ = in.segment<plant_state_count>(2);
+        const operator_command command{in(tick_.cols() - 4), in(tick_.cols() - 3), in(tick_.cols() - 2), {}};
+        step_through(command);
+        tick_.col(column) << arm_, hardware_;
+        if (column < tick_.cols() - 1) {
+            tick_.col(column) -= tick_.col(tick_.cols() - 1);
+        }
+    }
+}
+
+void coupled_truth::let_go()
+{
+    const Eigen::Vector2d arm = arm_;
+    const plant_state hardware = hardware_;
+    plant_.sensor_stiffness_N_per_m = 0.0;
+    plant_.sensor_damping_N_s_per_m = 0.0;
+    find_tick();
+    arm_ = arm;
+    hardware_ = hardware;
+    grip_release_s_ = never;
+}
+
+void coupled_truth::start(double position_m, double velocity_m_per_s, double time_s)
+{
+    time_s_ = time_s;
     arm_ << position_m, velocity_m_per_s;
     hardware_ = plant_.at_rest(position_m);
     hardware_(object_velocity) = velocity_m_per_s;
@@ -68,6 +102,23 @@ void coupled_truth::step(const operator_command &command)
 }
 
 void coupled_truth::advance(const operator_command &command)
+{
+    if (time_s_ + 0.5 * period_s_ >= grip_release_s_) { /* the nearest tick, however the sum of periods is rounded */
+        let_go();
+    }
+    time_s_ += period_s_;
+    if (plant_.one_sided) {
+        step_through(command);
+        return;
+    }
+    Eigen::Matrix<double, tick_map::ColsAtCompileTime, 1> in;
+    in << arm_, hardware_, command.position_m, command.velocity_m_per_s, command.force_N, 1.0;
+    const Eigen::Matrix<double, tick_map::RowsAtCompileTime, 1> out = tick_ * in;
+    arm_ = out.head<2>();
+    hardware_ = out.tail<plant_state_count>();
+}
+
+void coupled_truth::step_through(const operator_command &command)
 {
     for (int i = 0; i < steps_; i++) {
         step(command);

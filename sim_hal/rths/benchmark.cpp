@@ -146,10 +146,11 @@ criteria judge(const run_record &record)
             peak_percent(simulated[2], reference[2])};
 }
 
-double noise_floor_percent(const run_record &record)
+noise_share noise_alone(const run_record &record)
 {
-    return 100.0 * standard_deviation(difference(record.measured_m, record.true_m)) /
-           standard_deviation(record.simulated_m[0]);
+    const samples noise = difference(record.measured_m, record.true_m);
+    return {100.0 * standard_deviation(noise) / standard_deviation(record.simulated_m[0]),
+            100.0 * peak(noise) / peak(record.simulated_m[0])};
 }
 
 } // namespace berth::rths

@@ -53,8 +53,12 @@ constexpr int criteria_count = 9;
 using criteria = std::array<double, criteria_count>;
 criteria judge(const run_record &record);
 
-/* What J2 would be if the hardware did exactly what is simulated: the sensor's noise alone. */
-double noise_floor_percent(const run_record &record);
+/* What J2 and J3 would be if the hardware did exactly what is simulated: the sensor's noise alone. */
+struct noise_share {
+    double spread_percent;
+    double peak_percent;
+};
+noise_share noise_alone(const run_record &record);
 
 } // namespace berth::rths
 

@@ -38,6 +38,7 @@ class controller
 struct known_beforehand {
     building all;
     transfer_parameters nominal;
+    double force_age_samples = 1.0; /* of late_N, as told */
 };
 
 std::vector<std::string> controller_names();

@@ -2,7 +2,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "controller.h"
-#include "model_controller.h"
+#include "firmware_controller.h"
 
 namespace berth::rths
 {
@@ -96,7 +96,7 @@ class third_order_inverse : public controller
 
 std::vector<std::string> controller_names()
 {
-    return {"pi", "inverse", "model", "model-late"};
+    return {"pi", "inverse", "firmware", "firmware-late"};
 }
 
 std::unique_ptr<controller> make_controller(const std::string &name, const known_beforehand &known)
@@ -107,13 +107,8 @@ std::unique_ptr<controller> make_controller(const std::string &name, const known
     if (name == "inverse") {
         return std::make_unique<third_order_inverse>();
     }
-    if (name == "model") {
-        return std::make_unique<model_controller>(known, model_settings{});
-    }
-    if (name == "model-late") { /* the same tracking, the frame gets the force as late as the benchmark has it */
-        model_settings settings;
-        settings.force_lead_samples = -1.0;
-        return std::make_unique<model_controller>(known, settings);
+    if (name == "firmware" || name == "firmware-late") { /* late: the frame gets the force as the benchmark has it */
+        return std::make_unique<firmware_controller>(known, name == "firmware");
     }
     throw input_error(name + ": no such controller");
 }

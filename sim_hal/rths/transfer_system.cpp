@@ -11,13 +11,18 @@ namespace berth::rths
 namespace
 {
 
-/* Noise powers of the benchmark, over one sample. */
-const double position_noise_m = std::sqrt(6.25e-14 * rate_Hz);
+/* Noise power of the benchmark, over one sample. */
 const double force_noise_N = std::sqrt(1.16e-3 * rate_Hz);
 
 enum stream : std::uint32_t { stream_position = 100, stream_force, stream_parameters };
 
 } // namespace
+
+double position_noise_m()
+{
+    static const double deviation_m = std::sqrt(6.25e-14 * rate_Hz);
+    return deviation_m;
+}
 
 double transfer_parameters::specimen_damping_N_s_per_m() const
 {
@@ -28,10 +33,9 @@ transfer_parameters perturbed(std::int64_t seed)
 {
     random_stream draw(seed, stream_parameters);
     transfer_parameters parameters;
-    parameters.specimen_stiffness_N_per_m += 5e4 * draw.normal();
-    parameters.valve_rate_per_s += 3.3 * draw.normal();
-    parameters.valve_spring_per_s2 += 3.3e3 * draw.normal();
-    parameters.leakage_per_s += 1.3 * draw.normal();
+    for (const uncertain_property &property : uncertain_properties) {
+        parameters.*property.of += property.deviation * draw.normal();
+    }
     return parameters;
 }
 
@@ -78,7 +82,7 @@ measurement transfer_system::measure()
     if (noise_scale_ == 0.0) {
         return {state_(position), state_(force)};
     }
-    return {converted(state_(position) + noise_scale_ * position_noise_m * position_noise_.normal()),
+    return {converted(state_(position) + noise_scale_ * position_noise_m() * position_noise_.normal()),
             state_(force) + noise_scale_ * force_noise_N * force_noise_.normal()};
 }
 

@@ -13,7 +13,7 @@ namespace berth::rths
 constexpr double rate_Hz = 4096.0;
 constexpr double period_s = 1.0 / rate_Hz;
 
-/* Nominal values; the standard deviations of the perturbed plants are in perturbed(). */
+/* Nominal values. */
 struct transfer_parameters {
     double specimen_mass_kg = 29.13;
     double specimen_stiffness_N_per_m = 1.19e6;
@@ -29,8 +29,19 @@ struct transfer_parameters {
     double specimen_damping_N_s_per_m() const;
 };
 
-/* Of specimen stiffness, valve and leakage, as the benchmark draws them. */
+/* What is another in every perturbed plant, with its standard deviation. */
+struct uncertain_property {
+    double transfer_parameters::*of;
+    double deviation;
+};
+constexpr uncertain_property uncertain_properties[] = {{&transfer_parameters::specimen_stiffness_N_per_m, 5e4},
+                                                       {&transfer_parameters::valve_rate_per_s, 3.3},
+                                                       {&transfer_parameters::valve_spring_per_s2, 3.3e3},
+                                                       {&transfer_parameters::leakage_per_s, 1.3}};
 transfer_parameters perturbed(std::int64_t seed);
+
+/* Standard deviation of a measured displacement. */
+double position_noise_m();
 
 struct measurement {
     double position_m;

@@ -193,7 +193,8 @@ def test_the_same_seed_gives_the_same_run_and_another_another(own_data):
 @pytest.mark.parametrize("arguments, said", [
     (["--case", "5"], "--case"), (["--earthquake", "x"], "el_centro"), (["--controller", "x"], "pi"),
     (["--case", "2"], "case_2.txt"), (["--earthquake", "kobe"], "kobe.csv.gz"), (["--perturbed", "-1"], "--perturbed"),
-    (["--seed", "-1"], "--seed"), (["--noise", "-1"], "--noise"), (["--samples", "no/such/folder"], "no/such/folder"),
+    (["--seed", "-1"], "--seed"), (["--noise", "-1"], "--noise"),
+    (["--force-age", "1.5"], "--force-age"), (["--samples", "no/such/folder"], "no/such/folder"),
 ])
 def test_wrong_arguments_are_told(own_data, arguments, said):
     done = command("rths", own_data[0], *arguments)
@@ -263,12 +264,12 @@ ADAPTIVE_WORST_OF_20 = {1: [0.0, 2.56, 2.19, 3.24, 2.49, 1.92, 1.93, 1.16, 1.15]
 
 
 @pytest.mark.parametrize("case", [1, 4])
-def test_the_model_is_better_than_the_adaptive_rows(benchmark_data, case):
+def test_the_firmware_is_better_than_the_adaptive_rows(benchmark_data, case):
     """Nominal and worst of 20 plants. J2 is the sensor's noise over the simulated motion: a loop that shakes the frame
     more than the earthquake does has a lower one, so it is held against the floor of its own run. The bands are
     two-sided: J2 below its floor would be a mistake in J2."""
     seed = 1
-    told = run_benchmark(benchmark_data, "--controller", "model", "--case", case, "--perturbed", 20, "--seed", seed)
+    told = run_benchmark(benchmark_data, "--controller", "firmware", "--case", case, "--perturbed", 20, "--seed", seed)
     for name, got, worst, row, worst_row in zip(CRITERIA, *([told[of][name] for name in CRITERIA]
                                                 for of in ("nominal", "worst_of_perturbed")),
                                                 ADAPTIVE[case], ADAPTIVE_WORST_OF_20[case]):
@@ -280,12 +281,39 @@ def test_the_model_is_better_than_the_adaptive_rows(benchmark_data, case):
     assert 0.0 < told["nominal"]["J6_percent"] < 0.1 and 0.0 < told["nominal"]["J7_percent"] < 0.1
 
 
+@pytest.mark.parametrize("case", [1, 4])
+def test_told_a_younger_force_than_it_is_every_figure_is_that_of_the_adaptive_rows_or_better(benchmark_data, case):
+    """J2 included: the frame then moves a little more. To the rows' two digits; case 4 has none for perturbed plants."""
+    seed = 1
+    told = run_benchmark(benchmark_data, "--controller", "firmware", "--force-age", 0.1, "--case", case,
+                         "--perturbed", 20, "--seed", seed)
+    for of, row in (("nominal", ADAPTIVE[case]), ("worst_of_perturbed", ADAPTIVE_WORST_OF_20[case])):
+        for name, at_most in zip(CRITERIA, row):
+            got = round(told[of][name], 2)
+            print(f"seed {seed}: {of} {name} {got}, adaptive {at_most}")
+            assert got <= at_most, name
+    assert told["nominal"]["J2_percent"] < 1.1 * told["nominal"]["noise_floor_percent"]
+    assert told["nominal"]["J6_percent"] > 1.0  # the price: exactly the frame's motion is not got this way
+
+
+def test_the_peak_of_the_tracking_error_is_that_of_the_noise(benchmark_data):
+    """So the worst of 20 plants is a matter of luck: it is 2.19 or less in 6 of 10 sets of them, and so is the noise
+    alone."""
+    seed = 1
+    told = run_benchmark(benchmark_data, "--controller", "firmware", "--perturbed", 200, "--seed", seed)
+    found, noise = (np.array([run[name] for run in told["perturbed"]]) for name in ("J3_percent", "noise_peak_percent"))
+    sets = [(values.reshape(10, 20).max(axis=1) <= 2.19).sum() for values in (found, noise)]
+    print(f"seed {seed}: in {sets} of 10 sets; J3 over the noise's peak {np.median(found / noise):.3f} in the middle")
+    assert sets[0] == pytest.approx(sets[1], abs=1)
+    assert np.median(found / noise) == pytest.approx(1.0, abs=0.01)
+
+
 def test_with_the_late_force_tracking_alone_is_better_than_the_adaptive_row(benchmark_data):
     """Case 1, in every figure, J2 too: both frames move too much, by the same cause."""
-    mean = criteria_over_seeds(benchmark_data, "--controller", "model-late").mean(axis=0)
+    mean = criteria_over_seeds(benchmark_data, "--controller", "firmware-late").mean(axis=0)
     print(f"seeds {SEEDS}:", *(f"{got:.3f} ({row})" for got, row in zip(mean, ADAPTIVE[1])))
     assert all(got <= row for got, row in zip(mean, ADAPTIVE[1]))
-    assert mean[CRITERIA.index("J6_percent")] == pytest.approx(1.85, rel=0.03)
+    assert mean[CRITERIA.index("J6_percent")] == pytest.approx(1.68, rel=0.03)
 
 
 @pytest.mark.parametrize("case, floor", [(1, 2.09), (4, 1.36)])
