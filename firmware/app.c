@@ -1,5 +1,7 @@
 #include "app.h"
 
+#include <stddef.h>
+
 void app_start(struct app *app, const struct app_config *config)
 {
     *app = (struct app){.config = *config};
@@ -15,6 +17,19 @@ void app_start(struct app *app, const struct app_config *config)
     limits_start(&app->limits, &app->config);
 }
 
+/* An arm that is held takes no orders. */
+static int receive_order(struct app *app, enum received_message message, const struct hal_frame *frame)
+{
+    struct arm_order order;
+    if (!operator_channel_receive_order(&app->operator_channel, message, frame, &order)) {
+        return 0;
+    }
+    if (supervisor_may_move(&app->supervisor)) {
+        arm_motion_take(&app->manipulator.arm, &order, app->operator_channel.command.position_m);
+    }
+    return 1;
+}
+
 static int receive_frame(struct app *app, enum received_message message, const struct hal_frame *frame)
 {
     switch (message) {
@@ -27,6 +42,9 @@ static int receive_frame(struct app *app, enum received_message message, const s
     case RECEIVED_OPERATOR_MOTION:
     case RECEIVED_OPERATOR_FORCE:
         return operator_channel_receive(&app->operator_channel, message, frame);
+    case RECEIVED_OPERATOR_JOINT:
+    case RECEIVED_OPERATOR_LINE:
+        return receive_order(app, message, frame);
     default:
         return sensor_channel_receive(&app->sensor_channel, (int)message - RECEIVED_FORCE, frame);
     }
@@ -126,6 +144,9 @@ static void supervise(struct app *app, const struct tick_input *in)
 static void command_robot(struct app *app, const struct tick_input *in, struct tick_output *out)
 {
     struct tick_record *record = &app->record;
+    if (app->manipulator.has_arm) {
+        arm_motion_record(&app->manipulator.arm, &app->arm_record);
+    }
     record->manipulator_position_m = app->manipulator.position_m;
     record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
     record->displayed_position_m = compensation_motion(&app->compensation, app->manipulator.position_m);
@@ -150,7 +171,8 @@ static void prepare_force(struct app *app)
         .reported_m = app->robot_channel.position_m,
     };
     const int may_move = supervisor_may_move(&app->supervisor);
-    energy_account_book(&app->energy, command, in.measured_N, in.reported_m, may_move);
+    energy_account_book(&app->energy, command, in.measured_N, in.reported_m,
+                        app->record.displayed_position_m - app->manipulator.position_m, may_move);
     app->record.used_force_N = compensation_force(&app->compensation, command, &app->energy.sums, &in, may_move);
     energy_account_announce(&app->energy, command, app->record.used_force_N, in.measured_N, may_move);
 }
@@ -194,8 +216,18 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->energy_dead_time_J = energy->dead_time_J;
     record->energy_compensation_J = energy->compensation_J;
     record->predicted_error_N = app->compensation.prediction.error_N;
+    record->inverse_gain = app->compensation.inverse.coefficient[0];
+    record->inverse_delay_s = app->compensation.inverse.coefficient[1];
+    record->inverse_curve_s2 = app->compensation.inverse.coefficient[2];
+    record->inverse_error_m = app->compensation.inverse.error_m;
+    record->lead_error_N = app->compensation.lead.error_N;
     record->passivity_deficit_J = app->compensation.passivity.deficit_J;
     record->passivity_force_N = app->compensation.passivity.force_N;
+    const struct believed_hardware believed = prediction_belief(&app->compensation.prediction);
+    record->believed_mass_kg = (float)believed.mass_kg;
+    record->believed_damping_N_s_per_m = (float)believed.damping_N_s_per_m;
+    record->believed_stiffness_N_per_m = (float)believed.stiffness_N_per_m;
+    record->believed_dead_time_ms = (float)believed.dead_time_ms;
     record->missed_ticks = in->tick.missed;
     record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
     record->lost_frames = counts->lost;
@@ -215,7 +247,10 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->limits = (uint8_t)app->limits.active;
     record->operator_request = command->request;
     record->heartbeat = out->heartbeat;
-    recorder_write(&app->recorder, in, out, record);
+    if (app->manipulator.has_arm) {
+        app->arm_record.timestamp = record->timestamp;
+    }
+    recorder_write(&app->recorder, in, out, app->manipulator.has_arm ? &app->arm_record : NULL, record);
 }
 
 void app_step(struct app *app, const struct tick_input *in, struct tick_output *out)

@@ -36,8 +36,9 @@ struct app {
     uint32_t unrecorded_ticks; /* ticks whose record found the ring full */
     uint32_t unsent_frames;    /* frames that found the transmit queue full: dropped, never retried */
     uint8_t heartbeat;
-    struct tick_record record; /* of the newest tick */
-    struct recorder recorder;  /* the same and its frames, as log messages */
+    struct tick_record record;    /* of the newest tick */
+    struct arm_record arm_record; /* the same, with an arm */
+    struct recorder recorder;     /* the same and its frames, as log messages */
 };
 
 /* Puts the firmware to its initial state. `config` must have passed config_validate(). The struct must not be

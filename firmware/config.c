@@ -10,7 +10,7 @@ struct app_config config_default(void)
 {
     return (struct app_config){
         .loop = {.rate_Hz = 400, .missed_ticks_budget = 20},
-        .manipulator = {.mass_kg = 200.0, .integrator = INTEGRATOR_EXACT, .substeps = 1},
+        .manipulator = {.mass_kg = 200.0, .integrator = INTEGRATOR_EXACT, .substeps = 1, .direction_x = 1.0},
         .operator_command = {.interface = OPERATOR_INTERFACE_MOTION,
                              .position_limit_m = 2.0,
                              .velocity_limit_m_per_s = 2.0,
@@ -38,6 +38,13 @@ struct app_config config_default(void)
                            .robot_damping_ratio = 0.0,
                            .bandwidth_Hz = 40.0},
         .energy = {.force_age_ms = 2.5, .position_age_ms = 0.0},
+        .adaptive_inverse = {.tolerance = 0.3,
+                             .gain_tolerance = 0.02,
+                             .bandwidth_Hz = 5.0,
+                             .position_noise_m = 2e-5,
+                             .memory_s = 20.0,
+                             .correction_max_m = 0.05},
+        .force_lead = {.error_bandwidth_Hz = __builtin_inf()},
         .prediction = {.error_bandwidth_Hz = 5.0,
                        .dead_time_ms = __builtin_inf(),
                        .mass_kg = __builtin_inf(),
@@ -155,6 +162,9 @@ struct config_error config_validate(const struct app_config *config)
         {!non_negative(manipulator->damping_N_s_per_m), {"manipulator.damping_N_s_per_m", must_not_be_negative}},
         {!non_negative(manipulator->stiffness_N_per_m), {"manipulator.stiffness_N_per_m", must_not_be_negative}},
         {!is_finite(manipulator->initial_position_m), {"manipulator.initial_position_m", must_be_finite}},
+        {!is_finite(manipulator->direction_x), {"manipulator.direction_x", must_be_finite}},
+        {!is_finite(manipulator->direction_y), {"manipulator.direction_y", must_be_finite}},
+        {!is_finite(manipulator->direction_z), {"manipulator.direction_z", must_be_finite}},
         {!is_finite(manipulator->initial_velocity_m_per_s),
          {"manipulator.initial_velocity_m_per_s", must_be_finite}},
         {manipulator->integrator < 0 || manipulator->integrator >= INTEGRATOR_COUNT,
@@ -199,6 +209,8 @@ struct config_error config_validate(const struct app_config *config)
          {"inverse_filter.enabled", "needs robot.transfer_damping_ratio greater than 0"}},
         {filter->enabled && !(positive(filter->bandwidth_Hz) && filter->bandwidth_Hz > filter->robot_frequency_Hz),
          {"inverse_filter.bandwidth_Hz", "must be larger than robot.transfer_frequency_Hz"}},
+        {config->arm.kind != ARM_NONE && arm_validate(&config->arm).key != NULL,
+         {"manipulator.arm", "must pass arm_validate()"}},
         {!non_negative(config->energy.position_age_ms), {"energy.position_age_ms", must_not_be_negative}},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {

@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "arm/arm_config.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -36,7 +38,9 @@ struct loop_config {
     int64_t missed_ticks_budget; /* missed ticks in one run before the supervisor faults */
 };
 
-/* [manipulator]: M x'' + D (x' - v_op) + K (x - x_op) = F_op - F */
+/* [manipulator]: M x'' + D (x' - v_op) + K (x - x_op) = F_op - F
+ * With an arm: what it comes to along the robot's direction, for all that reckons with a manipulator of one degree
+ * of freedom; the loop itself steps the arm. */
 struct manipulator_config {
     double mass_kg;
     double damping_N_s_per_m;
@@ -45,6 +49,9 @@ struct manipulator_config {
     double initial_velocity_m_per_s;
     int32_t integrator; /* enum integrator */
     int64_t substeps;   /* integrator steps per period */
+    double direction_x; /* with an arm: the robot's, in the arm's world; of any length */
+    double direction_y;
+    double direction_z;
 };
 
 /* [operator]: what an operator command may be, and how old */
@@ -136,6 +143,24 @@ struct extrapolation_config {
     double delay_ms; /* 0: all that the loop has */
 };
 
+/* [adaptive_inverse]: of the robot's motion */
+struct adaptive_inverse_config {
+    int32_t enabled;
+    double tolerance;      /* of what is told of the robot's delay, as a share: one standard deviation; 0, and ... */
+    double gain_tolerance; /* ... of its gain: 0, too: it stays as told */
+    double bandwidth_Hz;   /* of the motion that it is fitted to */
+    double position_noise_m;
+    double memory_s;
+    double correction_max_m; /* between what is wanted and the setpoint */
+};
+
+/* [force_lead]: of the measured force, by the object's model */
+struct force_lead_config {
+    int32_t enabled;
+    double age_ms;             /* over which it is led; 0: what the motion side leaves */
+    double error_bandwidth_Hz; /* up to which the model is corrected; not finite: at once */
+};
+
 /* [prediction]: of the force that belongs to the manipulator's present motion */
 struct prediction_config {
     int32_t enabled;
@@ -178,6 +203,7 @@ struct dissipation_config {
 struct app_config {
     struct loop_config loop;
     struct manipulator_config manipulator;
+    struct arm_config arm; /* ARM_NONE: there is none */
     struct operator_config operator_command;
     struct sensor_channel_config sensor_channel;
     struct robot_channel_config robot_channel;
@@ -187,6 +213,8 @@ struct app_config {
     struct energy_config energy;
     struct hardware_model hardware;
     struct extrapolation_config extrapolation;
+    struct adaptive_inverse_config adaptive_inverse;
+    struct force_lead_config force_lead;
     struct prediction_config prediction;
     struct identification_config identification;
     struct passivity_config passivity;

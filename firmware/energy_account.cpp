@@ -1,7 +1,5 @@
 #include "energy_account.h"
 
-#include <algorithm>
-
 #include "matrix_exponential.h"
 
 namespace
@@ -39,10 +37,29 @@ matrix4 loss_form(const manipulator_config &c, double period_s)
     return exponential.bottomRightCorner<4, 4>().transpose() * exponential.topRightCorner<4, 4>();
 }
 
+/* What neither stays in an arm nor goes through its port has come from its joints and its satellite: its integrator
+ * makes nothing of a held force. */
+void book_arm_step(energy_account &account)
+{
+    const manipulator &now = *account.manipulator;
+    energy_sums &sums = account.sums;
+    const double way_m = now.position_m - account.position_m;
+    const double given_J = account.force_N * way_m;
+    const double stored_J = manipulator_stored_J(&now, 0.0);
+    sums.operator_J += stored_J - sums.stored_J + given_J;
+    sums.simulated_port_J += given_J;
+    sums.compensation_J -= (account.force_N - account.measured_N) * way_m;
+    sums.stored_J = stored_J;
+}
+
 /* The step that has gone by: from the remembered state to the manipulator's. */
 void book_step(energy_account &account)
 {
     const manipulator &now = *account.manipulator;
+    if (now.has_arm) {
+        book_arm_step(account);
+        return;
+    }
     const manipulator_config &c = *now.config;
     const operator_command &held = account.command;
     energy_sums &sums = account.sums;
@@ -54,7 +71,7 @@ void book_step(energy_account &account)
     const double dissipated_J = e.dot(Eigen::Map<const matrix4>(account.loss) * e);
     const double begin_J = stored_J(c, before(0), before(1), held.position_m);
     const double exact_J = stored_J(c, exact(0), exact(1), held.position_m);
-    const double end_J = stored_J(c, now.position_m, now.velocity_m_per_s, held.position_m);
+    const double end_J = manipulator_stored_J(&now, held.position_m);
     sums.dissipated_J += dissipated_J;
     sums.operator_J += exact_J - begin_J + dissipated_J + account.force_N * (exact(0) - before(0));
     sums.integrator_J += end_J - exact_J + account.force_N * (now.position_m - exact(0));
@@ -67,20 +84,9 @@ void book_step(energy_account &account)
 void book_command(energy_account &account, const operator_command &command)
 {
     const manipulator &now = *account.manipulator;
-    const double moved_J = stored_J(*now.config, now.position_m, now.velocity_m_per_s, command.position_m);
+    const double moved_J = manipulator_stored_J(&now, command.position_m);
     account.sums.operator_J += moved_J - account.sums.stored_J;
     account.sums.stored_J = moved_J;
-}
-
-/* The kept signal `lag_ticks` ago, on straight lines between ticks. */
-double kept_at(const energy_account &account, double lag_ticks)
-{
-    const auto whole = static_cast<uint32_t>(lag_ticks);
-    const double share = lag_ticks - static_cast<double>(whole);
-    const auto back = [&](uint32_t ticks) {
-        return account.kept[(account.newest + ENERGY_TICKS_KEPT - ticks) % ENERGY_TICKS_KEPT];
-    };
-    return share > 0.0 ? (1.0 - share) * back(whole) + share * back(whole + 1) : back(whole);
 }
 
 /* Force and position of one instant, and the work between two such: the trapezoidal rule. */
@@ -90,12 +96,11 @@ void book_measured(energy_account &account, double force_N, double position_m, b
     const double lag_ticks = force_is_older ? account.lag_ticks : -account.lag_ticks;
     const double fresher = force_is_older ? position_m : force_N;
     if (!account.is_filled) {
-        std::fill_n(account.kept, ENERGY_TICKS_KEPT, fresher);
+        past_fill(&account.kept, fresher);
         account.is_filled = 1;
     }
-    account.newest = (account.newest + 1) % ENERGY_TICKS_KEPT;
-    account.kept[account.newest] = fresher;
-    const double kept = kept_at(account, lag_ticks);
+    past_add(&account.kept, fresher);
+    const double kept = past_before(&account.kept, lag_ticks);
     const double paired_force_N = force_is_older ? force_N : kept;
     const double paired_position_m = force_is_older ? kept : position_m;
     if (goes_on) {
@@ -118,24 +123,26 @@ void energy_account_start(energy_account *account, const app_config *config, con
     const double position_age_s =
         config->energy.position_age_ms > 0.0 ? 1e-3 * config->energy.position_age_ms : period_s;
     account->lag_ticks = (1e-3 * config->energy.force_age_ms - position_age_s) / period_s;
-    constexpr double lag_max = ENERGY_TICKS_KEPT - 2;
+    constexpr double lag_max = ENERGY_LAG_TICKS_MAX;
     account->is_measuring = account->lag_ticks <= lag_max && account->lag_ticks >= -lag_max;
     Eigen::Map<matrix4>(account->loss) = loss_form(config->manipulator, period_s);
 }
 
 void energy_account_book(energy_account *account, const operator_command *command, double measured_N,
-                         double robot_position_m, int is_running)
+                         double robot_position_m, double displaced_m, int is_running)
 {
     const manipulator &now = *account->manipulator;
     energy_sums &sums = account->sums;
     const bool goes_on = account->is_open && is_running;
     if (goes_on) {
         book_step(*account);
+        sums.compensation_J += account->measured_N * (displaced_m - account->displaced_m);
         book_command(*account, *command);
     } else if (is_running) {
         sums = {};
-        sums.stored_J = stored_J(*now.config, now.position_m, now.velocity_m_per_s, command->position_m);
+        sums.stored_J = manipulator_stored_J(&now, command->position_m);
     }
+    account->displaced_m = displaced_m;
     if (account->is_measuring) {
         book_measured(*account, measured_N, robot_position_m, goes_on);
         sums.dead_time_J = sums.measured_port_J - sums.simulated_port_J - sums.compensation_J;

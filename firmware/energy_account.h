@@ -7,13 +7,14 @@
 #include "config.h"
 #include "manipulator.h"
 #include "operator_command.h"
+#include "past.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* How much older a force than a position may be, in ticks, for the two to be paired. */
-#define ENERGY_TICKS_KEPT 256
+#define ENERGY_LAG_TICKS_MAX 254
 
 /* In J, since the loop last began to run. Two balances hold:
  *     stored - stored at the start = operator + integrator - dissipated - simulated_port
@@ -21,13 +22,15 @@ extern "C" {
  * What is on its way through the robot counts under dead_time, too: a swing about what is really made. */
 struct energy_sums {
     double stored_J;         /* kinetic, and in the manipulator's spring; no sum, but what is there now */
-    double operator_J;       /* from the operator's motion and force */
-    double dissipated_J;     /* by the manipulator's damping */
+    double operator_J;       /* from the operator's motion and force; of an arm: from servos, wheels and thrusters,
+                                less what its dampers take */
+    double dissipated_J;     /* by the manipulator's damping; of an arm: counted there */
     double integrator_J;     /* made by the step: end of the step against the exact solution from the same state */
     double simulated_port_J; /* the manipulator gave: force held over the tick times the way made in it */
     double measured_port_J;  /* the hardware took: measured force times the robot's way, both of the same instant */
     double dead_time_J;      /* made between the ports ... */
-    double compensation_J;   /* ... and what compensation made of it, on the way of the force: negative, it took */
+    double compensation_J;   /* ... and what compensation made of it: negative, it took. On the way of the force, and
+                                the measured force's work on the way by which the setpoint is displaced */
 };
 
 struct energy_account {
@@ -41,12 +44,12 @@ struct energy_account {
     double velocity_m_per_s;
     struct operator_command command; /* ... and what was held during it */
     double force_N;
-    double measured_N; /* the force that it was made of */
+    double measured_N;  /* the force that it was made of */
+    double displaced_m; /* where the robot was sent, less the manipulator's position */
 
-    double lag_ticks;               /* force's age less the position's; negative: the position is older */
-    uint32_t newest;                /* index in `kept` */
-    double kept[ENERGY_TICKS_KEPT]; /* of the fresher of position, in m, and force, in N */
-    double paired_force_N;          /* one tick ago, brought to the same instant */
+    double lag_ticks;      /* force's age less the position's; negative: the position is older */
+    struct past kept;      /* of the fresher of position, in m, and force, in N */
+    double paired_force_N; /* one tick ago, brought to the same instant */
     double paired_position_m;
 
     /* Symmetric 4 x 4: e' loss e is what is dissipated in a tick, in J, with e = (x - x_op, v, F_op - F, v_op) at
@@ -59,9 +62,10 @@ void energy_account_start(struct energy_account *account, const struct app_confi
                           const struct manipulator *manipulator);
 
 /* Once a tick, before the manipulator's step: books the step that has gone by, if there was one, and what the
- * command now and the measured force (what the robot exerts on the object) change. */
+ * command now, the measured force (what the robot exerts on the object) and the way by which the setpoint that goes
+ * out now is displaced from the manipulator change. */
 void energy_account_book(struct energy_account *account, const struct operator_command *command, double measured_N,
-                         double robot_position_m, int is_running);
+                         double robot_position_m, double displaced_m, int is_running);
 
 /* After it: the step that is to come, if `is_running`, with this command and force. */
 void energy_account_announce(struct energy_account *account, const struct operator_command *command, double force_N,

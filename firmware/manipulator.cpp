@@ -40,6 +40,12 @@ vector2 rk4(const manipulator_config &config, const vector2 &state, const vector
     return state + step_s / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
 }
 
+void follow_arm(manipulator &manipulator)
+{
+    manipulator.position_m = manipulator.arm.position_m;
+    manipulator.velocity_m_per_s = manipulator.arm.velocity_m_per_s;
+}
+
 } // namespace
 
 extern "C" {
@@ -61,16 +67,42 @@ void manipulator_start(manipulator *manipulator, const app_config *config)
     const matrix5 exponential = berth::matrix_exponential<5>(a * config_period_s(config));
     Eigen::Map<matrix2>(manipulator->transition) = exponential.topLeftCorner<2, 2>();
     Eigen::Map<matrix23>(manipulator->input_map) = exponential.topRightCorner<2, 3>();
+
+    manipulator->has_arm = config->arm.kind != ARM_NONE;
+    if (manipulator->has_arm) {
+        const double direction[3] = {c.direction_x, c.direction_y, c.direction_z};
+        arm_motion_start(&manipulator->arm, &config->arm, direction, c.initial_position_m, config_period_s(config));
+        follow_arm(*manipulator);
+    }
 }
 
 void manipulator_rest_at(manipulator *manipulator, double position_m)
 {
     manipulator->position_m = position_m;
     manipulator->velocity_m_per_s = 0.0;
+    if (manipulator->has_arm) {
+        arm_motion_rest_at(&manipulator->arm, position_m);
+    }
+}
+
+double manipulator_stored_J(const manipulator *manipulator, double operator_position_m)
+{
+    if (manipulator->has_arm) {
+        return manipulator->arm.stored_J;
+    }
+    const manipulator_config &c = *manipulator->config;
+    const double stretch_m = manipulator->position_m - operator_position_m;
+    return 0.5 * (c.mass_kg * manipulator->velocity_m_per_s * manipulator->velocity_m_per_s +
+                  c.stiffness_N_per_m * stretch_m * stretch_m);
 }
 
 void manipulator_step(manipulator *manipulator, const operator_command *command, double force_N)
 {
+    if (manipulator->has_arm) {
+        arm_motion_step(&manipulator->arm, command, force_N);
+        follow_arm(*manipulator);
+        return;
+    }
     const manipulator_config &config = *manipulator->config;
     const vector3 input = input_vector(*command, force_N);
     vector2 state(manipulator->position_m, manipulator->velocity_m_per_s);

@@ -1,9 +1,11 @@
-/* The simulated manipulator, one degree of freedom, fixed step:
+/* The simulated manipulator, fixed step, operator command and measured force held constant over it. One degree of
+ * freedom,
  *     M x'' + D (x' - v_op) + K (x - x_op) = F_op - F
- * with operator command and measured force held constant over the step. */
+ * or a whole arm, of which position and velocity are the tool's along the robot's direction. */
 #ifndef FIRMWARE_MANIPULATOR_H
 #define FIRMWARE_MANIPULATOR_H
 
+#include "arm/arm_motion.h"
 #include "config.h"
 #include "operator_command.h"
 
@@ -18,6 +20,8 @@ struct manipulator {
     double step_s;        /* period / substeps */
     double transition[4]; /* exact integrator: row-major 2 x 2, state (x, v) over one period */
     double input_map[6];  /* row-major 2 x 3, input (x_op, v_op, F_op - F) over one period */
+    uint8_t has_arm;
+    struct arm_motion arm; /* if so */
 };
 
 /* Prepares the step and puts the manipulator to its initial position and velocity. Keeps a pointer to `config`. */
@@ -25,6 +29,9 @@ void manipulator_start(struct manipulator *manipulator, const struct app_config 
 
 /* Puts the manipulator to rest at a position. */
 void manipulator_rest_at(struct manipulator *manipulator, double position_m);
+
+/* Kinetic, and in its springs; the operator at `operator_position_m`. */
+double manipulator_stored_J(const struct manipulator *manipulator, double operator_position_m);
 
 /* One period ahead. `force_N`: what the robot exerts on the object. */
 void manipulator_step(struct manipulator *manipulator, const struct operator_command *command, double force_N);

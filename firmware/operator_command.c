@@ -9,7 +9,7 @@ static int within(double value, double limit)
 
 void operator_channel_start(struct operator_channel *channel, const struct app_config *config)
 {
-    *channel = (struct operator_channel){.config = &config->operator_command};
+    *channel = (struct operator_channel){.config = &config->operator_command, .arm = &config->arm};
 }
 
 enum received_message operator_message(const struct operator_config *config)
@@ -61,4 +61,46 @@ int operator_channel_receive(struct operator_channel *channel, enum received_mes
         return 0;
     }
     return message == RECEIVED_OPERATOR_FORCE ? receive_force(channel, frame) : receive_motion(channel, frame);
+}
+
+static int receive_joint(const struct operator_channel *channel, const struct hal_frame *frame,
+                         struct arm_order *order)
+{
+    static const int32_t kinds[] = {ARM_ORDER_JOINT_RATE, ARM_ORDER_JOINT_MOVE, ARM_ORDER_FOLLOW};
+    struct berth_can_operator_joint_t raw;
+    if (berth_can_operator_joint_unpack(&raw, frame->data, frame->length) < 0 ||
+        raw.order >= sizeof kinds / sizeof kinds[0] || raw.joint >= channel->arm->joint_count) {
+        return 0;
+    }
+    const struct arm_joint *joint = &channel->arm->joints[raw.joint];
+    *order = (struct arm_order){
+        .kind = kinds[raw.order],
+        .joint = raw.joint,
+        .rate_rad_per_s = berth_can_operator_joint_rate_rad_per_s_decode(raw.rate_rad_per_s),
+        .angle_rad = berth_can_operator_joint_angle_rad_decode(raw.angle_rad),
+    };
+    return order->kind != ARM_ORDER_JOINT_MOVE ||
+           (order->angle_rad >= joint->angle_min_rad && order->angle_rad <= joint->angle_max_rad &&
+            order->rate_rad_per_s >= 0.0);
+}
+
+static int receive_line(const struct hal_frame *frame, struct arm_order *order)
+{
+    struct berth_can_operator_line_t raw;
+    if (berth_can_operator_line_unpack(&raw, frame->data, frame->length) < 0) {
+        return 0;
+    }
+    *order = (struct arm_order){
+        .kind = ARM_ORDER_LINE,
+        .way_m = {berth_can_operator_line_x_m_decode(raw.x_m), berth_can_operator_line_y_m_decode(raw.y_m),
+                  berth_can_operator_line_z_m_decode(raw.z_m)},
+        .speed_m_per_s = berth_can_operator_line_speed_m_per_s_decode(raw.speed_m_per_s),
+    };
+    return order->speed_m_per_s > 0.0;
+}
+
+int operator_channel_receive_order(const struct operator_channel *channel, enum received_message message,
+                                   const struct hal_frame *frame, struct arm_order *order)
+{
+    return message == RECEIVED_OPERATOR_LINE ? receive_line(frame, order) : receive_joint(channel, frame, order);
 }

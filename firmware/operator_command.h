@@ -2,6 +2,7 @@
 #ifndef FIRMWARE_OPERATOR_COMMAND_H
 #define FIRMWARE_OPERATOR_COMMAND_H
 
+#include "arm/guidance_order.h"
 #include "config.h"
 #include "reception.h"
 
@@ -22,6 +23,7 @@ struct operator_command {
 
 struct operator_channel {
     const struct operator_config *config;
+    const struct arm_config *arm;
     struct operator_command command; /* the newest valid one */
 };
 
@@ -31,6 +33,10 @@ void operator_channel_start(struct operator_channel *channel, const struct app_c
 /* Takes a checked frame. 0 if a signal is out of range: the frame is to be rejected. */
 int operator_channel_receive(struct operator_channel *channel, enum received_message message,
                              const struct hal_frame *frame);
+
+/* The same of an order for the arm, which comes out in `order`. */
+int operator_channel_receive_order(const struct operator_channel *channel, enum received_message message,
+                                   const struct hal_frame *frame, struct arm_order *order);
 
 /* Which of the two operator messages this configuration listens to. */
 enum received_message operator_message(const struct operator_config *config);

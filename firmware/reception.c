@@ -7,7 +7,7 @@
 
 /* A message of the robot's bus; the sensor's come from its layout. */
 struct message_row {
-    uint8_t profiles;         /* of the robot channel that have this message, one bit each */
+    uint8_t profiles;         /* of the robot channel that have this message, one bit each; and ARM */
     struct reception_row row; /* of a drive: its number is added to the identifier */
     size_t stale_after;       /* place of the age in ms in struct app_config */
 };
@@ -15,6 +15,7 @@ struct message_row {
 #define BERTH (1u << ROBOT_PROFILE_BERTH)
 #define CIA402 (1u << ROBOT_PROFILE_CIA402)
 #define EVERY (BERTH | CIA402)
+#define ARM (1u << ROBOT_PROFILE_COUNT) /* only with an arm */
 #define AGE_OF(member) offsetof(struct app_config, member.stale_after_ms)
 
 /* clang-format off */
@@ -27,6 +28,8 @@ static const struct message_row message_rows[RECEIVED_FORCE] = {
     [RECEIVED_SDO_ANSWER]      = {CIA402, {CANOPEN_SDO_ANSWER_ID,              HAL_BUS_ROBOT,  8, 0, 0, 0,    1}, AGE_OF(cia402)},
     [RECEIVED_OPERATOR_MOTION] = {EVERY,  {BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
     [RECEIVED_OPERATOR_FORCE]  = {EVERY,  {BERTH_CAN_OPERATOR_FORCE_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
+    [RECEIVED_OPERATOR_JOINT]  = {EVERY | ARM, {BERTH_CAN_OPERATOR_JOINT_FRAME_ID, HAL_BUS_ROBOT, 8, 7, 4, 0x0f, ARM_JOINTS_MAX}, AGE_OF(operator_command)},
+    [RECEIVED_OPERATOR_LINE]   = {EVERY | ARM, {BERTH_CAN_OPERATOR_LINE_FRAME_ID,  HAL_BUS_ROBOT, 8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
 };
 /* clang-format on */
 
@@ -54,7 +57,8 @@ static struct reception_row row_for(const struct app_config *config, int message
     }
     const struct message_row *entry = &message_rows[message];
     struct reception_row row = entry->row;
-    if (!(entry->profiles & (1u << config->robot_channel.profile))) {
+    const int needs_arm = (entry->profiles & ARM) != 0;
+    if (!(entry->profiles & (1u << config->robot_channel.profile)) || (needs_arm && config->arm.kind == ARM_NONE)) {
         row.bus = HAL_BUS_COUNT;
     }
     if (entry->profiles == CIA402) {

@@ -19,6 +19,8 @@ enum received_message {
     RECEIVED_SDO_ANSWER,
     RECEIVED_OPERATOR_MOTION,
     RECEIVED_OPERATOR_FORCE,
+    RECEIVED_OPERATOR_JOINT, /* orders for an arm, where there is one */
+    RECEIVED_OPERATOR_LINE,
     RECEIVED_FORCE, /* first frame of a sample, and the others of the sensor's layout */
     RECEIVED_FORCE_LAST = RECEIVED_FORCE + SENSOR_FRAMES_MAX - 1,
     RECEIVED_COUNT,

@@ -4,10 +4,12 @@
 
 #define FORMAT_FIELD(type, name) #type " " #name ";"
 const char *const tick_record_format = "tick:" TICK_RECORD_FIELDS(FORMAT_FIELD);
+const char *const arm_record_format = "arm:" ARM_RECORD_FIELDS(FORMAT_FIELD);
 const char *const frame_record_format = "can_frame:" FRAME_RECORD_FIELDS(FORMAT_FIELD);
 
 #define FIELD_SIZE(type, name) +sizeof(type)
 _Static_assert(sizeof(struct tick_record) == 0 TICK_RECORD_FIELDS(FIELD_SIZE), "the tick record has no padding");
+_Static_assert(sizeof(struct arm_record) == 0 ARM_RECORD_FIELDS(FIELD_SIZE), "the arm record has no padding");
 _Static_assert(sizeof(struct frame_record) == 0 FRAME_RECORD_FIELDS(FIELD_SIZE), "the frame record has no padding");
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "ULog is little-endian, records are copied as they are");
 
@@ -41,6 +43,12 @@ static void append_tick(struct recorder *recorder, const struct tick_record *rec
     TICK_RECORD_FIELDS(PUT_FIELD)
 }
 
+static void append_arm(struct recorder *recorder, const struct arm_record *record)
+{
+    uint8_t *to = begin_message(recorder, ULOG_ARM_ID, sizeof *record);
+    ARM_RECORD_FIELDS(PUT_FIELD)
+}
+
 static void append_frames(struct recorder *recorder, const struct hal_frame *frames, uint32_t count,
                           uint64_t timestamp, uint8_t direction)
 {
@@ -61,10 +69,13 @@ static void append_frames(struct recorder *recorder, const struct hal_frame *fra
 }
 
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct tick_record *record)
+                    const struct arm_record *arm, const struct tick_record *record)
 {
     recorder->size_bytes = 0;
     append_frames(recorder, in->frames, in->frame_count, record->timestamp, 0);
     append_frames(recorder, out->frames, out->frame_count, record->timestamp, 1);
+    if (arm != NULL) {
+        append_arm(recorder, arm);
+    }
     append_tick(recorder, record);
 }

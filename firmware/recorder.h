@@ -4,6 +4,7 @@
 #ifndef FIRMWARE_RECORDER_H
 #define FIRMWARE_RECORDER_H
 
+#include "arm/arm_record.h"
 #include "types.h"
 
 #ifdef __cplusplus
@@ -11,7 +12,7 @@ extern "C" {
 #endif
 
 /* One a tick. Large fields first: no padding. Inputs: index to emergency_stop (and the frames); the rest are
- * outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h.
+ * outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h; believed_*: prediction.h.
  * drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble says which. */
 #define TICK_RECORD_FIELDS(X)                                                                                       \
     X(uint64_t, timestamp)                                                                                          \
@@ -39,8 +40,17 @@ extern "C" {
     X(double, energy_dead_time_J)                                                                                   \
     X(double, energy_compensation_J)                                                                                \
     X(double, predicted_error_N)                                                                                    \
+    X(double, inverse_gain)                                                                                         \
+    X(double, inverse_delay_s)                                                                                      \
+    X(double, inverse_curve_s2)                                                                                     \
+    X(double, inverse_error_m)                                                                                      \
+    X(double, lead_error_N)                                                                                         \
     X(double, passivity_deficit_J)                                                                                  \
     X(double, passivity_force_N)                                                                                    \
+    X(float, believed_mass_kg)                                                                                      \
+    X(float, believed_damping_N_s_per_m)                                                                            \
+    X(float, believed_stiffness_N_per_m)                                                                            \
+    X(float, believed_dead_time_ms)                                                                                 \
     X(uint32_t, missed_ticks)                                                                                       \
     X(uint32_t, rejected_frames)                                                                                    \
     X(uint32_t, lost_frames)                                                                                        \
@@ -84,25 +94,27 @@ struct frame_record {
 
 #define ULOG_TICK_ID 0
 #define ULOG_FRAME_ID 1
+#define ULOG_ARM_ID 4 /* 2 and 3 are the HALs' own */
 
 /* A ULog data message: size, type 'D', message id, then the record as it lies in memory (little-endian). */
 #define ULOG_DATA_HEADER_BYTES 5
 #define RECORDER_TICK_BYTES_MAX                                                                                     \
-    (ULOG_DATA_HEADER_BYTES + sizeof(struct tick_record) +                                                          \
+    (ULOG_DATA_HEADER_BYTES + sizeof(struct tick_record) + ULOG_DATA_HEADER_BYTES + sizeof(struct arm_record) +     \
      (TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX) * (ULOG_DATA_HEADER_BYTES + sizeof(struct frame_record)))
 
-/* The messages of one tick: frames received, frames sent, then the tick itself. */
+/* The messages of one tick: frames received, frames sent, the arm, if there is one, then the tick itself. */
 struct recorder {
     uint8_t bytes[RECORDER_TICK_BYTES_MAX];
     uint32_t size_bytes;
 };
 
-/* Replaces the recorder's contents by the messages of this tick. */
+/* Replaces the recorder's contents by the messages of this tick. `arm`: NULL if there is none. */
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct tick_record *record);
+                    const struct arm_record *arm, const struct tick_record *record);
 
-/* ULog format strings "name:type field;..." of the two records. */
+/* ULog format strings "name:type field;..." of the records. */
 extern const char *const tick_record_format;
+extern const char *const arm_record_format;
 extern const char *const frame_record_format;
 
 #ifdef __cplusplus

@@ -855,6 +855,350 @@ bool berth_can_operator_force_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 15.0));
 }
 
+int berth_can_operator_joint_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_joint_t *src_p,
+    size_t size)
+{
+    uint32_t angle_rad;
+    uint32_t rate_rad_per_s;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    dst_p[0] |= pack_left_shift_u8(src_p->joint, 0u, 0x07u);
+    dst_p[0] |= pack_left_shift_u8(src_p->order, 3u, 0x18u);
+    rate_rad_per_s = (uint32_t)src_p->rate_rad_per_s;
+    dst_p[1] |= pack_left_shift_u32(rate_rad_per_s, 0u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(rate_rad_per_s, 8u, 0xffu);
+    dst_p[3] |= pack_right_shift_u32(rate_rad_per_s, 16u, 0xffu);
+    angle_rad = (uint32_t)src_p->angle_rad;
+    dst_p[4] |= pack_left_shift_u32(angle_rad, 0u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(angle_rad, 8u, 0xffu);
+    dst_p[6] |= pack_right_shift_u32(angle_rad, 16u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 4u, 0xf0u);
+
+    return (8);
+}
+
+int berth_can_operator_joint_unpack(
+    struct berth_can_operator_joint_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint32_t angle_rad;
+    uint32_t rate_rad_per_s;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    dst_p->joint = unpack_right_shift_u8(src_p[0], 0u, 0x07u);
+    dst_p->order = unpack_right_shift_u8(src_p[0], 3u, 0x18u);
+    rate_rad_per_s = unpack_right_shift_u32(src_p[1], 0u, 0xffu);
+    rate_rad_per_s |= unpack_left_shift_u32(src_p[2], 8u, 0xffu);
+    rate_rad_per_s |= unpack_left_shift_u32(src_p[3], 16u, 0xffu);
+
+    if ((rate_rad_per_s & (1u << 23)) != 0u) {
+        rate_rad_per_s |= 0xff000000u;
+    }
+
+    dst_p->rate_rad_per_s = (int32_t)rate_rad_per_s;
+    angle_rad = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
+
+    if ((angle_rad & (1u << 23)) != 0u) {
+        angle_rad |= 0xff000000u;
+    }
+
+    dst_p->angle_rad = (int32_t)angle_rad;
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 4u, 0xf0u);
+
+    return (0);
+}
+
+int berth_can_operator_joint_init(struct berth_can_operator_joint_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_operator_joint_t));
+
+    return 0;
+}
+
+uint8_t berth_can_operator_joint_joint_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_operator_joint_joint_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_operator_joint_joint_is_in_range(uint8_t value)
+{
+    return (value <= 6u);
+}
+
+bool berth_can_operator_joint_joint_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 6.0));
+}
+
+uint8_t berth_can_operator_joint_order_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_operator_joint_order_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_operator_joint_order_is_in_range(uint8_t value)
+{
+    return (value <= 2u);
+}
+
+bool berth_can_operator_joint_order_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 2.0));
+}
+
+int32_t berth_can_operator_joint_rate_rad_per_s_encode(double value)
+{
+    return (int32_t)(value / 1e-06);
+}
+
+double berth_can_operator_joint_rate_rad_per_s_decode(int32_t value)
+{
+    return ((double)value * 1e-06);
+}
+
+bool berth_can_operator_joint_rate_rad_per_s_is_in_range(int32_t value)
+{
+    return ((value >= -8300000) && (value <= 8300000));
+}
+
+bool berth_can_operator_joint_rate_rad_per_s_is_in_phys_range(double value)
+{
+    return ((value >= -8.3) && (value <= 8.3));
+}
+
+int32_t berth_can_operator_joint_angle_rad_encode(double value)
+{
+    return (int32_t)(value / 1e-06);
+}
+
+double berth_can_operator_joint_angle_rad_decode(int32_t value)
+{
+    return ((double)value * 1e-06);
+}
+
+bool berth_can_operator_joint_angle_rad_is_in_range(int32_t value)
+{
+    return ((value >= -8300000) && (value <= 8300000));
+}
+
+bool berth_can_operator_joint_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -8.3) && (value <= 8.3));
+}
+
+uint8_t berth_can_operator_joint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_operator_joint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_operator_joint_counter_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool berth_can_operator_joint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
+}
+
+int berth_can_operator_line_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_line_t *src_p,
+    size_t size)
+{
+    uint16_t x_m;
+    uint16_t y_m;
+    uint16_t z_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    x_m = (uint16_t)src_p->x_m;
+    dst_p[0] |= pack_left_shift_u16(x_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u16(x_m, 8u, 0xffu);
+    y_m = (uint16_t)src_p->y_m;
+    dst_p[2] |= pack_left_shift_u16(y_m, 0u, 0xffu);
+    dst_p[3] |= pack_right_shift_u16(y_m, 8u, 0xffu);
+    z_m = (uint16_t)src_p->z_m;
+    dst_p[4] |= pack_left_shift_u16(z_m, 0u, 0xffu);
+    dst_p[5] |= pack_right_shift_u16(z_m, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u16(src_p->speed_m_per_s, 0u, 0xffu);
+    dst_p[7] |= pack_right_shift_u16(src_p->speed_m_per_s, 8u, 0x0fu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 4u, 0xf0u);
+
+    return (8);
+}
+
+int berth_can_operator_line_unpack(
+    struct berth_can_operator_line_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t x_m;
+    uint16_t y_m;
+    uint16_t z_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    x_m = unpack_right_shift_u16(src_p[0], 0u, 0xffu);
+    x_m |= unpack_left_shift_u16(src_p[1], 8u, 0xffu);
+    dst_p->x_m = (int16_t)x_m;
+    y_m = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+    y_m |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+    dst_p->y_m = (int16_t)y_m;
+    z_m = unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+    z_m |= unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+    dst_p->z_m = (int16_t)z_m;
+    dst_p->speed_m_per_s = unpack_right_shift_u16(src_p[6], 0u, 0xffu);
+    dst_p->speed_m_per_s |= unpack_left_shift_u16(src_p[7], 8u, 0x0fu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 4u, 0xf0u);
+
+    return (0);
+}
+
+int berth_can_operator_line_init(struct berth_can_operator_line_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_operator_line_t));
+
+    return 0;
+}
+
+int16_t berth_can_operator_line_x_m_encode(double value)
+{
+    return (int16_t)(value / 0.0002);
+}
+
+double berth_can_operator_line_x_m_decode(int16_t value)
+{
+    return ((double)value * 0.0002);
+}
+
+bool berth_can_operator_line_x_m_is_in_range(int16_t value)
+{
+    return ((value >= -32500) && (value <= 32500));
+}
+
+bool berth_can_operator_line_x_m_is_in_phys_range(double value)
+{
+    return ((value >= -6.5) && (value <= 6.5));
+}
+
+int16_t berth_can_operator_line_y_m_encode(double value)
+{
+    return (int16_t)(value / 0.0002);
+}
+
+double berth_can_operator_line_y_m_decode(int16_t value)
+{
+    return ((double)value * 0.0002);
+}
+
+bool berth_can_operator_line_y_m_is_in_range(int16_t value)
+{
+    return ((value >= -32500) && (value <= 32500));
+}
+
+bool berth_can_operator_line_y_m_is_in_phys_range(double value)
+{
+    return ((value >= -6.5) && (value <= 6.5));
+}
+
+int16_t berth_can_operator_line_z_m_encode(double value)
+{
+    return (int16_t)(value / 0.0002);
+}
+
+double berth_can_operator_line_z_m_decode(int16_t value)
+{
+    return ((double)value * 0.0002);
+}
+
+bool berth_can_operator_line_z_m_is_in_range(int16_t value)
+{
+    return ((value >= -32500) && (value <= 32500));
+}
+
+bool berth_can_operator_line_z_m_is_in_phys_range(double value)
+{
+    return ((value >= -6.5) && (value <= 6.5));
+}
+
+uint16_t berth_can_operator_line_speed_m_per_s_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double(value / 0.001));
+}
+
+double berth_can_operator_line_speed_m_per_s_decode(uint16_t value)
+{
+    return ((double)value * 0.001);
+}
+
+bool berth_can_operator_line_speed_m_per_s_is_in_range(uint16_t value)
+{
+    return (value <= 4000u);
+}
+
+bool berth_can_operator_line_speed_m_per_s_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 4.0));
+}
+
+uint8_t berth_can_operator_line_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_operator_line_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_operator_line_counter_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool berth_can_operator_line_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
+}
+
 int berth_can_force_pack(
     uint8_t *dst_p,
     const struct berth_can_force_t *src_p,

@@ -50,6 +50,8 @@ extern "C" {
 #define BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID (0x20u)
 #define BERTH_CAN_OPERATOR_MOTION_FRAME_ID (0x30u)
 #define BERTH_CAN_OPERATOR_FORCE_FRAME_ID (0x31u)
+#define BERTH_CAN_OPERATOR_JOINT_FRAME_ID (0x32u)
+#define BERTH_CAN_OPERATOR_LINE_FRAME_ID (0x33u)
 #define BERTH_CAN_FORCE_FRAME_ID (0x40u)
 #define BERTH_CAN_WRENCH2I_FORCE_FRAME_ID (0x50u)
 #define BERTH_CAN_WRENCH2I_TORQUE_FRAME_ID (0x51u)
@@ -68,6 +70,8 @@ extern "C" {
 #define BERTH_CAN_ROBOT_FEEDBACK_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_MOTION_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_FORCE_LENGTH (8u)
+#define BERTH_CAN_OPERATOR_JOINT_LENGTH (8u)
+#define BERTH_CAN_OPERATOR_LINE_LENGTH (8u)
 #define BERTH_CAN_FORCE_LENGTH (8u)
 #define BERTH_CAN_WRENCH2I_FORCE_LENGTH (8u)
 #define BERTH_CAN_WRENCH2I_TORQUE_LENGTH (8u)
@@ -86,6 +90,8 @@ extern "C" {
 #define BERTH_CAN_ROBOT_FEEDBACK_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_MOTION_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_FORCE_IS_EXTENDED (0)
+#define BERTH_CAN_OPERATOR_JOINT_IS_EXTENDED (0)
+#define BERTH_CAN_OPERATOR_LINE_IS_EXTENDED (0)
 #define BERTH_CAN_FORCE_IS_EXTENDED (0)
 #define BERTH_CAN_WRENCH2I_FORCE_IS_EXTENDED (0)
 #define BERTH_CAN_WRENCH2I_TORQUE_IS_EXTENDED (0)
@@ -119,12 +125,18 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_FORCE_REQUEST_RUN_CHOICE (2u)
 #define BERTH_CAN_OPERATOR_FORCE_REQUEST_RESET_CHOICE (3u)
 
+#define BERTH_CAN_OPERATOR_JOINT_ORDER_RATE_CHOICE (0u)
+#define BERTH_CAN_OPERATOR_JOINT_ORDER_MOVE_CHOICE (1u)
+#define BERTH_CAN_OPERATOR_JOINT_ORDER_FOLLOW_CHOICE (2u)
+
 /* Frame Names. */
 #define BERTH_CAN_SETPOINT_NAME "setpoint"
 #define BERTH_CAN_LOOP_STATUS_NAME "loop_status"
 #define BERTH_CAN_ROBOT_FEEDBACK_NAME "robot_feedback"
 #define BERTH_CAN_OPERATOR_MOTION_NAME "operator_motion"
 #define BERTH_CAN_OPERATOR_FORCE_NAME "operator_force"
+#define BERTH_CAN_OPERATOR_JOINT_NAME "operator_joint"
+#define BERTH_CAN_OPERATOR_LINE_NAME "operator_line"
 #define BERTH_CAN_FORCE_NAME "force"
 #define BERTH_CAN_WRENCH2I_FORCE_NAME "wrench2i_force"
 #define BERTH_CAN_WRENCH2I_TORQUE_NAME "wrench2i_torque"
@@ -157,6 +169,16 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_FORCE_FORCE_N_NAME "force_N"
 #define BERTH_CAN_OPERATOR_FORCE_REQUEST_NAME "request"
 #define BERTH_CAN_OPERATOR_FORCE_COUNTER_NAME "counter"
+#define BERTH_CAN_OPERATOR_JOINT_JOINT_NAME "joint"
+#define BERTH_CAN_OPERATOR_JOINT_ORDER_NAME "order"
+#define BERTH_CAN_OPERATOR_JOINT_RATE_RAD_PER_S_NAME "rate_rad_per_s"
+#define BERTH_CAN_OPERATOR_JOINT_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_OPERATOR_JOINT_COUNTER_NAME "counter"
+#define BERTH_CAN_OPERATOR_LINE_X_M_NAME "x_m"
+#define BERTH_CAN_OPERATOR_LINE_Y_M_NAME "y_m"
+#define BERTH_CAN_OPERATOR_LINE_Z_M_NAME "z_m"
+#define BERTH_CAN_OPERATOR_LINE_SPEED_M_PER_S_NAME "speed_m_per_s"
+#define BERTH_CAN_OPERATOR_LINE_COUNTER_NAME "counter"
 #define BERTH_CAN_FORCE_FORCE_N_NAME "force_N"
 #define BERTH_CAN_FORCE_SATURATED_NAME "saturated"
 #define BERTH_CAN_FORCE_COUNTER_NAME "counter"
@@ -372,6 +394,94 @@ struct berth_can_operator_force_t {
      * Offset: 0
      */
     uint8_t request;
+
+    /**
+     * Range: 0..15 (0..15 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message operator_joint.
+ *
+ * Robot bus, where the loop has an arm: order for a joint. 0: turn at the rate; 1: move to the angle, no faster than the rate (0: as fast as it may); 2: the tool follows operator_motion again.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_operator_joint_t {
+    /**
+     * Range: 0..6 (0..6 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t joint;
+
+    /**
+     * Range: 0..2 (0..2 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t order;
+
+    /**
+     * Range: -8300000..8300000 (-8.3..8.3 rad/s)
+     * Scale: 1e-06
+     * Offset: 0
+     */
+    int32_t rate_rad_per_s;
+
+    /**
+     * Range: -8300000..8300000 (-8.3..8.3 rad)
+     * Scale: 1e-06
+     * Offset: 0
+     */
+    int32_t angle_rad;
+
+    /**
+     * Range: 0..15 (0..15 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message operator_line.
+ *
+ * Robot bus, where the loop has an arm: order to lead the tool along a straight line in the base's axes, from where it is commanded to be.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_operator_line_t {
+    /**
+     * Range: -32500..32500 (-6.5..6.5 m)
+     * Scale: 0.0002
+     * Offset: 0
+     */
+    int16_t x_m;
+
+    /**
+     * Range: -32500..32500 (-6.5..6.5 m)
+     * Scale: 0.0002
+     * Offset: 0
+     */
+    int16_t y_m;
+
+    /**
+     * Range: -32500..32500 (-6.5..6.5 m)
+     * Scale: 0.0002
+     * Offset: 0
+     */
+    int16_t z_m;
+
+    /**
+     * Range: 0..4000 (0..4 m/s)
+     * Scale: 0.001
+     * Offset: 0
+     */
+    uint16_t speed_m_per_s;
 
     /**
      * Range: 0..15 (0..15 -)
@@ -1739,6 +1849,480 @@ bool berth_can_operator_force_counter_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_operator_force_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message operator_joint.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_operator_joint_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_joint_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message operator_joint.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_operator_joint_unpack(
+    struct berth_can_operator_joint_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from operator_joint.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_operator_joint_init(struct berth_can_operator_joint_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_operator_joint_joint_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_joint_joint_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_joint_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_joint_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_operator_joint_order_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_joint_order_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_order_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_order_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_operator_joint_rate_rad_per_s_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_joint_rate_rad_per_s_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_rate_rad_per_s_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_rate_rad_per_s_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int32_t berth_can_operator_joint_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_joint_angle_rad_decode(int32_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_angle_rad_is_in_range(int32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_operator_joint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_joint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_joint_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message operator_line.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_operator_line_pack(
+    uint8_t *dst_p,
+    const struct berth_can_operator_line_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message operator_line.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_operator_line_unpack(
+    struct berth_can_operator_line_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from operator_line.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_operator_line_init(struct berth_can_operator_line_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_operator_line_x_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_line_x_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_x_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_x_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_operator_line_y_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_line_y_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_y_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_y_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_operator_line_z_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_line_z_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_z_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_z_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_operator_line_speed_m_per_s_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_line_speed_m_per_s_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_speed_m_per_s_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_speed_m_per_s_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_operator_line_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_operator_line_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_operator_line_counter_is_in_phys_range(double value);
 
 /**
  * Pack message force.

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/arm/arm_motion.h"
 #include "../../firmware/compensation/compensation.h"
 #include "../../firmware/sensor_layout.h"
 #include "../../firmware/types.h"
 #include "hardware_model.h"
 #include "keys.h"
+#include "orders.h"
 
 namespace berth
 {
@@ -175,6 +177,19 @@ std::optional<rig_error> check_others(const rig &rig)
     if (ticks > 1e10) {
         return rig_error{"run.duration_s", "gives more than 1e10 ticks"};
     }
+    if (rig.object.kind != object_kind::gripped && rig.run.grip_release_s < never) {
+        return rig_error{"run.grip_release_s", "needs object.kind = \"gripped\": nothing else can be let go"};
+    }
+    if (rig.object.kind != object_kind::gripped && rig.run.grip_close_s > 0.0) {
+        return rig_error{"run.grip_close_s", "needs object.kind = \"gripped\": nothing else is gripped"};
+    }
+    if (rig.run.grip_close_s > 0.0 && rig.run.grip_release_s <= rig.run.grip_close_s) {
+        return rig_error{"run.grip_release_s", "must be later than run.grip_close_s"};
+    }
+    const double shortest_ms = 2e3 * config_period_s(&rig.firmware);
+    if (rig.run.dead_time_jump_s < never && rig.robot.dead_time_ms + rig.run.dead_time_jump_ms < shortest_ms) {
+        return rig_error{"run.dead_time_jump_ms", "must leave the robot a dead time of 2 periods or more"};
+    }
     if (rig.profile.kind == profile_kind::file && rig.profile.file.empty()) {
         return rig_error{"profile.file", "is missing: profile.kind = \"file\" needs it"};
     }
@@ -192,6 +207,46 @@ std::optional<rig_error> check_others(const rig &rig)
         rig.firmware.manipulator.initial_position_m > rig.object.surface_position_m) {
         return rig_error{"manipulator.initial_position_m",
                          "must not lie beyond object.surface_position_m: the run starts without contact"};
+    }
+    return {};
+}
+
+std::optional<rig_error> check_arm(const rig &rig)
+{
+    const manipulator_config &manipulator = rig.firmware.manipulator;
+    const arm_config &arm = rig.firmware.arm;
+    if (arm.kind == ARM_NONE) {
+        return {};
+    }
+    const bool is_planar = arm.kind == ARM_PLANAR;
+    if (manipulator.direction_x == 0.0 && manipulator.direction_y == 0.0 &&
+        (is_planar || manipulator.direction_z == 0.0)) {
+        return rig_error{"manipulator.direction_x",
+                         is_planar ? "must not be 0 together with direction_y: it is no direction"
+                                   : "must not be 0 together with direction_y and direction_z"};
+    }
+    if (is_planar && manipulator.direction_z != 0.0) {
+        return rig_error{"manipulator.direction_z", "must be 0: the arm is planar"};
+    }
+    if (manipulator.initial_velocity_m_per_s != 0.0) {
+        return rig_error{"manipulator.initial_velocity_m_per_s", "must be 0: an arm starts at rest"};
+    }
+    if (rig.firmware.prediction.enabled != 0) {
+        return rig_error{"prediction.enabled", "predicts with a manipulator of one degree of freedom: an arm on its "
+                                               "satellite goes unstable with it; use extrapolation or force_lead"};
+    }
+    if (arm_start_dexterity(&arm) < 1.0) {
+        return rig_error{"manipulator.arm",
+                         "starts at or near a singular pose, where its tool cannot be led in every "
+                         "direction; change initial_rad of its joints"};
+    }
+    std::size_t place = 0;
+    for (const effect_key &key : effect_keys()) {
+        if (rig.effect_values[place++] != 0.0 && key.path.substr(0, 12) == "manipulator.") {
+            return rig_error{std::string(key.path),
+                             "is an effect of a manipulator of one degree of freedom; it cannot "
+                             "be put into an arm"};
+        }
     }
     return {};
 }
@@ -259,8 +314,8 @@ std::optional<rig_error> complete_and_check(rig &rig)
                              rig.firmware.loop.rate_Hz <= 1e6;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware) : "")};
     }
-    for (const auto check :
-         {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others, check_effects}) {
+    for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others,
+                             check_arm, check_orders, check_effects}) {
         if (auto found = check(rig)) {
             return found;
         }

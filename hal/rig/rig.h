@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "../../firmware/arm/guidance_order.h"
 #include "../../firmware/config.h"
 
 namespace berth
@@ -33,6 +34,11 @@ struct run_rig {
     std::string lateness_file; /* histogram of how late the loop wakes; empty: never */
     double emergency_stop_s = never;
     double enable_off_s = never;
+    double grip_close_s =
+        0.0; /* the gripper closes on the object, which rests until then; 0: gripped from the start */
+    double grip_release_s = never; /* the object is let go, for good */
+    double dead_time_jump_s = never;
+    double dead_time_jump_ms = 0.0; /* by which the robot's dead time is longer from then on */
 };
 
 /* [profile]: what the operator station commands, counted from the release */
@@ -154,12 +160,20 @@ constexpr std::array<std::string_view, 8> signal_names = {"t_s",
                                                           "force_N",
                                                           "segment"};
 
+/* Of the operator to an arm, counted from the release. */
+struct operator_order {
+    double at_s;
+    arm_order order;
+};
+
 constexpr std::size_t effect_values_max = 64;
 
 struct rig {
     std::string name;
     std::string description;
     app_config firmware = config_default();
+    std::string arm;      /* manipulator.arm, until it has been read ... */
+    std::string arm_text; /* ... and then the arm as [manipulator.arm] of a rig file; empty: none */
     run_rig run;
     profile_rig profile;
     robot_rig robot;
@@ -173,6 +187,7 @@ struct rig {
      * stands in the key table. */
     std::array<double, effect_values_max> effect_values{};
 
+    std::vector<operator_order> orders; /* by rising time */
     std::vector<tolerance> tolerances;
     std::vector<signal_source> signals;
 

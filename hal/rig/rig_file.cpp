@@ -5,8 +5,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "arm_table.h"
 #include "keys.h"
 #include "knowledge.h"
+#include "orders.h"
 #include "robot_file.h"
 #include "toml_file.h"
 
@@ -16,6 +18,8 @@ namespace berth
 namespace
 {
 
+const std::string arm_section = "manipulator.arm";
+
 void read_top_level(rig &rig, const std::string &name, const toml::node &value, const std::string &where)
 {
     std::string *member = name == "name" ? &rig.name : name == "description" ? &rig.description : nullptr;
@@ -24,6 +28,13 @@ void read_top_level(rig &rig, const std::string &name, const toml::node &value, 
                                std::string(nearest_key(name))});
     }
     *member = member == &rig.name ? read_file_name(name, value, where) : read_text(name, value, where);
+}
+
+void put_arm(rig &rig, const arm_description &arm)
+{
+    rig.firmware.arm = arm.config;
+    rig.arm_text = print_arm(arm, arm_section);
+    rig.arm.clear();
 }
 
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
@@ -38,6 +49,9 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                     read_signal(rig, entry_name, entry_value, where);
                 } else if (section == "tolerances") {
                     set_tolerance(rig, entry_name, entry_value, where);
+                } else if (entry_value.is_table() && section == "manipulator" && entry_name == "arm") {
+                    put_arm(rig, read_arm(*entry_value.as_table(), origin));
+                    places[arm_section] = where;
                 } else {
                     std::string path = section;
                     path.append(".").append(entry_name);
@@ -52,6 +66,9 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                 fail(place(origin, name.source()),
                      {section, "unknown section; the nearest known one is " + std::string(nearest)});
             }
+        } else if (section == "orders") {
+            read_orders(rig, value, origin);
+            places["orders"] = place(origin, name.source());
         } else {
             read_top_level(rig, section, value, place(origin, name.source()));
         }
@@ -88,7 +105,7 @@ void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
 void check(rig &rig, const std::string &origin, const key_places &places, const std::string &context)
 {
     if (auto error = complete_and_check(rig)) {
-        const auto found = places.find(error->key);
+        const auto found = places.find(error->key.substr(0, 7) == "orders." ? "orders" : error->key);
         error->message += context;
         fail(found == places.end() ? origin + " (default value)" : found->second, *error);
     }
@@ -135,6 +152,9 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
         apply_robot(rig, *robot, places);
     }
     apply_overrides(rig, overrides, places);
+    if (!rig.arm.empty()) {
+        put_arm(rig, load_arm(rig.arm));
+    }
     if (robot == nullptr) {
         check(rig, origin, places, "");
         return rig;
@@ -184,6 +204,9 @@ std::string print_rig(const rig &rig)
         if (key.own_member == nullptr && rig.effect_values[key.effect_value] == 0.0) {
             continue; /* an effect that is not there */
         }
+        if (key.path == arm_section && !rig.arm_text.empty()) {
+            continue; /* it follows whole */
+        }
         const std::size_t dot = key.path.find('.');
         if (key.path.substr(0, dot) != section) {
             section = key.path.substr(0, dot);
@@ -194,6 +217,10 @@ std::string print_rig(const rig &rig)
         text << line << " # " << key.meaning << "\n";
     }
     print_knowledge(rig, text);
+    print_orders(rig, text);
+    if (!rig.arm_text.empty()) {
+        text << "\n" << rig.arm_text;
+    }
     return text.str();
 }
 

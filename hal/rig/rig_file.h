@@ -18,13 +18,14 @@ class input_error : public std::runtime_error
     using std::runtime_error::runtime_error;
 };
 
-/* A rig or a robot preset shipped with the program. */
+/* A rig, a robot preset or an arm shipped with the program. */
 struct shipped_file {
     const char *name;
     const char *text;
 };
 
 const std::vector<shipped_file> &shipped_rigs();
+const std::vector<shipped_file> &shipped_arms();
 
 struct robot_preset; /* robot_file.h */
 

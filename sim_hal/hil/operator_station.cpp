@@ -7,8 +7,8 @@ namespace berth
 {
 
 operator_station::operator_station(const rig &rig)
-    : profile_(rig), interface_(rig.firmware.operator_command.interface), release_s_(rig.run.release_s),
-      period_ns_(config_period_ns(&rig.firmware))
+    : profile_(rig), orders_(rig.orders), interface_(rig.firmware.operator_command.interface),
+      release_s_(rig.run.release_s), period_ns_(config_period_ns(&rig.firmware))
 {
 }
 
@@ -44,6 +44,37 @@ hal_frame operator_station::force_frame(const profile_point &point, std::uint8_t
     return frame;
 }
 
+hal_frame operator_station::order_frame(const arm_order &order)
+{
+    hal_frame frame{0, 0, HAL_BUS_ROBOT, 8, 0, 0, {}};
+    if (order.kind == ARM_ORDER_LINE) {
+        berth_can_operator_line_t raw{};
+        const double step_m = berth_can_operator_line_x_m_decode(1);
+        raw.x_m = berth_can_operator_line_x_m_encode(codec_round(order.way_m[0], step_m));
+        raw.y_m = berth_can_operator_line_y_m_encode(codec_round(order.way_m[1], step_m));
+        raw.z_m = berth_can_operator_line_z_m_encode(codec_round(order.way_m[2], step_m));
+        raw.speed_m_per_s = berth_can_operator_line_speed_m_per_s_encode(
+            codec_round(order.speed_m_per_s, berth_can_operator_line_speed_m_per_s_decode(1)));
+        raw.counter = line_counter_++ & 0x0f;
+        frame.id = BERTH_CAN_OPERATOR_LINE_FRAME_ID;
+        berth_can_operator_line_pack(frame.data, &raw, sizeof frame.data);
+        return frame;
+    }
+    berth_can_operator_joint_t raw{};
+    raw.joint = static_cast<std::uint8_t>(order.joint);
+    raw.order = order.kind == ARM_ORDER_JOINT_RATE   ? BERTH_CAN_OPERATOR_JOINT_ORDER_RATE_CHOICE
+                : order.kind == ARM_ORDER_JOINT_MOVE ? BERTH_CAN_OPERATOR_JOINT_ORDER_MOVE_CHOICE
+                                                     : BERTH_CAN_OPERATOR_JOINT_ORDER_FOLLOW_CHOICE;
+    raw.rate_rad_per_s = berth_can_operator_joint_rate_rad_per_s_encode(
+        codec_round(order.rate_rad_per_s, berth_can_operator_joint_rate_rad_per_s_decode(1)));
+    raw.angle_rad = berth_can_operator_joint_angle_rad_encode(
+        codec_round(order.angle_rad, berth_can_operator_joint_angle_rad_decode(1)));
+    raw.counter = joint_counter_++ & 0x0f;
+    frame.id = BERTH_CAN_OPERATOR_JOINT_FRAME_ID;
+    berth_can_operator_joint_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
 void operator_station::send(can_bus &bus)
 {
     const std::int64_t now_ns = next_frame_ns_;
@@ -58,6 +89,9 @@ void operator_station::send(can_bus &bus)
     bus.transmit_to_loop(
         interface_ == OPERATOR_INTERFACE_FORCE ? force_frame(point, request) : motion_frame(point, request), now_ns);
     counter_ = (counter_ + 1) & 0x0f;
+    for (; next_order_ < orders_.size() && since_release_s >= orders_[next_order_].at_s; next_order_++) {
+        bus.transmit_to_loop(order_frame(orders_[next_order_].order), now_ns);
+    }
 }
 
 } // namespace berth

@@ -29,8 +29,13 @@ class operator_station
   private:
     hal_frame motion_frame(const profile_point &point, std::uint8_t request);
     hal_frame force_frame(const profile_point &point, std::uint8_t request);
+    hal_frame order_frame(const arm_order &order);
 
     profile profile_;
+    std::vector<operator_order> orders_;
+    std::size_t next_order_ = 0;
+    std::uint8_t joint_counter_ = 0;
+    std::uint8_t line_counter_ = 0;
     std::int32_t interface_;
     double release_s_;
     std::int64_t period_ns_;

@@ -12,7 +12,13 @@ namespace berth
 namespace
 {
 constexpr std::int64_t no_event = std::numeric_limits<std::int64_t>::max();
+
+/* Of an event of the run that may be never. */
+std::int64_t event_ns(double time_s)
+{
+    return time_s < 1e9 ? ns_from_ms(1e3 * time_s) : no_event;
 }
+} // namespace
 
 robot::robot(const rig &rig)
     : holds_(rig.robot.interpolation == interpolation::hold), clock_is_free_(rig.robot.clock == robot_clock::free),
@@ -20,6 +26,8 @@ robot::robot(const rig &rig)
       clock_period_ns_(static_cast<double>(config_period_ns(&rig.firmware)) *
                        (1.0 + 1e-6 * rig.robot.clock_drift_ppm)),
       clock_phase_ns_(1e6 * rig.robot.clock_phase_ms), jitter_ns_(1e6 * rig.robot.jitter_ms),
+      jump_at_ns_(event_ns(rig.run.dead_time_jump_s)),
+      jumped_dead_time_ns_(dead_time_ns_ + std::llround(1e6 * rig.run.dead_time_jump_ms)),
       dead_time_drift_(1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s")),
       lost_probability_(value_of_effect(rig, "robot.lost_command_probability")), random_(rig.run.seed, stream_robot),
       lost_(rig.run.seed, stream_lost_commands), path_(rig)
@@ -27,7 +35,8 @@ robot::robot(const rig &rig)
     period_ns_ = clock_is_free_ ? std::llround(clock_period_ns_) : config_period_ns(&rig.firmware);
     next_latch_ns_ = clock_is_free_ ? std::llround(clock_phase_ns_) : no_event;
     const std::int64_t longest_ns =
-        std::max(dead_time_ns_, dead_time_ns(static_cast<std::int64_t>(1e9 * std::min(1e9, rig.run.duration_s))));
+        std::max({dead_time_ns_, jumped_dead_time_ns_,
+                  dead_time_ns(static_cast<std::int64_t>(1e9 * std::min(1e9, rig.run.duration_s)))});
     knots_.resize(static_cast<std::size_t>(longest_ns / period_ns_) + 8);
     line_.position_m = path_.start(rig.firmware.manipulator.initial_position_m);
     find_next_event();
@@ -64,11 +73,12 @@ void robot::take_synchronous(double position_m, std::int64_t now_ns, std::int64_
  * what its queue has room for. */
 std::int64_t robot::dead_time_ns(std::int64_t now_ns) const
 {
+    const std::int64_t told_ns = now_ns < jump_at_ns_ ? dead_time_ns_ : jumped_dead_time_ns_;
     if (dead_time_drift_ == 0.0) {
-        return dead_time_ns_;
+        return told_ns;
     }
     constexpr double longest_ns = 1e11;
-    const double drifted_ns = static_cast<double>(dead_time_ns_) + dead_time_drift_ * static_cast<double>(now_ns);
+    const double drifted_ns = static_cast<double>(told_ns) + dead_time_drift_ * static_cast<double>(now_ns);
     const auto shortest_ns = static_cast<double>(std::min(dead_time_ns_, period_ns_));
     return std::llround(std::min(std::max(drifted_ns, shortest_ns), longest_ns));
 }
@@ -86,6 +96,15 @@ void robot::latch()
     next_latch_ns_ = std::llround(clock_phase_ns_ + clock_period_ns_ * static_cast<double>(clock_ticks_));
 }
 
+/* A dead time that has become shorter: what would arrive after a newer setpoint does not arrive. */
+void robot::drop_overtaken(std::int64_t end_ns)
+{
+    const std::size_t under_way = is_moving_ ? 1 : 0;
+    while (count_ > under_way && knots_[(first_ + count_ - 1) % knots_.size()].end_ns >= end_ns) {
+        count_--;
+    }
+}
+
 void robot::take(const setpoint &next, std::int64_t now_ns)
 {
     if (count_ == knots_.size()) {
@@ -95,6 +114,9 @@ void robot::take(const setpoint &next, std::int64_t now_ns)
     std::int64_t end_ns = now_ns + dead_time_ns(now_ns);
     if (jitter_ns_ > 0.0) {
         end_ns += std::llround(jitter_ns_ * (2.0 * random_.uniform() - 1.0));
+    }
+    if (now_ns >= jump_at_ns_) {
+        drop_overtaken(end_ns);
     }
     const double position_m = path_.take(next.position_m);
     const std::int64_t begin_ns = holds_ ? end_ns : end_ns - period_ns_;

@@ -83,6 +83,7 @@ class robot
 
     std::int64_t dead_time_ns(std::int64_t now_ns) const;
     void latch();
+    void drop_overtaken(std::int64_t end_ns);
     void take(const setpoint &next, std::int64_t now_ns);
     void set_out();
     double arrive();
@@ -95,7 +96,9 @@ class robot
     double clock_period_ns_;
     double clock_phase_ns_;
     double jitter_ns_;
-    double dead_time_drift_; /* ns of dead time a ns of time */
+    std::int64_t jump_at_ns_;
+    std::int64_t jumped_dead_time_ns_; /* from then on */
+    double dead_time_drift_;           /* ns of dead time a ns of time */
     double lost_probability_;
     random_stream random_;
     random_stream lost_;

@@ -43,6 +43,9 @@ log_header header_of(const rig &rig, const sim_options &options)
                          {{ULOG_TICK_ID, "tick", tick_record_format},
                           {ULOG_FRAME_ID, "can_frame", frame_record_format},
                           {ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)}}};
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});
+    }
     if (!options.robot.empty()) {
         header.infos.emplace_back("berth_robot", options.robot);
     }

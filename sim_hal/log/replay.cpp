@@ -64,9 +64,16 @@ void compare_frames(replay_result &result, const std::vector<frame_record> &reco
     }
 }
 
-/* One tick as recorded: the frames come before the tick that took and sent them. */
+void compare_arms(replay_result &result, const arm_record &recorded, const arm_record &replayed)
+{
+#define COMPARE_ARM_FIELD(type, name) compare(result, "arm " #name, recorded.name, replayed.name);
+    ARM_RECORD_FIELDS(COMPARE_ARM_FIELD)
+}
+
+/* One tick as recorded: frames and arm come before the tick that they belong to. */
 struct recorded_tick {
     tick_record record;
+    arm_record arm;
     std::vector<frame_record> sent;
     tick_input in;
 };
@@ -85,6 +92,8 @@ bool read_tick(ulog_reader &log, recorded_tick &tick)
             } else if (tick.in.frame_count < TICK_FRAMES_IN_MAX) {
                 tick.in.frames[tick.in.frame_count++] = frame_of(frame);
             }
+        } else if (id == ULOG_ARM_ID) {
+            tick.arm = record_as<arm_record>(bytes);
         } else if (id == ULOG_TICK_ID) {
             tick.record = record_as<tick_record>(bytes);
             const tick_record &record = tick.record;
@@ -119,6 +128,7 @@ replay_result replay_log(const std::string &path)
         app_step(app.get(), &tick.in, &out);
         result.tick = tick.record.index;
         compare_ticks(result, tick.record, app->record);
+        compare_arms(result, tick.arm, app->arm_record);
         compare_frames(result, tick.sent, out);
         result.ticks += result.is_equal;
     }

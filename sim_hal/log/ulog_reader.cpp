@@ -1,5 +1,6 @@
 #include "ulog_reader.h"
 
+#include <algorithm>
 #include <set>
 
 #include "../../hal/rig/rig_file.h"
@@ -76,7 +77,10 @@ void ulog_reader::read_header()
         throw input_error(path_ +
                           ": carries no configuration; is it a log of this program, and not cut in its header?");
     }
-    if (formats.count(tick_record_format) + formats.count(frame_record_format) < 2) {
+    const bool has_other_arm = std::any_of(formats.begin(), formats.end(), [](std::string_view format) {
+        return format.substr(0, 4) == "arm:" && format != arm_record_format;
+    });
+    if (formats.count(tick_record_format) + formats.count(frame_record_format) < 2 || has_other_arm) {
         throw input_error(path_ + ": its records have other fields than this program's; it was written by another "
                                   "version, or is damaged");
     }
@@ -98,6 +102,7 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
         record = content.substr(sizeof id);
         const std::size_t expected = id == ULOG_TICK_ID    ? sizeof(tick_record)
                                      : id == ULOG_FRAME_ID ? sizeof(frame_record)
+                                     : id == ULOG_ARM_ID   ? sizeof(arm_record)
                                                            : record.size();
         if (record.size() != expected ||
             (id == ULOG_FRAME_ID && record_as<frame_record>(record).length > can_data_bytes_max)) {

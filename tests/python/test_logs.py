@@ -11,12 +11,15 @@ from conftest import DBC, DISTURBED, EXIT_DONE, RIGS, ROOT, STATE_RUNNING, comma
 from pyulog import ULog
 
 CANTOOLS = ROOT / ".venv" / "bin" / "cantools"
-UNITS = ("_ns", "_s", "_m", "_m_per_s", "_N", "_J")
+UNITS = ("_ns", "_ms", "_s", "_s2", "_m", "_m_per_s", "_N", "_J", "_kg", "_rad", "_N_m", "_N_m_s", "_N_s_per_m",
+         "_N_per_m")
 DIMENSIONLESS = {
     "index", "missed_ticks", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints", "conditions",
     "force_samples", "torn_samples",
     "enable", "emergency_stop", "stop", "state", "stop_cause", "limits", "operator_request", "heartbeat",
     "drive_error", "drive_statusword", "drive_trouble", "drive_setup_step",
+    "inverse_gain", "base_quaternion_w", "base_quaternion_x", "base_quaternion_y", "base_quaternion_z", "guided_by",
+    "order",
     "data", "id", "bus", "length", "flags", "direction",
 }
 SHORT = {"run.duration_s": 3.0}
@@ -28,16 +31,19 @@ def test_pyulog_reads_every_record(rig, logs):
     result, log = logs(rig)
     ulog = ULog(str(log))
     assert not ulog.file_corruption and not ulog.dropouts
-    assert {data.name for data in ulog.data_list} == {"tick", "can_frame", "rig"}
+    arm = {"arm"} if rig == "ess-berthing" else set()
+    assert {data.name for data in ulog.data_list} == {"tick", "can_frame", "rig"} | arm
+    assert all(len(topic(log, name)["timestamp"]) == result["ticks"] for name in arm)
     tick = topic(log)
     assert list(tick["index"]) == list(range(result["ticks"]))
     assert len(topic(log, "rig")["timestamp"]) == result["ticks"]
     assert np.array_equal(tick["timestamp"], tick["scheduled_ns"] // 1000)
 
 
-def test_every_field_name_ends_in_its_unit(logs):
+@pytest.mark.parametrize("rig", ["ess", "ess-berthing"])
+def test_every_field_name_ends_in_its_unit(rig, logs):
     """`timestamp` is the format's own, in us."""
-    for data in ULog(str(logs("ess")[1])).data_list:
+    for data in ULog(str(logs(rig)[1])).data_list:
         for field in data.data:
             assert field == "timestamp" or field in DIMENSIONLESS or field.endswith(UNITS), f"{data.name}.{field}"
 

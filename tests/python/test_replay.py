@@ -60,7 +60,10 @@ OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_f
                  "command_position_m", "robot_position_m", "energy_stored_J", "energy_operator_J",
                  "energy_dissipated_J", "energy_integrator_J", "energy_simulated_port_J", "energy_measured_port_J",
                  "energy_dead_time_J", "energy_compensation_J", "used_force_N", "displayed_position_m",
-                 "predicted_error_N", "passivity_deficit_J", "passivity_force_N", "rejected_frames", "lost_frames", "error_frames",
+                 "predicted_error_N", "inverse_gain", "inverse_delay_s", "inverse_curve_s2", "inverse_error_m",
+                 "lead_error_N", "passivity_deficit_J", "passivity_force_N", "believed_mass_kg",
+                 "believed_damping_N_s_per_m", "believed_stiffness_N_per_m", "believed_dead_time_ms",
+                 "rejected_frames", "lost_frames", "error_frames",
                  "force_samples", "torn_samples", "saturated_setpoints", "conditions", "state", "stop_cause", "limits",
                  "operator_request", "heartbeat", "drive_error", "drive_statusword", "drive_trouble",
                  "drive_setup_step", "timestamp"]

@@ -48,7 +48,7 @@ class closed_loop
 inline std::vector<double> free_motion_m(closed_loop &loop)
 {
     std::vector<double> positions_m;
-    while (loop.tick()) {
+    while (loop.tick() && (loop.app().limits.active == 0 || positions_m.empty())) {
         if (loop.is_running() && loop.app().limits.active == 0) {
             positions_m.push_back(loop.app().record.manipulator_position_m);
         }

@@ -78,7 +78,7 @@ std::complex<double> felt_stiffness(double damping_N_s_per_m, double delay_s)
 void book_and_announce(energy_account *account, const operator_command *command, double force_N, double position_m,
                        int is_running)
 {
-    energy_account_book(account, command, force_N, position_m, is_running);
+    energy_account_book(account, command, force_N, position_m, 0.0, is_running);
     energy_account_announce(account, command, force_N, force_N, is_running);
 }
 
@@ -194,7 +194,7 @@ TEST_CASE("energy account: semi-implicit Euler takes T^2 F^2 / 2m a step, the ex
     for (const int integrator : {INTEGRATOR_EXACT, INTEGRATOR_SEMI_IMPLICIT_EULER}) {
         CAPTURE(integrator);
         app_config config = config_default();
-        config.manipulator = {150.0, 0.0, 0.0, 0.0, 0.3, integrator, 1};
+        config.manipulator = {150.0, 0.0, 0.0, 0.0, 0.3, integrator, 1, 1.0, 0.0, 0.0};
         manipulator free_mass;
         manipulator_start(&free_mass, &config);
         energy_account account;

@@ -55,6 +55,15 @@ reception started_with_drive()
     return reception;
 }
 
+reception started_with_arm()
+{
+    app_config config = config_default();
+    config.arm.kind = ARM_PLANAR;
+    reception reception;
+    reception_start(&reception, &config);
+    return reception;
+}
+
 struct table_row {
     received_message message;
     hal_frame frame;
@@ -77,13 +86,29 @@ const std::vector<table_row> drive_rows = {
     {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
 };
 
+const std::vector<table_row> arm_rows = {
+    {RECEIVED_ROBOT_FEEDBACK, bench::feedback_frame(0.0, 1)},
+    {RECEIVED_OPERATOR_MOTION, bench::motion_frame(0.0, 0.0, 0, 1)},
+    {RECEIVED_OPERATOR_FORCE, bench::operator_force_frame(0.0, 0, 1)},
+    {RECEIVED_OPERATOR_JOINT, bench::joint_frame(1, BERTH_CAN_OPERATOR_JOINT_ORDER_MOVE_CHOICE, 0.0, 0.0, 1)},
+    {RECEIVED_OPERATOR_LINE, bench::line_frame(0.0, 0.0, 0.1, 1)},
+    {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
+};
+
+struct table {
+    const std::vector<table_row> &rows;
+    reception (*start)();
+};
+const table tables[] = {
+    {dbc_rows, [] { return started(); }}, {drive_rows, started_with_drive}, {arm_rows, started_with_arm}};
+
 TEST_CASE("reception: every row takes its frame, on its bus and nowhere else")
 {
     std::set<received_message> messages;
-    for (const bool has_drive : {false, true}) {
-        for (const table_row &row : has_drive ? drive_rows : dbc_rows) {
+    for (const table &table : tables) {
+        for (const table_row &row : table.rows) {
             CAPTURE(row.message);
-            reception reception = has_drive ? started_with_drive() : started();
+            reception reception = table.start();
             CHECK(reception_check(&reception, &row.frame) == row.message);
             hal_frame elsewhere = row.frame;
             elsewhere.bus ^= 1;
@@ -97,9 +122,9 @@ TEST_CASE("reception: every row takes its frame, on its bus and nowhere else")
 
 TEST_CASE("reception: of all 11-bit identifiers only the table's of the profile are known")
 {
-    for (const bool has_drive : {false, true}) {
-        reception reception = has_drive ? started_with_drive() : started();
-        const std::size_t rows = has_drive ? drive_rows.size() : dbc_rows.size();
+    for (const table &table : tables) {
+        reception reception = table.start();
+        const std::size_t rows = table.rows.size();
         std::size_t known = 0;
         for (std::uint32_t id = 0; id < 2048; id++) {
             for (const hal_bus bus : {HAL_BUS_ROBOT, HAL_BUS_SENSOR}) {

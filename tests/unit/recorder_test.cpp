@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -27,7 +28,8 @@ struct layout {
 layout layout_of(const char *format)
 {
     static const std::map<std::string, std::size_t> sizes = {{"uint8_t", 1},  {"uint16_t", 2}, {"uint32_t", 4},
-                                                             {"uint64_t", 8}, {"int64_t", 8},  {"double", 8}};
+                                                             {"uint64_t", 8}, {"int64_t", 8},  {"double", 8},
+                                                             {"float", 4}};
     layout layout;
     std::istringstream text(format);
     std::getline(text, layout.name, ':');
@@ -99,10 +101,13 @@ TEST_CASE("recorder: the formats describe the records to the byte, units last")
     for (const auto &entry : tick.fields) {
         const std::string &name = entry.first;
         CAPTURE(name);
-        if (entry.second.type == "double") { /* every physical quantity says its unit */
+        if (entry.second.type == "double" ||
+            entry.second.type == "float") { /* every physical quantity says its unit */
+            static const std::set<std::string> units = {"_m", "_m_per_s", "_N", "_J", "_kg", "_s", "_ms", "_s2"};
+            static const std::set<std::string> pure_numbers = {"inverse_gain"};
             const std::string unit =
                 name.substr(name.rfind("_m_per_s") != std::string::npos ? name.rfind("_m_per_s") : name.rfind('_'));
-            const bool has_unit = unit == "_m" || unit == "_m_per_s" || unit == "_N" || unit == "_J";
+            const bool has_unit = units.count(unit) == 1 || pure_numbers.count(name) == 1;
             CHECK(has_unit);
         }
     }
@@ -128,7 +133,7 @@ TEST_CASE("recorder: a tick is its received frames, its sent frames, then itself
     record.stop_cause = STOP_BUS_OFF;
 
     recorder recorder{};
-    recorder_write(&recorder, &in, &out, &record);
+    recorder_write(&recorder, &in, &out, nullptr, &record);
     const std::vector<message> messages = messages_of(recorder);
     const layout frame = layout_of(frame_record_format), tick = layout_of(tick_record_format);
     REQUIRE(messages.size() == 4);
@@ -161,14 +166,15 @@ TEST_CASE("recorder: the fullest tick fits, and a tick replaces the one before")
     tick_input in{};
     tick_output out{};
     const tick_record record{};
+    const arm_record arm{};
     recorder recorder{};
     in.frame_count = TICK_FRAMES_IN_MAX;
     out.frame_count = TICK_FRAMES_OUT_MAX;
-    recorder_write(&recorder, &in, &out, &record);
+    recorder_write(&recorder, &in, &out, &arm, &record);
     CHECK(recorder.size_bytes == RECORDER_TICK_BYTES_MAX);
-    CHECK(messages_of(recorder).size() == TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX + 1);
+    CHECK(messages_of(recorder).size() == TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX + 2);
     in.frame_count = out.frame_count = 0;
-    recorder_write(&recorder, &in, &out, &record);
+    recorder_write(&recorder, &in, &out, nullptr, &record);
     CHECK(recorder.size_bytes == 5 + sizeof(tick_record));
     CHECK(messages_of(recorder).size() == 1);
 }

@@ -71,6 +71,32 @@ inline hal_frame operator_force_frame(double force_N, int request, std::uint8_t 
     return frame;
 }
 
+/* Order for a joint, counted from 0. */
+inline hal_frame joint_frame(int joint, int order, double rate_rad_per_s, double angle_rad, std::uint8_t counter)
+{
+    hal_frame frame = frame_of(BERTH_CAN_OPERATOR_JOINT_FRAME_ID, HAL_BUS_ROBOT, 0);
+    berth_can_operator_joint_t raw{};
+    raw.joint = static_cast<std::uint8_t>(joint);
+    raw.order = static_cast<std::uint8_t>(order);
+    raw.rate_rad_per_s = static_cast<std::int32_t>(std::lround(rate_rad_per_s * 1e6));
+    raw.angle_rad = static_cast<std::int32_t>(std::lround(angle_rad * 1e6));
+    raw.counter = counter & 0x0f;
+    berth_can_operator_joint_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
+inline hal_frame line_frame(double x_m, double y_m, double speed_m_per_s, std::uint8_t counter)
+{
+    hal_frame frame = frame_of(BERTH_CAN_OPERATOR_LINE_FRAME_ID, HAL_BUS_ROBOT, 0);
+    berth_can_operator_line_t raw{};
+    raw.x_m = static_cast<std::int16_t>(std::lround(x_m / 2e-4));
+    raw.y_m = static_cast<std::int16_t>(std::lround(y_m / 2e-4));
+    raw.speed_m_per_s = static_cast<std::uint16_t>(std::lround(speed_m_per_s * 1e3));
+    raw.counter = counter & 0x0f;
+    berth_can_operator_line_pack(frame.data, &raw, sizeof frame.data);
+    return frame;
+}
+
 /* The reference manipulator, 10 mm off its rest: it moves as soon as it may. */
 inline app_config moving_config()
 {

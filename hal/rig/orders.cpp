@@ -1,0 +1,161 @@
+#include "orders.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double way_max_m = 6.5; /* of the frame */
+constexpr double speed_max_m_per_s = 4.0;
+constexpr double rate_max_rad_per_s = 8.3;
+constexpr double angle_max_rad = 8.3;
+
+std::string number_text(double value)
+{
+    char digits[32];
+    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
+    return std::string(digits, end);
+}
+
+double number(const std::string &key, const toml::node &node, const std::string &origin, double limit)
+{
+    const auto value = node.value<double>();
+    if (!node.is_number() || !value || !(std::abs(*value) <= limit)) {
+        fail(place(origin, node.source()),
+             {key, "must be a number of at most " + number_text(limit) + " (is " + text_of(node) + ")"});
+    }
+    return *value;
+}
+
+void read_way(arm_order &order, const toml::node &node, const std::string &origin)
+{
+    const toml::array *const way = node.as_array();
+    if (way == nullptr || way->size() < 2 || way->size() > 3) {
+        fail(place(origin, node.source()), {"orders.line_m", "must be two or three numbers in brackets"});
+    }
+    for (std::size_t i = 0; i < way->size(); i++) {
+        order.way_m[i] = number("orders.line_m", *way->get(i), origin, way_max_m);
+    }
+    order.kind = ARM_ORDER_LINE;
+}
+
+/* Keys that make the kind first: the others only add to it. */
+operator_order read_order(const toml::table &table, const std::string &origin)
+{
+    operator_order made{};
+    arm_order &order = made.order;
+    const std::string where = place(origin, table.source());
+    int kinds = 0;
+    for (const auto &[name, node] : table) {
+        const std::string_view key = name.str();
+        const std::string path = "orders." + std::string(key);
+        if (key == "at_s") {
+            made.at_s = number(path, node, origin, 1e9);
+        } else if (key == "line_m") {
+            read_way(order, node, origin);
+            kinds++;
+        } else if (key == "speed_m_per_s") {
+            order.speed_m_per_s = number(path, node, origin, speed_max_m_per_s);
+        } else if (key == "joint") {
+            order.joint = static_cast<std::int32_t>(number(path, node, origin, ARM_JOINTS_MAX)) - 1;
+            order.kind = table.contains("move_to_rad") ? ARM_ORDER_JOINT_MOVE : ARM_ORDER_JOINT_RATE;
+            kinds++;
+        } else if (key == "move_to_rad") {
+            order.angle_rad = number(path, node, origin, angle_max_rad);
+        } else if (key == "rate_rad_per_s") {
+            order.rate_rad_per_s = number(path, node, origin, rate_max_rad_per_s);
+        } else if (key == "follow" && node.value<bool>() == true) {
+            order.kind = ARM_ORDER_FOLLOW;
+            kinds++;
+        } else {
+            fail(place(origin, node.source()),
+                 {path, "unknown; there are at_s, line_m, speed_m_per_s, joint, move_to_rad, rate_rad_per_s and "
+                        "follow = true"});
+        }
+    }
+    if (kinds != 1) {
+        fail(where, {"orders", "each must have one of line_m, joint and follow = true"});
+    }
+    if (order.kind == ARM_ORDER_LINE && !(order.speed_m_per_s > 0.0)) {
+        fail(where, {"orders.speed_m_per_s", "a line needs it, greater than 0"});
+    }
+    return made;
+}
+
+} // namespace
+
+void read_orders(rig &rig, const toml::node &node, const std::string &origin)
+{
+    const toml::array *const orders = node.as_array();
+    if (orders == nullptr) {
+        fail(place(origin, node.source()), {"orders", "must be sections [[orders]]"});
+    }
+    for (const toml::node &order : *orders) {
+        if (order.as_table() == nullptr) {
+            fail(place(origin, order.source()), {"orders", "must be sections [[orders]]"});
+        }
+        rig.orders.push_back(read_order(*order.as_table(), origin));
+    }
+}
+
+void print_orders(const rig &rig, std::ostream &text)
+{
+    for (const operator_order &timed : rig.orders) {
+        const arm_order &order = timed.order;
+        text << "\n[[orders]]\nat_s = " << number_text(timed.at_s) << "\n";
+        switch (order.kind) {
+        case ARM_ORDER_LINE:
+            text << "line_m = [" << number_text(order.way_m[0]) << ", " << number_text(order.way_m[1]) << ", "
+                 << number_text(order.way_m[2]) << "]\nspeed_m_per_s = " << number_text(order.speed_m_per_s) << "\n";
+            break;
+        case ARM_ORDER_FOLLOW:
+            text << "follow = true\n";
+            break;
+        default:
+            text << "joint = " << order.joint + 1 << "\n";
+            if (order.kind == ARM_ORDER_JOINT_MOVE) {
+                text << "move_to_rad = " << number_text(order.angle_rad) << "\n";
+            }
+            text << "rate_rad_per_s = " << number_text(order.rate_rad_per_s) << "\n";
+            break;
+        }
+    }
+}
+
+std::optional<rig_error> check_orders(const rig &rig)
+{
+    const arm_config &arm = rig.firmware.arm;
+    double last_s = 0.0;
+    for (const operator_order &timed : rig.orders) {
+        const arm_order &order = timed.order;
+        const bool is_joint = order.kind == ARM_ORDER_JOINT_RATE || order.kind == ARM_ORDER_JOINT_MOVE;
+        if (arm.kind == ARM_NONE) {
+            return rig_error{"orders", "need an arm: manipulator.arm"};
+        }
+        if (timed.at_s < last_s) {
+            return rig_error{"orders.at_s", "must be 0 or more and not earlier than the order before"};
+        }
+        last_s = timed.at_s;
+        if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
+            return rig_error{"orders.joint", "must be from 1 to " + std::to_string(arm.joint_count)};
+        }
+        if (order.kind == ARM_ORDER_JOINT_MOVE && (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
+                                                   order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
+            return rig_error{"orders.move_to_rad",
+                             "must be an angle that joint " + std::to_string(order.joint + 1) + " can have"};
+        }
+        if (order.kind == ARM_ORDER_JOINT_MOVE && order.rate_rad_per_s < 0.0) {
+            return rig_error{"orders.rate_rad_per_s", "of a move must be 0 (as fast as it may) or more"};
+        }
+        if (order.kind == ARM_ORDER_LINE && arm.kind == ARM_PLANAR && order.way_m[2] != 0.0) {
+            return rig_error{"orders.line_m", "must have two numbers: the arm is planar"};
+        }
+    }
+    return {};
+}
+
+} // namespace berth

@@ -1,0 +1,145 @@
+"""A whole arm in the loop: it grows as its eigenvalues say, replays bit for bit, and takes orders by frames."""
+
+import numpy as np
+import pytest
+from conftest import (EXIT_DIFFERENT, EXIT_INPUT, RIG_FOLDER, command, data_id, one_json_object, patched, record_type,
+                      replay_json, run_json, topic, ulog_messages)
+
+ARM_TOPIC = 4
+ARM = ("--set", "manipulator.arm=ess")
+BERTHING = RIG_FOLDER / "ess-berthing.toml"
+
+
+def eigen(*settings):
+    return one_json_object(command("eigen", "ess", "--json", *ARM, *settings).stdout)
+
+
+@pytest.mark.parametrize("dead_time_ms,duration_s", [(17.5, 300), (30.0, 250), (60.0, 120)])
+def test_it_grows_as_its_eigenvalues_say(tmp_path, dead_time_ms, duration_s):
+    settings = ("--set", f"robot.dead_time_ms={dead_time_ms}")
+    expected = eigen(*settings)["growth_per_s"]
+    assert expected > 0.0, "the reduced model is stable here: what is looked at is what it leaves out"
+    result = run_json("ess", tmp_path, *ARM, *settings, "--set", f"run.duration_s={duration_s}",
+                      "--set", "manipulator.initial_position_m=0", "--set", "profile.kind=minimum_jerk",
+                      "--set", "profile.amplitude_m=0.001", "--set", "profile.duration_s=1")
+    assert result["predicted_growth_per_s"] == pytest.approx(expected, rel=1e-9)
+    position_m = topic(result["log"])["manipulator_position_m"]
+    late = position_m[len(position_m) // 2:]
+    half = len(late) // 2
+    grown = np.log(np.std(late[half:]) / np.std(late[:half])) / (half * 2.5e-3)
+    assert grown == pytest.approx(expected, rel=0.03)
+
+
+def test_a_recorded_arm_is_compared_too(tmp_path):
+    log = run_json(BERTHING, tmp_path, "--set", "run.duration_s=3")["log"]
+    assert replay_json(log)["equal"]
+    data = open(log, "rb").read()
+    arms = [message for message in ulog_messages(data) if data_id(message) == ARM_TOPIC]
+    assert len(arms) == 1200
+    changed = tmp_path / "changed.ulg"
+    changed.write_bytes(patched(data, arms[321], record_type(data, "arm"), "motor_1_rad",
+                                lambda value: np.nextafter(value, 9.0)))
+    difference = replay_json(changed, EXIT_DIFFERENT)["first_difference"]
+    assert (difference["tick"], difference["field"]) == (321, "arm motor_1_rad")
+
+
+def test_orders_lead_the_tool_and_the_satellite_answers(logs):
+    result, log = logs(BERTHING)
+    assert result["frames_rejected"] == 0
+    arm, tick = topic(log, "arm"), topic(log)
+    at = lambda seconds: int(round(seconds * 400))  # noqa: E731
+    # The line of 0.3 m is that of the tool seen from the base, but for joints that still swing a little.
+    turn = arm["base_turn_rad"]
+    in_base_x = np.cos(turn) * (arm["tool_x_m"] - arm["base_x_m"]) + np.sin(turn) * (arm["tool_y_m"] - arm["base_y_m"])
+    in_base_y = -np.sin(turn) * (arm["tool_x_m"] - arm["base_x_m"]) + np.cos(turn) * (arm["tool_y_m"] - arm["base_y_m"])
+    assert in_base_x[at(19)] - in_base_x[0] == pytest.approx(0.3, abs=5e-4)
+    assert in_base_y[at(19)] - in_base_y[0] == pytest.approx(0.0, abs=5e-4)
+    # Nothing is felt before the grip, and something after it.
+    assert np.all(tick["force_N"][:at(20)] == 0.0)
+    assert np.abs(tick["force_N"][at(21):]).max() > 1.0
+    # Centre of mass of all: it stays, from the bodies' own places, until the object is gripped.
+    assert np.abs(arm["base_x_m"][at(19)]) > 0.01
+    assert arm["wheel_N_m_s"].max() > 0.1
+    assert set(np.unique(arm["order"])) == {0, 1, 3}
+    # The joint's rate, after it has come to it.
+    rate = (arm["motor_1_rad"][at(43)] - arm["motor_1_rad"][at(41)]) / 2.0
+    assert rate == pytest.approx(-0.001, rel=0.05)
+
+
+def test_the_resolved_rig_reads_back(tmp_path):
+    text = command("run", BERTHING, "--print-config").stdout.decode()
+    again = tmp_path / "again.toml"
+    again.write_text(text)
+    assert "[manipulator.arm]" in text and "[[orders]]" in text
+    assert command("run", again, "--print-config").stdout.decode() == text
+
+
+@pytest.mark.parametrize("old,new,says", [
+    ('arm = "ess"', 'arm = "nothing"', "no shipped arm has this name"),
+    ("direction_x = 1.0", "direction_x = 0.0", "manipulator.direction_x"),
+    ("direction_x = 1.0", "direction_z = 1.0", "manipulator.direction_z"),
+    ("direction_x = 1.0", "initial_velocity_m_per_s = 0.1", "an arm starts at rest"),
+    ("direction_x = 1.0", "coulomb_friction_N = 5", "one degree of freedom"),
+    ("[limits]", "[prediction]\nenabled = true\n[limits]", "prediction.enabled"),
+    ('arm = "ess"', "", "need an arm"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.3, 0.0, 0.1]", "must have two numbers"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.3]", "two or three numbers"),
+    ("line_m = [0.3, 0.0]", "line_m = [7.3, 0.0]", "at most 6.5"),
+    ("line_m = [0.3, 0.0]", "line = [0.3, 0.0]", "orders.line: unknown"),
+    ("speed_m_per_s = 0.03", "speed_m_per_s = 0", "greater than 0"),
+    ("joint = 2", "joint = 3", "must be from 1 to 2"),
+    ("rate_rad_per_s = -0.001", "move_to_rad = 0.1\nrate_rad_per_s = -0.001", "must be 0 (as fast as it may)"),
+    ("follow = true", "follow = false", "follow = true"),
+    ("at_s = 24.0", "at_s = 0.5", "not earlier"),
+    ("grip_close_s = 20.0", "grip_close_s = 20.0\ngrip_release_s = 10", "later than run.grip_close_s"),
+    ('kind = "gripped"', 'kind = "contact"', "run.grip_close_s"),
+])
+def test_what_is_wrong_is_said(tmp_path, old, new, says):
+    text = BERTHING.read_text()
+    assert old in text
+    file = tmp_path / "wrong.toml"
+    file.write_text(text.replace(old, new, 1))
+    done = command("run", file, "--no-log")
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT, message
+    assert says in message and message.count("\n") == 1, message
+
+
+@pytest.mark.parametrize("words", [("limits", "ess"), ("compensate", "ess"), ("eigen", "ess", "--amplitude", "0.01"),
+                                   ("eigen", "ess", "--set", "robot.jitter_ms=1"),
+                                   ("map", "ess", "--vary", "mass", "--set", "robot.jitter_ms=1"),
+                                   ("map", "ess", "--vary", "mass", "--set", "extrapolation.order=1")])
+def test_what_knows_one_degree_of_freedom_alone_says_so(words, tmp_path):
+    done = command(*words, *ARM, *(("--out", tmp_path) if words[0] == "map" else ()))
+    message = done.stderr.decode()
+    if "--amplitude" in words:  # nothing of size: the amplitude changes nothing
+        assert done.returncode == 0 and b"UNSTABLE" in done.stdout
+        return
+    assert done.returncode == EXIT_INPUT and "one degree of freedom" in message, message
+
+
+def test_the_map_is_the_whole_arm_s_and_tells_how_far_its_reduction_misleads(tmp_path):
+    done = one_json_object(command("map", "ess", "--json", *ARM, "--vary", "elasticity", "--grid", "31x21",
+                                   "--out", tmp_path).stdout)
+    columns = np.genfromtxt(done["csv"], delimiter=",", names=True)
+    possible = ~np.isnan(columns["spectral_radius"])
+    whole, reduced = columns["spectral_radius"][possible], columns["spectral_radius_reduced"][possible]
+    assert done["reduced"]["falsely_stable_share"] == pytest.approx(np.mean((whole >= 1) & (reduced < 1)))
+    assert done["reduced"]["falsely_unstable_share"] == pytest.approx(np.mean((whole < 1) & (reduced >= 1)))
+    assert done["reduced"]["falsely_unstable_share"] > 0
+    assert done["own"]["spectral_radius"] == pytest.approx(eigen()["spectral_radius"], rel=1e-12)
+    # A point of the map by itself, from eigen.
+    at = np.flatnonzero(possible)[len(whole) // 2]
+    ratio, zeta = columns["omega_per_omega_M"][at], columns["zeta"][at]
+    stiffness = ratio ** 2 * 7895.683520871487 / 200 * 300 - 7895.683520871487
+    damping = 2 * zeta * ratio * np.sqrt(7895.683520871487 / 200) * 300 - 125.66370614359172
+    point = eigen("--set", f"object.stiffness_N_per_m={float(stiffness)!r}",
+                  "--set", f"object.damping_N_s_per_m={float(damping)!r}")
+    assert point["spectral_radius"] == pytest.approx(columns["spectral_radius"][at], rel=1e-9)
+
+
+def test_an_arm_that_starts_stretched_is_refused(tmp_path):
+    arm = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text().replace("initial_rad = -1.7", "initial_rad = 0.0")
+    (tmp_path / "stretched.toml").write_text(arm)
+    done = command("run", "ess", "--no-log", "--set", f"manipulator.arm={tmp_path / 'stretched.toml'}")
+    assert done.returncode == EXIT_INPUT and "singular" in done.stderr.decode()
