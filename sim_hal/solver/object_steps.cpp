@@ -50,8 +50,8 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
 
 int object_steps_a_tick(const rig &rig)
 {
-    const bool is_nonlinear = rig.object.kind == object_kind::contact ||
-                              value_of_effect(rig, "object.grip_force_N") > 0.0 ||
+    const bool is_nonlinear = rig.object.kind == object_kind::contact || rig.run.grip_release_s < never ||
+                              rig.run.grip_close_s > 0.0 || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
                               !active_stages(rig, &effect::on_body, "object").empty();
     const bool has_filter = !active_stages(rig, &effect::on_force).empty();
     return value_of_effect(rig, "object.impact_damping_s_per_m") > 0.0         ? stiffening_steps_a_tick
@@ -62,6 +62,7 @@ int object_steps_a_tick(const rig &rig)
 
 object_steps::object_steps(const rig &rig)
     : plant_(object_alone(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
+      grip_close_s_(rig.run.grip_close_s), grip_release_s_(rig.run.grip_release_s),
       impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0)
 {
 }
@@ -74,7 +75,7 @@ object_steps::step_maps object_steps::make_maps(double step_s) const
     if (plant_.one_sided) {
         make(grip::free_of_material);
     }
-    if (grip_force_N_ > 0.0) {
+    if (grip_force_N_ > 0.0 || grip_release_s_ < never || grip_close_s_ > 0.0) {
         make(grip::is_lost);
     }
     return made;
@@ -82,11 +83,14 @@ object_steps::step_maps object_steps::make_maps(double step_s) const
 
 void object_steps::start(const rig &rig, double position_m, double time_s)
 {
-    const plant_state rest = plant_.at_rest(position_m);
+    is_open_ = grip_close_s_ > 0.0;
+    gripped_at_m_ = is_open_ ? position_m : 0.0;
+    const plant_state rest = plant_.at_rest(position_m - gripped_at_m_);
     std::copy(rest.data(), rest.data() + rows, state_.begin());
-    line_ = {position_m, 0.0};
+    line_ = {position_m - gripped_at_m_, 0.0};
     forces_ = active_stages(rig, &effect::on_body, "object");
-    grip_ = grip::holds;
+    grip_ = is_open_ ? grip::is_lost : grip::holds;
+    is_released_ = false;
     for (auto &force : forces_) {
         force->start({state_[object_position], state_[object_position], 0.0, time_s, 0.0});
     }
@@ -96,10 +100,10 @@ void object_steps::jump(double to_m)
 {
     if (grip_ != grip::is_lost) {
         plant_state full = full_state();
-        plant_.apply_reference_jump(full, to_m - line_.position_m);
+        plant_.apply_reference_jump(full, to_m - gripped_at_m_ - line_.position_m);
         std::copy(full.data(), full.data() + rows, state_.begin());
     }
-    line_ = {to_m, 0.0};
+    line_ = {to_m - gripped_at_m_, 0.0};
 }
 
 /* What decides goes nearly straight over so short a step. */
@@ -114,7 +118,7 @@ void object_steps::advance_switching(const step_maps &maps, double step_s, const
     const body_state as_before = state_;
     const reference_line line_after = line_;
     state_ = before;
-    line_.position_m = way.from_m + way.bulge_m;
+    line_.position_m = way.from_m - gripped_at_m_ + way.bulge_m;
     const double margin_before = std::max(0.0, margin());
     const double share = margin_before / (margin_before - margin_after);
     grip_ = next_grip();

@@ -62,12 +62,19 @@ class object_steps
 
     void advance(const step_maps &maps, double step_s, const robot_way &way, double time_s)
     {
-        line_ = {way.from_m + way.bulge_m, (way.to_m - way.from_m) / step_s};
-        grip_ = plant_.one_sided ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
-                : margin() < 0.0 ? next_grip()
-                                 : grip_;
+        is_released_ = is_released_ || time_s >= grip_release_s_;
+        if (is_open_ && time_s >= grip_close_s_) {
+            is_open_ = false;
+            gripped_at_m_ = way.from_m - state_[object_position];
+            grip_ = grip::holds;
+        }
+        line_ = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s};
+        grip_ = is_released_ || is_open_ ? grip::is_lost
+                : plant_.one_sided       ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
+                : margin() < 0.0         ? next_grip()
+                                         : grip_;
         state_ = state_after(maps, grip_, step_s, time_s);
-        line_.position_m = way.to_m;
+        line_.position_m = way.to_m - gripped_at_m_;
     }
 
     /* The same; where a contact begins or ends on the way or the grip gives way, in `fine_parts` steps, for which
@@ -94,8 +101,11 @@ class object_steps
         }
     }
 
-    /* There is a contact that begins and ends, or a grip that gives way. */
-    bool switches() const { return plant_.one_sided || grip_force_N_ > 0.0; }
+    /* There is a contact that begins and ends, or a grip that closes or gives way. */
+    bool switches() const
+    {
+        return plant_.one_sided || grip_force_N_ > 0.0 || grip_release_s_ < never || grip_close_s_ > 0.0;
+    }
 
     /* Once it was started: a step is a map of state and robot alone, the one of a grip that holds. */
     bool is_linear() const { return forces_.empty() && !switches(); }
@@ -112,7 +122,8 @@ class object_steps
 
     const body_state &state() const { return state_; }
     void set_state(const body_state &state) { state_ = state; }
-    const reference_line &robot_line() const { return line_; } /* where the robot is, and how fast it came there */
+    /* Where the robot is, and how fast it came there. */
+    reference_line robot_line() const { return {line_.position_m + gripped_at_m_, line_.velocity_m_per_s}; }
 
   private:
     plant_state full_state() const
@@ -143,7 +154,7 @@ class object_steps
             const double touching_N = std::min(plant_.stiffness_N_per_m * depth_m(), pressed_N());
             return grip_ == grip::holds ? touching_N : -touching_N;
         }
-        if (grip_force_N_ <= 0.0) {
+        if (grip_force_N_ <= 0.0 || is_released_ || is_open_) {
             return 1.0;
         }
         const double spare_N = pull_N() + grip_force_N_;
@@ -182,11 +193,16 @@ class object_steps
 
     plant plant_; /* its robot is where it is told to be */
     double grip_force_N_;
+    double grip_close_s_; /* 0: gripped from the start */
+    double grip_release_s_;
+    bool is_open_ = false;      /* has not closed yet */
+    bool is_released_ = false;  /* for good */
+    double gripped_at_m_ = 0.0; /* robot less object, at the instant */
     double impact_damping_s_per_m_;
     std::vector<std::unique_ptr<force_stage>> forces_;
     body_state state_{};
     grip grip_ = grip::holds;
-    reference_line line_{};
+    reference_line line_{}; /* of the robot, counted from where it does not pull the object */
 };
 
 } // namespace berth

@@ -11,6 +11,10 @@ std::unique_ptr<solver> make_solver(const rig &rig)
     if (rig.solver.kind != solver_kind::cvode) {
         return make_fast_solver(rig);
     }
+    if (rig.run.grip_release_s < never || rig.run.grip_close_s > 0.0) {
+        throw input_error("solver.kind: CVODE knows no grip that closes or lets go (run.grip_close_s, "
+                          "run.grip_release_s); use solver.kind = \"fast\"");
+    }
     if (has_hardware_effects(rig)) {
         throw input_error("solver.kind: CVODE integrates the base model only, and the rig has " +
                           effect_names(rig, is_hardware_effect) + "; use solver.kind = \"fast\"");

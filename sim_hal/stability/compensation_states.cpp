@@ -9,11 +9,10 @@ namespace
 {
 
 /* Newest first. */
-void add_ring(std::vector<double *> &places, double *ring, std::uint32_t size, std::uint32_t newest,
-              std::uint32_t count)
+void add_past(std::vector<double *> &places, past &of, std::uint32_t ticks)
 {
-    for (std::uint32_t i = 0; i < count; i++) {
-        places.push_back(&ring[(newest + size - i) % size]);
+    for (std::uint32_t i = 0; i < ticks; i++) {
+        places.push_back(&of.values[(of.newest + PAST_TICKS - i) % PAST_TICKS]);
     }
 }
 
@@ -38,10 +37,21 @@ void add_twin(std::vector<double *> &places, hardware_twin &twin)
     if (m.holds) {
         places.push_back(&twin.before_m);
     }
-    add_ring(places, twin.samples_N, TWIN_TICKS_MAX, twin.newest, twin.delay_ticks);
+    add_past(places, twin.samples_N, twin.delay_ticks);
+}
+
+bool adapts(const adaptive_inverse_config &inverse)
+{
+    return inverse.enabled && (inverse.tolerance > 0.0 || inverse.gain_tolerance > 0.0);
 }
 
 } // namespace
+
+bool compensation_is_linear(const rig &rig)
+{
+    return !rig.firmware.identification.enabled && !adapts(rig.firmware.adaptive_inverse) &&
+           rig.firmware.passivity.action == PASSIVITY_OFF;
+}
 
 void check_compensation_is_linear(const rig &rig)
 {
@@ -49,6 +59,11 @@ void check_compensation_is_linear(const rig &rig)
         throw input_error(
             "identification.enabled: a model that is identified while the loop runs has no eigenvalues; "
             "look at the growth that `berth run` measures, or set it to false");
+    }
+    if (adapts(rig.firmware.adaptive_inverse)) {
+        throw input_error(
+            "adaptive_inverse.tolerance: an inverse that adapts has no eigenvalues; look at the growth that "
+            "`berth run` measures, or set it and adaptive_inverse.gain_tolerance to 0");
     }
     if (rig.firmware.passivity.action != PASSIVITY_OFF) {
         throw input_error("passivity.action: a passivity controller has no eigenvalues; look at the growth that "
@@ -59,9 +74,9 @@ void check_compensation_is_linear(const rig &rig)
 void refuse_compensation(const rig &rig)
 {
     if (compensation_is_on(&rig.firmware)) {
-        throw input_error(
-            "compensation is on (extrapolation, prediction, dissipation or passivity): `berth eigen` and "
-            "`berth map` know such loops, limits and Lyapunov exponents do not");
+        throw input_error("compensation is on (extrapolation, adaptive inverse, force lead, prediction, dissipation "
+                          "or passivity): `berth eigen` and "
+                          "`berth map` know such loops, limits and Lyapunov exponents do not");
     }
 }
 
@@ -77,7 +92,18 @@ std::vector<double *> compensation_states::places(compensation &units) const
     extrapolation &e = units.extrapolation;
     if (e.order > 0) {
         const auto oldest = static_cast<std::uint32_t>(e.order * e.delay_ticks) + 1;
-        add_ring(places, e.past_m, EXTRAPOLATION_TICKS_MAX, e.newest, oldest);
+        add_past(places, e.past_m, oldest);
+    }
+    if (units.config->adaptive_inverse.enabled) {
+        places.insert(places.end(), {&units.inverse.before_m[0], &units.inverse.before_m[1]});
+    }
+    if (units.config->force_lead.enabled) {
+        force_lead &lead = units.lead;
+        add_past(places, lead.model_N, static_cast<std::uint32_t>(lead.settings.age_ticks) + 1);
+        places.push_back(&units.velocity_m_per_s);
+        if (lead.error_share < 1.0) {
+            places.push_back(&lead.fed_back_N);
+        }
     }
     if (units.prediction.enabled) {
         add_twin(places, units.prediction.twin);
@@ -101,6 +127,7 @@ compensation compensation_states::in_state(const Eigen::Ref<const Eigen::VectorX
     compensation units = started_;
     units.manipulator = &manipulator;
     units.prediction.manipulator = &manipulator;
+    units.lead.is_filled = 1;
     const std::vector<double *> to = places(units);
     for (std::size_t i = 0; i < to.size(); i++) {
         *to[i] = state(static_cast<Eigen::Index>(i));

@@ -11,6 +11,10 @@
 namespace berth
 {
 
+/* Whether it has eigenvalues: no passivity controller, which depends on energies, no identified model, no inverse
+ * that adapts. */
+bool compensation_is_linear(const rig &rig);
+
 /* Throws input_error if the rig has a passivity controller, which depends on energies, or an identified model. */
 void check_compensation_is_linear(const rig &rig);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "arm_loop.h"
 #include "compensation_states.h"
 
 namespace berth
@@ -19,6 +20,7 @@ linear_loop::linear_loop(const rig &rig, const loop_timeline &timeline, transiti
       next_setpoint_(timeline.first_setpoint), next_sample_(timeline.first_sample)
 {
     refuse_compensation(rig);
+    refuse_arm(rig);
     cache_.forget();
     manipulator_start(&manipulator_, &firmware_);
     inverse_filter_start(&filter_, &firmware_);

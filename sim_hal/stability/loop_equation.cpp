@@ -5,6 +5,7 @@
 
 #include "../../firmware/inverse_filter.h"
 #include "../../firmware/manipulator.h"
+#include "arm_loop.h"
 #include "compensation_states.h"
 #include "hardware_period.h"
 #include "slow_response.h"
@@ -207,6 +208,7 @@ loop_equation loop_equation_maker::make(const rig &rig)
 {
     const app_config &firmware = rig.firmware;
     refuse_compensation(rig);
+    refuse_arm(rig);
     if (!has_response_ || !is_same(firmware.loop, loop_) || !is_same(firmware.manipulator, manipulator_) ||
         !is_same(firmware.inverse_filter, filter_)) {
         response_ = respond(firmware);

@@ -7,6 +7,7 @@ period_map::period_map(const rig &rig)
     : hardware_(rig), firmware_(rig.firmware), compensation_(firmware_), period_s_(config_period_s(&rig.firmware))
 {
     check_compensation_is_linear(rig);
+    firmware_.arm.kind = ARM_NONE;
     manipulator_start(&manipulator_, &firmware_);
     inverse_filter_start(&filter_, &firmware_);
     history_ = hardware_.whole_dead_periods() + (hardware_.needs_setpoint_before() ? 1 : 0);

@@ -9,6 +9,7 @@
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
+#include "arm_loop.h"
 #include "critical_zero.h"
 #include "dominant_root.h"
 #include "first_order_limit.h"
@@ -124,6 +125,9 @@ bool drifts_freely(const rig &rig)
 
 spectrum loop_spectrum(const rig &rig)
 {
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        return make_spectrum(arm_loop_eigenvalues(rig), config_period_s(&rig.firmware));
+    }
     Eigen::VectorXcd eigenvalues = eigenvalues_of(rig);
     if (!compensation_is_on(&rig.firmware)) {
         refine(eigenvalues, make_loop_equation(rig));
@@ -133,6 +137,9 @@ spectrum loop_spectrum(const rig &rig)
 
 double spectral_radius_of(const rig &rig)
 {
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        return loop_spectrum(rig).spectral_radius;
+    }
     if (compensation_is_on(&rig.firmware)) { /* which the characteristic equation does not know */
         return eigenvalues_of(rig).cwiseAbs().maxCoeff();
     }

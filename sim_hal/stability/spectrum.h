@@ -35,7 +35,7 @@ struct spectrum {
  * of it, and the loop is neither stable nor unstable. */
 bool drifts_freely(const rig &rig);
 
-/* Of the whole loop. Throws input_error where the rig has no one-period map. */
+/* Of the whole loop; with an arm: as arm_loop.h says. Throws input_error where the rig has no one-period map. */
 spectrum loop_spectrum(const rig &rig);
 
 /* Its largest |z|. */

@@ -1,13 +1,14 @@
 #include "stability_map.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
 
 #include "../../hal/rig/hardware_model.h"
 #include "compensation_states.h"
 #include "equivalent_loop.h"
+#include "shared_rows.h"
 
 namespace berth
 {
@@ -47,6 +48,11 @@ struct row_worker {
             return nan;
         }
         if (compensation_is_on(&setter.rig().firmware)) {
+            double largest = 0.0;
+            setter.for_each_model([&](const rig &told) { largest = std::max(largest, spectral_radius_of(told)); });
+            return largest;
+        }
+        if (setter.rig().firmware.arm.kind != ARM_NONE) {
             return spectral_radius_of(setter.rig());
         }
         if (amplitude_m > 0.0) {
@@ -84,7 +90,8 @@ std::vector<dominant_root_finder> first_finders(const map_request &request, long
 } // namespace
 
 map_point_setter::map_point_setter(const map_request &request)
-    : kind_(request.kind), rig_(request.rig), x_key_(find_key(request.x.name)), y_key_(find_key(request.y.name))
+    : kind_(request.kind), told_(request.told), rig_(request.rig), model_of_the_rig_(request.rig.firmware.hardware),
+      errors_(errors_of(request)), x_key_(find_key(request.x.name)), y_key_(find_key(request.y.name))
 {
 }
 
@@ -109,7 +116,34 @@ point_state map_point_setter::set_coupled(double frequency_ratio, double damping
     return is_passive ? point_state::possible : point_state::not_passive;
 }
 
+/* Of what the rig file says nothing: 30, 50 and 20 %. */
+std::vector<map_point_setter::model_error> map_point_setter::errors_of(const map_request &request)
+{
+    std::vector<model_error> errors{{}};
+    if (request.told != told_model::with_tolerances) {
+        return errors;
+    }
+    const auto share = [&](std::string_view key, double usual) {
+        return request.rig.tolerance_of(key).value_or(usual);
+    };
+    for (const double sign : {-1.0, 1.0}) {
+        errors.push_back({1.0 + sign * share("robot.dead_time_ms", 0.3), 1.0, 1.0});
+        errors.push_back({1.0, 1.0 + sign * share("object.stiffness_N_per_m", 0.5), 1.0});
+        errors.push_back({1.0, 1.0, 1.0 + sign * share("object.mass_kg", 0.2)});
+    }
+    return errors;
+}
+
 point_state map_point_setter::set(double x, double y)
+{
+    const point_state state = set_point(x, y);
+    if (told_ == told_model::of_the_rig) {
+        rig_.firmware.hardware = model_of_the_rig_;
+    }
+    return state;
+}
+
+point_state map_point_setter::set_point(double x, double y)
 {
     if (kind_ != map_kind::keys) {
         return set_coupled(x, y);
@@ -124,12 +158,9 @@ map_result compute_map(const map_request &request, int threads, const std::funct
     map_result result;
     result.spectral_radius.resize(request.points());
     const std::vector<dominant_root_finder> finders = first_finders(request, result.searches);
-    std::atomic<int> next_row{0};
-    std::atomic<int> done{0};
     std::atomic<long> searches{0};
-    const auto work = [&](bool reports) {
-        row_worker worker(request);
-        for (int row = next_row++; row < request.y.count; row = next_row++) {
+    share_rows(request.y.count, threads, rows_done, [&] {
+        return [&, worker = row_worker(request)](int row) mutable {
             worker.start_row(finders[static_cast<std::size_t>(row)]);
             const double y = request.y.value(row);
             double *const values =
@@ -138,20 +169,8 @@ map_result compute_map(const map_request &request, int threads, const std::funct
                 values[i] = worker.value(request.x.value(i), y);
             }
             searches += worker.finder.searches() - finders[static_cast<std::size_t>(row)].searches();
-            done++;
-            if (reports && rows_done) {
-                rows_done(done);
-            }
-        }
-    };
-    std::vector<std::thread> others;
-    for (int i = 1; i < threads; i++) {
-        others.emplace_back(work, false);
-    }
-    work(true);
-    for (std::thread &other : others) {
-        other.join();
-    }
+        };
+    });
     result.searches += searches;
     return result;
 }

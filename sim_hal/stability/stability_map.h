@@ -31,8 +31,13 @@ constexpr const char *damping_ratio_axis = "zeta";
  * gets the frequency and damping of the point, or two keys. */
 enum class map_kind { elasticity, mass, keys };
 
+/* What a compensation that has a model is told at each point: that point; the rig that is varied, wherever the point
+ * is; or the point with one thing wrong by its tolerance, the worst of all such. */
+enum class told_model { of_the_point, of_the_rig, with_tolerances };
+
 struct map_request {
     berth::rig rig;
+    told_model told = told_model::of_the_point;
     map_kind kind = map_kind::elasticity;
     map_axis x;
     map_axis y;
@@ -57,11 +62,36 @@ class map_point_setter
     point_state set(double x, double y);
     const berth::rig &rig() const { return rig_; }
 
+    /* The rig of the point with each model that its loop may have been told. */
+    template <typename F>
+    void for_each_model(F &&look)
+    {
+        const hardware_model right = rig_.firmware.hardware;
+        for (const model_error &error : errors_) {
+            rig_.firmware.hardware.setpoint_to_motion_ms += (error.dead_time - 1.0) * right.setpoint_to_motion_ms;
+            rig_.firmware.hardware.loop_delay_ms += (error.dead_time - 1.0) * right.setpoint_to_motion_ms;
+            rig_.firmware.hardware.stiffness_N_per_m *= error.stiffness;
+            rig_.firmware.hardware.mass_kg *= error.mass;
+            look(static_cast<const berth::rig &>(rig_));
+            rig_.firmware.hardware = right;
+        }
+    }
+
   private:
+    struct model_error { /* factors */
+        double dead_time = 1.0;
+        double stiffness = 1.0;
+        double mass = 1.0;
+    };
+    static std::vector<model_error> errors_of(const map_request &request);
     point_state set_coupled(double frequency_ratio, double damping_ratio);
+    point_state set_point(double x, double y);
 
     map_kind kind_;
+    told_model told_;
     berth::rig rig_;
+    hardware_model model_of_the_rig_;
+    std::vector<model_error> errors_;
     const rig_key *x_key_;
     const rig_key *y_key_;
 };

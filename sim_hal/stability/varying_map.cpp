@@ -1,12 +1,11 @@
 #include "varying_map.h"
 
-#include <atomic>
 #include <limits>
 #include <string_view>
-#include <thread>
 
 #include "equivalent_loop.h"
 #include "lyapunov.h"
+#include "shared_rows.h"
 
 namespace berth
 {
@@ -36,17 +35,13 @@ std::vector<double> compute_varying_map(const map_request &request, const wake_h
     std::vector<double> exponents(request.points(), std::numeric_limits<double>::quiet_NaN());
     const bool has_one_timeline = keeps_timing(request.x) && keeps_timing(request.y) && request.amplitude_m == 0.0;
     const loop_timeline common = has_one_timeline ? make_timeline(request.rig, histogram, ticks) : loop_timeline{};
-    std::atomic<int> next_row{0};
-    std::atomic<int> done{0};
-    const auto work = [&](bool reports) {
-        map_point_setter setter(request);
-        exponent_finder finder;
-        const auto linear_rig = [&] { /* each point anew, as in a map without what varies */
-                                      return request.amplitude_m > 0.0
-                                                 ? equivalent_finder(request.amplitude_m).find(setter.rig()).linear
-                                                 : setter.rig();
-        };
-        for (int row = next_row++; row < request.y.count; row = next_row++) {
+    const auto linear_rig = [&](const rig &at) { /* each point anew, as in a map without what varies */
+                                                 return request.amplitude_m > 0.0
+                                                            ? equivalent_finder(request.amplitude_m).find(at).linear
+                                                            : at;
+    };
+    share_rows(request.y.count, threads, rows_done, [&] {
+        return [&, setter = map_point_setter(request), finder = exponent_finder()](int row) mutable {
             double *const values =
                 &exponents[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count)];
             for (int i = 0; i < request.x.count; i++) {
@@ -54,26 +49,14 @@ std::vector<double> compute_varying_map(const map_request &request, const wake_h
                     setter.set(request.x.value(i), request.y.value(row)) == point_state::possible &&
                     fits_period(histogram, setter.rig());
                 if (is_possible) {
-                    const rig at_point = linear_rig();
+                    const rig at_point = linear_rig(setter.rig());
                     values[i] = has_one_timeline
                                     ? finder.along(at_point, common).growth_per_s
                                     : finder.along(at_point, make_timeline(at_point, histogram, ticks)).growth_per_s;
                 }
             }
-            done++;
-            if (reports && rows_done) {
-                rows_done(done);
-            }
-        }
-    };
-    std::vector<std::thread> others;
-    for (int i = 1; i < threads; i++) {
-        others.emplace_back(work, false);
-    }
-    work(true);
-    for (std::thread &other : others) {
-        other.join();
-    }
+        };
+    });
     return exponents;
 }
 

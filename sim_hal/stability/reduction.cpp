@@ -1,0 +1,103 @@
+#include "reduction.h"
+
+#include <cmath>
+#include <functional>
+
+#include "../../hal/rig/rig_file.h"
+#include "spectrum.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+constexpr double stiffer_max = 1e4;
+
+swing swing_of(std::complex<double> s)
+{
+    return {s.imag() / two_pi, -s.real() / std::abs(s)};
+}
+
+swing coupled_of(const rig &rig, const arm_mode &mode)
+{
+    const double mass = mode.mass_kg + rig.object.mass_kg;
+    const double w = std::sqrt((mode.stiffness_N_per_m + rig.object.stiffness_N_per_m) / mass);
+    const double decay = (mode.damping_N_s_per_m + rig.object.damping_N_s_per_m) / (2.0 * mass);
+    return {std::sqrt(std::max(0.0, w * w - decay * decay)) / two_pi, decay / w};
+}
+
+swing nearest(const linear_arm &arm, const swing &wanted)
+{
+    swing best = {0.0, 0.0};
+    double best_distance = INFINITY;
+    for (const std::complex<double> &s : eigenvalues_of(arm)) {
+        const double distance = std::abs(std::log(s.imag() / (two_pi * wanted.frequency_Hz)));
+        if (s.imag() > 0.0 && distance < best_distance) {
+            best_distance = distance;
+            best = swing_of(s);
+        }
+    }
+    return best;
+}
+
+/* The first factor on a fine grid at which the loop grows, halved down; a mode that is unstable in between only may
+ * be passed over where it is narrower than the grid. */
+std::optional<double> stiffest(const rig &rig, const std::function<double(const berth::rig &)> &growth)
+{
+    const auto at = [&](double factor) {
+        berth::rig stiffer = rig;
+        stiffer.object.stiffness_N_per_m *= factor;
+        return growth(stiffer);
+    };
+    constexpr int steps = 80;
+    double stable = 0.01;
+    if (at(stable) > 0.0) {
+        return 0.0;
+    }
+    for (int i = 1; i <= steps; i++) {
+        double unstable = 0.01 * std::pow(stiffer_max / 0.01, static_cast<double>(i) / steps);
+        if (at(unstable) <= 0.0) {
+            stable = unstable;
+            continue;
+        }
+        while (unstable > stable * (1.0 + 1e-6)) {
+            const double middle = std::sqrt(stable * unstable);
+            (at(middle) > 0.0 ? unstable : stable) = middle;
+        }
+        return stable;
+    }
+    return {};
+}
+
+} // namespace
+
+reduction reduce(const rig &rig, const arm_config &config, const reduction_choice &choice)
+{
+    const linear_arm whole = linearise(config, choice.pose_rad);
+    const linear_arm arm = choice.is_guided ? guided(whole, choice.direction) : whole;
+    reduction result = {};
+    result.modes = modes_along(arm, choice.direction);
+    result.reduced = dominant_mode(result.modes);
+    result.coupled_reduced = coupled_of(rig, result.reduced);
+    const object_rig &object = rig.object;
+    result.coupled_full = nearest(
+        with_object(arm, choice.direction, object.mass_kg, object.damping_N_s_per_m, object.stiffness_N_per_m),
+        result.coupled_reduced);
+    const double period_s = config_period_s(&rig.firmware);
+    const auto full = [&](const berth::rig &at) {
+        return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);
+    };
+    const auto reduced = [&](const berth::rig &at) {
+        const spectrum found = loop_spectrum(with_reduced(at, result.reduced));
+        return arm_loop_growth{found.spectral_radius, found.growth_per_s, found.modes.front().frequency_Hz};
+    };
+    result.loop_full = full(rig);
+    result.loop_reduced = reduced(rig);
+    result.object_limit_full = stiffest(rig, [&](const berth::rig &at) { return full(at).growth_per_s; });
+    result.object_limit_reduced = stiffest(rig, [&](const berth::rig &at) { return reduced(at).growth_per_s; });
+    return result;
+}
+
+} // namespace berth

@@ -1,0 +1,44 @@
+/* From a whole arm to one degree of freedom, and what that leaves out. */
+#ifndef SIM_HAL_STABILITY_REDUCTION_H
+#define SIM_HAL_STABILITY_REDUCTION_H
+
+#include <complex>
+#include <optional>
+
+#include "arm_loop.h"
+
+namespace berth
+{
+
+struct swing {
+    double frequency_Hz;
+    double damping_ratio;
+};
+
+struct reduction {
+    std::vector<arm_mode> modes; /* along the direction */
+    arm_mode reduced;            /* the dominant one of them: the manipulator of one degree of freedom */
+    /* With the rig's object fixed to it, without dead time. */
+    swing coupled_reduced;
+    swing coupled_full; /* the nearest of the full arm's */
+    /* In the rig's loop. */
+    arm_loop_growth loop_reduced;
+    arm_loop_growth loop_full;
+    /* By how much stiffer the object may be until the loop is unstable; nothing: not up to 1e4 times. */
+    std::optional<double> object_limit_reduced;
+    std::optional<double> object_limit_full;
+};
+
+struct reduction_choice {
+    Eigen::VectorXd pose_rad;
+    Eigen::VectorXd direction;
+    bool is_guided = true; /* else the tool moves as it likes */
+};
+
+/* Throws input_error for a rig without one-period map, or a pose at which nothing springy moves along the direction.
+ */
+reduction reduce(const rig &rig, const arm_config &arm, const reduction_choice &choice);
+
+} // namespace berth
+
+#endif
