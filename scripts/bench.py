@@ -34,6 +34,8 @@ FASTEST = "fast solver, no log"
 UNITS = {
     "none": [],
     "extrapolation, order 3": ["extrapolation.order=3"],
+    "adaptive inverse": ["adaptive_inverse.enabled=true"],
+    "force lead": ["force_lead.enabled=true"],
     "prediction": ["prediction.enabled=true"],
     "identification": ["prediction.enabled=true", "identification.enabled=true"],
     "passivity controller": ["passivity.action=damping"],

@@ -1,5 +1,5 @@
-"""Writes a C++ source that holds the rigs and robot presets given, so that the program finds them wherever it is
-installed. Their folder says which they are: rigs or robots.
+"""Writes a C++ source that holds the rigs, robot presets and arms given, so that the program finds them wherever it is
+installed. Their folder says which they are: rigs, robots or arms.
 
 usage: embed_rigs.py OUTPUT FILE.toml...
 """
@@ -20,7 +20,7 @@ def function(name, files):
 def main(output, *paths):
     files = [Path(path) for path in paths]
     lines = ['#include "hal/rig/robot_file.h"', "", "namespace berth {", ""]
-    for kind in ("rigs", "robots"):
+    for kind in ("rigs", "robots", "arms"):
         lines += function(f"shipped_{kind}", [file for file in files if file.parent.name == kind])
     lines += ["} // namespace berth", ""]
     Path(output).write_text("\n".join(lines))

@@ -7,6 +7,7 @@ from pathlib import Path
 import claims
 from berth_log import InputError
 from berth_program import ROOT, Berth
+from compensated_figures import CompensatedData, compensated_figures
 from figures_page import build_page
 from figures_picture import build_picture
 from paper_data import PaperData
@@ -28,7 +29,7 @@ def main():
     try:
         data = PaperData(Berth(arguments.out / "data", arguments.berth))
         found = claims.measure(data)
-        figures = all_figures(data)
+        figures = all_figures(data) + compensated_figures(CompensatedData(data))
         for figure in figures:
             write_whole(arguments.out / f"{figure.file_stem}.png", build_picture(figure))
         page = arguments.out / "figures.html"

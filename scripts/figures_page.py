@@ -68,11 +68,13 @@ def hover_of(found):
             "<extra></extra>")
 
 
-def contour_plot(found):
+def contour_plot(contour):
+    found = contour.map
     low, high, scale = colours_of(found)
     told = found.told
-    has_room = 1.0 - low > 0.06 * (high - low)  # for a number at either end of the blue part
-    marks = ([low] if has_room else []) + np.linspace(1.0, high, 5).tolist()
+    room = 0.06 * (high - low)  # for a number
+    above = np.linspace(1.0, high, 5).tolist() if high - 1.0 > 4 * room else [1.0]
+    marks = ([low] if 1.0 - low > room else []) + above
     traces = [{"type": "contour", "x": encoded(found.x[0]), "y": encoded(found.y[:, 0]), "z": encoded(found.radius),
                "zmin": low, "zmax": high, "colorscale": scale, "name": "limit of stability, |z| = 1",
                "contours": {"coloring": "heatmap", "start": 1.0, "end": 1.0, "size": 1.0},
@@ -81,6 +83,15 @@ def contour_plot(found):
                             "tickvals": marks}},
               {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": "limit of stability, |z| = 1",
                "line": {"color": BLACK, "width": 2.5}}]
+    if contour.before is not None:
+        before = contour.before
+        line = {"color": BLACK, "width": 2, "dash": "dot"}
+        x, y, height = (grid[::4, ::4] for grid in (before.x, before.y, before.radius))  # fine enough for a line
+        traces.append({"type": "contour", "x": encoded(x[0]), "y": encoded(y[:, 0]), "z": encoded(height),
+                       "showscale": False, "showlegend": False, "hoverinfo": "skip", "line": line,
+                       "contours": {"coloring": "none", "start": 1.0, "end": 1.0, "size": 1.0}})
+        traces.append({"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": "without compensation",
+                       "line": line})
     x, y = Surface(found).wall()
     if len(x):
         traces.append({"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(),
@@ -93,9 +104,14 @@ def contour_plot(found):
     axes = {f"{axis}axis": AXIS | {"title": {"text": title}, "range": [float(grid.min()), float(grid.max())],
                                    "showgrid": False, "zeroline": False}
             for axis, title, grid in zip("xy", found.titles(), (found.x, found.y))}
-    return {"data": traces, "layout": axes | {"legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
-                                              "margin": {"l": 70, "r": 10, "t": 72, "b": 60}, "height": 540,
-                                              "plot_bgcolor": "#E4E4E4"}}
+    layout = axes | {"legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
+                     "margin": {"l": 70, "r": 10, "t": 72, "b": 60}, "height": 540, "plot_bgcolor": "#E4E4E4"}
+    if contour.title:
+        layout |= {"title": {"text": contour.title, "font": {"size": 15}, "xref": "paper", "x": 0, "y": 0.93,
+                             "yanchor": "top"},
+                   "legend": {"orientation": "h", "y": -0.16, "yanchor": "top"},
+                   "margin": layout["margin"] | {"b": 130}}
+    return {"data": traces, "layout": layout}
 
 
 def surface_plot(surface):
@@ -131,7 +147,7 @@ def surface_plot(surface):
     return {"data": traces, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "height": 540}}
 
 
-DRAWN = {Plot: plot_of, Contour: lambda contour: contour_plot(contour.map), Surface: surface_plot}
+DRAWN = {Plot: plot_of, Contour: contour_plot, Surface: surface_plot}
 
 
 def claim_lines(claims):

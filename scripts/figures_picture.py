@@ -76,7 +76,13 @@ def draw_surface(axes, surface):
 
 def draw_contour(figure, axes, contour):
     axes.grid(False)
-    figure.colorbar(draw_flat(axes, contour.map), ax=axes, label="largest |z|", format="%.3f")
+    low, high = contour.map.colour_range()
+    marks = [*np.linspace(low, 1.0, 6), *(np.linspace(1.0, high, 6)[1:] if high > 1.001 else ())]
+    figure.colorbar(draw_flat(axes, contour.map), ax=axes, label="largest |z|", format="%.3f", ticks=marks)
+    if contour.before is not None:
+        before = contour.before
+        axes.contour(before.x, before.y, before.radius, levels=[1.0], colors="black", linewidths=2, linestyles=":")
+    axes.set_title(contour.title, fontsize=11)
 
 
 def build_picture(figure):

@@ -25,10 +25,10 @@ OURS = {"wake_up": "wake-up", "execution": "execution", "tick_to_wire": "tick to
 class Histogram:
     """Counts by whole microseconds, {bin: count}, with smallest, mean and largest time in microseconds."""
 
-    def __init__(self, name, bins, least_us, mean_us, most_us):
+    def __init__(self, name, count, bins, least_us, mean_us, most_us):
         self.name, self.bins = name, dict(sorted(bins.items()))
         self.least_us, self.mean_us, self.most_us = least_us, mean_us, most_us
-        self.count = sum(self.bins.values())
+        self.count = count  # those beyond the last bin too
 
     def percentile_us(self, share):
         """Upper edge of the bin that this share of all times lies in or below."""
@@ -49,12 +49,13 @@ def read(path):
     told = json.loads(path.read_text())
     if "berth" in told:
         found = ((label, told["berth"][name]) for name, label in OURS.items())
-        return [Histogram(label, whole_us(one["histogram"]), one["min_us"], one["avg_us"], one["max_us"])
+        return [Histogram(label, one["count"], whole_us(one["histogram"]), one["min_us"], one["avg_us"], one["max_us"])
                 for label, one in found if one["count"] > 0]
     thread = told["thread"]["0"]
     if not thread["histogram"]:
         raise ValueError(f"{path} has no histogram")
-    return [Histogram(path.stem, whole_us(thread["histogram"]), thread["min"], thread["avg"], thread["max"])]
+    return [Histogram(path.stem, thread["cycles"], whole_us(thread["histogram"]), thread["min"], thread["avg"],
+                      thread["max"])]
 
 
 def print_beside(path):

@@ -56,8 +56,11 @@ class Surface:
 
 @dataclass(frozen=True)
 class Contour:
-    """A map from above, with the limit of stability, the wall and the rig itself."""
+    """A map from above, with the limit of stability, the wall and the rig itself; `before`: a map whose limit is
+    drawn beside it."""
     map: Map
+    title: str = ""
+    before: Map = None
 
 
 @dataclass(frozen=True)
@@ -136,8 +139,8 @@ def as_complex(pairs):
     return np.array([complex(*pair) for pair in pairs])
 
 
-def z_plane(data, rig, zoomed):
-    told = data.spectra[rig]
+def z_plane(told, zoomed, loop_label="loop with dead time"):
+    """Eigenvalues that `berth eigen` told: all, or those near the slow mode."""
     loop = as_complex(told["eigenvalues"])
     alone = as_complex(told["manipulator"]["eigenvalues"])
     coupled = as_complex(told["coupled"]["eigenvalues"])
@@ -161,7 +164,7 @@ def z_plane(data, rig, zoomed):
 
     return Plot(title, "Re z", "Im z", [
         Curve("unit circle", OPERATOR, np.cos(angle), np.sin(angle)),
-        curve("loop with dead time", ROBOT_COLOUR, loop, "points"),
+        curve(loop_label, ROBOT_COLOUR, loop, "points"),
         curve("manipulator alone", MANIPULATOR, alone, "star"),
         curve("coupled, no dead time", OBJECT, coupled, "ring")], is_equal=True, **ranges)
 
@@ -173,7 +176,7 @@ def eigenvalues(data, name, rig, rate):
     return Figure(name, f"Eigenvalues using {rate} sampling rate",
                   f"{CASES[rig]}. Beside the slow mode there are eigenvalues of the object on the sensor spring, of "
                   "the low-pass, and of the setpoints and samples on their way.",
-                  [z_plane(data, rig, False), z_plane(data, rig, True),
+                  [z_plane(data.spectra[rig], False), z_plane(data.spectra[rig], True),
                    Plot("claim 2", "dead time added (ms)", "number of eigenvalues",
                         [Curve("eigenvalues", ROBOT_COLOUR, added_ms, np.array(counts), "points"),
                          Curve("one a sample", OPERATOR, added_ms, counts[0] + np.array(ADDED_SAMPLES), "dot")])])

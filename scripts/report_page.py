@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from plotly.offline import get_plotlyjs
 
+import report_arm
 import report_signals as signals
 
 HERE = Path(__file__).resolve().parent
@@ -135,6 +136,37 @@ def add_energy(page):
                          "the loop uses and the motion that the robot makes lies the dead time: what it makes comes "
                          "from nowhere.",
                          found, "energy (J)", "J", {"shapes": rest_shapes(page.log)})
+
+
+def add_compensation(page):
+    """What goes on in the units that are switched on."""
+    log = page.log
+    shapes = {"shapes": rest_shapes(log)}
+
+    def second_axis(title):
+        return shapes | {"yaxis2": AXIS | {"title": {"text": title}, "overlaying": "y", "side": "right",
+                                           "showgrid": False, "tickmode": "auto"}}
+
+    panels = (
+        ("prediction", "Prediction: what the model does not know", signals.prediction_error(log), "force (N)", "N",
+         shapes, "The twin of the hardware moves along with the setpoints. What the sensor shows beyond it is fed back; "
+         "0 where the model is right."),
+        ("identified", "Identification: the object", signals.believed_object(log), "share of what was told (%)", "",
+         second_axis("damping (N s/m)"), "A motion at a single frequency does not tell mass from stiffness: they "
+         "may settle at other values with the same force."),
+        ("tracked", "Identification: the robot's dead time", signals.believed_dead_time(log), "dead time (ms)", "ms",
+         shapes, "From the positions that the robot reports. It only learns while the robot moves."),
+        ("inverse", "Adaptive inverse: the robot", signals.inverse(log), "delay (ms)", "ms", second_axis("gain"),
+         "Setpoints are gain x + delay x' + ..., by which the robot is where the manipulator is. Learnt from the "
+         "positions that it reports."),
+        ("lead", "Force lead: what the model does not know", signals.lead_error(log), "force (N)", "N", shapes,
+         "Against the model's force as it was when the sample was taken; 0 where model and age are right."),
+        ("passivity", "Passivity: energy out of nothing", signals.passivity(log), "deficit (J)", "",
+         second_axis("force (N)"), "Above 0 the manipulator has got energy that the hardware never had: the "
+         "controller takes it back."))
+    for name, title, found, axis_title, unit, layout, note in panels:
+        if found:
+            page.add_signals(name, title, note, found, axis_title, unit, layout)
 
 
 def add_dead_time(page):
@@ -289,6 +321,7 @@ def build_page(log, summary):
         add_dead_time(page)
         add_forces(page)
         add_energy(page)
+        add_compensation(page)
         add_envelope(page, summary)
         add_band(page)
         add_health(page)
@@ -315,6 +348,8 @@ def build_page(log, summary):
         "style": (HERE / "report_page.css").read_text(encoding="utf-8"),
         "data": page.data(start_s, end_s),
         "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
+        "arm": script_safe(report_arm.scene(log)),
+        "arm_script": script_safe((HERE / "report_arm.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),
     }
     return filled("report_page.html", parts)

@@ -99,13 +99,81 @@ def energies(log):
     if "energy_dead_time_J" not in log.tick:
         return []
     kinds = (("dead time made", "dead_time", ROBOT, "solid"),
+             ("compensation made", "compensation", REPORTED, "solid"),
              ("step made", "integrator", COMMAND, "dash"),
              ("operator gave", "operator", OPERATOR, "dash"),
              ("damping took", "dissipated", MANIPULATOR, "dot"),
              ("hardware took", "measured_port", OBJECT, "dot"),
              ("stored", "stored", MANIPULATOR, "solid"))
-    found = ((label, colour, dash, log.tick[f"energy_{name}_J"]) for label, name, colour, dash in kinds)
+    found = ((label, colour, dash, log.tick[f"energy_{name}_J"]) for label, name, colour, dash in kinds
+             if f"energy_{name}_J" in log.tick)
     return [Signal(label, colour, log.tick_s, values, dash) for label, colour, dash, values in found if values.any()]
+
+
+def is_on(log, section):
+    """A unit of compensation that is switched on; logs of versions without it have no such section."""
+    values = log.config.get(section, {})
+    return values.get("enabled") is True or values.get("action", "off") != "off"
+
+
+def prediction_error(log):
+    """What the sensor shows beyond the twin of the hardware, in N, beside the force itself."""
+    if not is_on(log, "prediction"):
+        return []
+    return [Signal("measured", REPORTED, log.tick_s, log.tick["force_N"], "dot", is_step=True),
+            Signal("measured less predicted", ROBOT, log.tick_s, log.tick["predicted_error_N"], is_step=True)]
+
+
+def lead_error(log):
+    """What the sensor shows beyond the model's force, as old as it is, in N, beside the force itself."""
+    if not is_on(log, "force_lead"):
+        return []
+    return [Signal("measured", REPORTED, log.tick_s, log.tick["force_N"], "dot", is_step=True),
+            Signal("measured less model", ROBOT, log.tick_s, log.tick["lead_error_N"], is_step=True)]
+
+
+def inverse(log):
+    """The robot's delay in ms as the adaptive inverse has it, and on a second axis its gain."""
+    if not is_on(log, "adaptive_inverse"):
+        return []
+    delay_ms = 1e3 * log.tick["inverse_delay_s"].astype(float)
+    return [Signal("told", OPERATOR, log.tick_s, np.full_like(delay_ms, delay_ms[0]), "dash"),
+            Signal("delay", ROBOT, log.tick_s, delay_ms),
+            Signal("gain (right axis)", MANIPULATOR, log.tick_s, log.tick["inverse_gain"].astype(float), "dot",
+                   is_second_axis=True)]
+
+
+def passivity(log):
+    """Deficit in J, and on a second axis the controller's force in N."""
+    if not is_on(log, "passivity"):
+        return []
+    return [Signal("deficit (below 0: credit that is left)", ROBOT, log.tick_s, log.tick["passivity_deficit_J"]),
+            Signal("force of the controller (right axis)", MANIPULATOR, log.tick_s, log.tick["passivity_force_N"],
+                   "dot", is_step=True, is_second_axis=True)]
+
+
+def believed_object(log):
+    """What identification makes of mass and stiffness, as shares of what it was told, and on a second axis of the
+    damping in N s/m."""
+    if not is_on(log, "identification") or "believed_mass_kg" not in log.tick:
+        return []
+    found = []
+    for label, field, colour in (("mass", "believed_mass_kg", OBJECT),
+                                 ("stiffness", "believed_stiffness_N_per_m", MANIPULATOR)):
+        values = log.tick[field].astype(float)
+        if values[0] > 0:
+            found.append(Signal(f"{label}, told {values[0]:.6g}", colour, log.tick_s, 100 * values / values[0]))
+    return found + [Signal("damping (right axis)", COMMAND, log.tick_s,
+                           log.tick["believed_damping_N_s_per_m"].astype(float), "dot", is_second_axis=True)]
+
+
+def believed_dead_time(log):
+    """What identification makes of the robot's dead time, in ms, and what it was told."""
+    if not is_on(log, "identification") or "believed_dead_time_ms" not in log.tick:
+        return []
+    values = log.tick["believed_dead_time_ms"].astype(float)
+    return [Signal("told", OPERATOR, log.tick_s, np.full_like(values, values[0]), "dash"),
+            Signal("tracked", ROBOT, log.tick_s, values)]
 
 
 def energy_words(summary):
@@ -115,6 +183,8 @@ def energy_words(summary):
         return []
     word = {None: "none", True: "gained", False: "lost"}[energy["gains"]]
     made = f"made: dead time {energy['dead_time_J']:+.4g} J, integrator {energy['integrator_J']:+.4g} J; "
+    if energy["compensation_J"] != 0.0:
+        made = made.replace("; ", f", compensation {energy['compensation_J']:+.4g} J; ")
     return [("energy", word, made.replace("-", "−") + f"taken: damping {energy['dissipated_J']:.4g} J, hardware "
              f"{energy['measured_port_J']:.4g} J".replace("-", "−"))]
 

@@ -29,6 +29,30 @@ struct varying_arguments : rig_arguments {
     std::int64_t ticks = 0;  /* 0: as many as it takes */
 };
 
+struct arm_arguments {
+    std::string arm; /* a shipped arm, an arm file or a URDF file */
+    std::string base;
+    std::string tool;
+    bool is_planar = false;
+    std::string states_file;
+};
+
+struct accuracy_arguments {
+    std::string arm;
+    double step_ms = 2.5;
+    double repeatability_um = 60.0; /* of the robot: what makers state for arms of 10 to 200 kg payload */
+    bool json = false;
+};
+
+struct reduce_arguments : rig_arguments {
+    std::string arm;       /* empty: the rig's own, or "ess" */
+    std::string pose;      /* rad, with commas; empty: where the arm starts */
+    std::string direction; /* in the world, with commas; empty: the rig's */
+    std::string sweep;     /* JOINT=FROM:TO:COUNT */
+    bool is_held = false;
+    bool is_unguided = false;
+};
+
 struct compensate_arguments : rig_arguments {
     double dead_time_percent = 30.0; /* by which the rig may differ from its file, either way */
     double stiffness_percent = 50.0;
@@ -37,6 +61,7 @@ struct compensate_arguments : rig_arguments {
     double duration_s = 10.0;
     double margin_ms = 5.0; /* that a dissipator leaves */
     double margin_dB = 0.0;
+    bool each = false; /* every method on every rig, instead of the worst */
 };
 
 struct limits_arguments : rig_arguments {
@@ -59,6 +84,8 @@ struct map_arguments : varying_arguments {
     std::string x_range; /* from:to, of the axes of `vary` */
     std::string y_range;
     std::string out_folder = "build/maps";
+    bool time_domain = false; /* the growth of runs, also where there are eigenvalues */
+    std::string model = "point";
     int threads = 0; /* 0: one per core */
     bool yes = false;
 };
@@ -77,9 +104,10 @@ struct rths_arguments {
     std::string earthquake = "el_centro";
     int building_case = 1;
     std::string controller = "pi";
-    int perturbed = 0;     /* how many plants besides the nominal one */
-    std::int64_t seed = 1; /* of noise and plants */
-    double noise = 1.0;    /* 0: none, and ideal converters */
+    int perturbed = 0;              /* how many plants besides the nominal one */
+    std::int64_t seed = 1;          /* of noise and plants */
+    double noise = 1.0;             /* 0: none, and ideal converters */
+    double force_age_samples = 1.0; /* as the force lead is told */
     std::string samples_file;
     bool json = false;
 };
@@ -99,6 +127,9 @@ int candump_command(const std::string &log, bool json);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const varying_arguments &arguments);
 int map_command(const map_arguments &arguments);
+int arm_command(const arm_arguments &arguments);
+int accuracy_command(const accuracy_arguments &arguments);
+int reduce_command(const reduce_arguments &arguments);
 int compensate_command(const compensate_arguments &arguments);
 int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);

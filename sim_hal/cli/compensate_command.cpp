@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../compensation/chooser.h"
+#include "../stability/arm_loop.h"
 #include "commands.h"
 #include "progress_line.h"
 #include "robot_choice.h"
@@ -29,6 +30,7 @@ nlohmann::json as_json(const choice &made, const method_verdict &verdict)
                           {"ran", trial.ran},
                           {"bounded", trial.is_bounded},
                           {"error", trial.error},
+                          {"robot_error", trial.robot_error},
                           {"peak_error_m", trial.peak_error_m},
                           {"peak_force_N", trial.peak_force_N},
                           {"limited_ticks", trial.limited_ticks}});
@@ -55,23 +57,77 @@ void print_dissipator(const choice_request &request)
     }
 }
 
+bool holds(const trial_result &trial)
+{
+    return trial.ran && trial.is_bounded;
+}
+
 void print_table(const choice &made)
 {
-    std::printf("distance of the manipulator's motion to the one without dead time, as a share of its swing\n");
-    std::printf("  %-34s %10s %10s  %s\n", "method", "as told", "worst", "on a rig with");
+    std::printf("distance of the manipulator's motion to the one without dead time, as a share of its swing,\n"
+                "and of the robot to where the manipulator is\n");
+    std::printf("  %-34s %10s %10s %10s  %s\n", "method", "robot", "as told", "worst", "on a rig with");
     for (const method_verdict &verdict : made.methods) {
         if (verdict.trials.empty()) {
             std::printf("  %-34s %10s\n", verdict.method.name.c_str(), "cannot be");
             continue;
         }
         const std::string &where = made.differences[verdict.worst].name;
-        const bool as_told = verdict.trials.front().ran && verdict.trials.front().is_bounded;
+        const bool as_told = holds(verdict.trials.front());
+        char robot[20];
         char error[20];
         char worst[20];
+        std::snprintf(robot, sizeof robot, "%.2f %%", 100.0 * verdict.trials.front().robot_error);
         std::snprintf(error, sizeof error, "%.2f %%", 100.0 * verdict.error);
         std::snprintf(worst, sizeof worst, "%.2f %%", 100.0 * verdict.worst_error);
-        std::printf("  %-34s %10s %10s  %s\n", verdict.method.name.c_str(), as_told ? error : "diverges",
-                    verdict.is_robust ? worst : "diverges", where.c_str());
+        std::printf("  %-34s %10s %10s %10s  %s\n", verdict.method.name.c_str(), as_told ? robot : "-",
+                    as_told ? error : "diverges", verdict.is_robust ? worst : "diverges", where.c_str());
+    }
+}
+
+std::string percent(double share)
+{
+    char text[40];
+    std::snprintf(text, sizeof text, share < 1.0 ? "%.1f" : "%.0f", 100.0 * share);
+    return text;
+}
+
+/* "*": a limit acted, "div": it stopped, or swung twice as far as it should. */
+std::string cell_of(const trial_result &trial)
+{
+    return (holds(trial) ? percent(trial.error) : "div") + (trial.limited_ticks > 0 ? "*" : "");
+}
+
+std::string robot_cell_of(const trial_result &trial)
+{
+    return holds(trial) ? percent(trial.robot_error) : "-";
+}
+
+/* Every method on every rig. */
+void print_each(const choice &made)
+{
+    std::printf("distance to the motion without dead time in %% of its swing, as told (0) and on rigs with\n");
+    for (std::size_t i = 1; i < made.differences.size(); i++) {
+        std::printf("  %2zu  %s\n", i, made.differences[i].name.c_str());
+    }
+    std::printf("robot: from where the manipulator is, as told\n"
+                "div: it was stopped, or swung twice as far as it should; *: a limit acted\n%-34s robot ",
+                "");
+    for (std::size_t i = 0; i < made.differences.size(); i++) {
+        std::printf("%6zu ", i);
+    }
+    std::printf("\n");
+    for (const method_verdict &verdict : made.methods) {
+        std::printf("%-34s", verdict.method.name.c_str());
+        if (!verdict.trials.empty()) {
+            std::printf("%6s ", robot_cell_of(verdict.trials.front()).c_str());
+        }
+        for (const trial_result &trial : verdict.trials) {
+            std::string cell = cell_of(trial);
+            cell += cell.back() == '*' ? "" : " ";
+            std::printf("%7s", cell.c_str());
+        }
+        std::printf("\n");
     }
 }
 
@@ -104,6 +160,7 @@ int compensate_command(const compensate_arguments &arguments)
 {
     choice_request request;
     request.rig = choose_rig(arguments).rig;
+    refuse_arm(request.rig);
     request.dead_time_share = 0.01 * arguments.dead_time_percent;
     request.stiffness_share = 0.01 * arguments.stiffness_percent;
     request.mass_share = 0.01 * arguments.mass_percent;
@@ -128,7 +185,11 @@ int compensate_command(const compensate_arguments &arguments)
     }
     std::printf("%s: %s\n", request.rig.name.c_str(), request.rig.description.c_str());
     print_dissipator(request);
-    print_table(made);
+    if (arguments.each) {
+        print_each(made);
+    } else {
+        print_table(made);
+    }
     for (const std::string &name : made.impossible) {
         std::printf("  not tried: %s, which no rig may have\n", name.c_str());
     }

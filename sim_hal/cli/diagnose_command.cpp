@@ -5,6 +5,7 @@
 
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
+#include "../stability/arm_loop.h"
 #include "atomic_file.h"
 #include "commands.h"
 #include "progress_line.h"
@@ -338,6 +339,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     request.repetition = arguments.repetition;
     request.standstill = arguments.standstill;
     request.rig = load_rig(arguments.rig, arguments.overrides);
+    refuse_arm(request.rig);
     for (const std::string &name : arguments.without) {
         if (find_effect(name) == nullptr) {
             throw input_error("--without " + name + ": there is no such effect; see berth effects");

@@ -36,7 +36,7 @@ std::optional<bool> energy_report::gains() const
     return {};
 }
 
-void energy_report::print() const
+void energy_report::print(bool has_arm) const
 {
     if (not_by_operator_J_.empty()) {
         return;
@@ -54,6 +54,11 @@ void energy_report::print() const
     }
     if (told(last_.integrator_J) != 0.0) {
         std::printf(", the manipulator's step %+.4g J", last_.integrator_J);
+    }
+    if (has_arm) {
+        std::printf("; the arm's joints and satellite gave %.4g J, hardware took %.4g J\n", told(last_.operator_J),
+                    told(last_.measured_port_J));
+        return;
     }
     std::printf("; operator gave %.4g J, manipulator's damping took %.4g J, hardware %.4g J\n",
                 told(last_.operator_J), last_.dissipated_J, told(last_.measured_port_J));

@@ -23,7 +23,7 @@ class energy_report
     std::optional<bool> gains() const;
 
     /* One line; none if the loop never ran. */
-    void print() const;
+    void print(bool has_arm) const;
 
     nlohmann::json as_json() const;
 

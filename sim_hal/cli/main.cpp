@@ -79,8 +79,8 @@ void add_varying_options(CLI::App &command, berth::varying_arguments &arguments,
 void add_map_options(CLI::App &command, berth::map_arguments &arguments)
 {
     add_varying_options(command, arguments,
-                        "length of the sequence that the growth with jitter, drift or losses is taken from; default "
-                        "8000, or 20 s");
+                        "length of the sequence that the growth with jitter, drift or losses is taken from, default "
+                        "8000, or 20 s; or of the runs in the time domain, default 20 s");
     command.add_option(
         "--vary", arguments.vary,
         "elasticity or mass of the object: axes are frequency ratio and damping of the coupled system");
@@ -97,8 +97,66 @@ void add_map_options(CLI::App &command, berth::map_arguments &arguments)
     command.add_option("--y-range", arguments.y_range, "with --vary: damping ratio; default 0:0.3")
         ->type_name("FROM:TO");
     command.add_option("--out", arguments.out_folder, "folder for the CSV file")->capture_default_str();
+    command.add_flag("--time-domain", arguments.time_domain,
+                     "run each point and measure how its swing grows; always so with passivity, tank, "
+                     "identification and adaptive inverse, which have no eigenvalues");
+    command
+        .add_option("--model", arguments.model,
+                    "what prediction and the like are told: each point as it is (point), the rig as it is wherever "
+                    "the point is (rig), or each point wrong by the rig's tolerances, the worst of all (tolerances)")
+        ->check(CLI::IsMember({"point", "rig", "tolerances"}).description(""))
+        ->type_name("WHAT");
     command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));
     command.add_flag("--yes", arguments.yes, "go on where a map is very large");
+}
+
+void add_arm_options(CLI::App &command, berth::arm_arguments &arguments)
+{
+    command.add_option("ARM", arguments.arm, "a shipped arm, the path of an arm file, or of a URDF file")
+        ->required();
+    command.add_option("--base", arguments.base, "URDF: the link that is the satellite; default: the root")
+        ->type_name("LINK");
+    command.add_option("--tool", arguments.tool, "URDF: the link at the arm's end; default: the only leaf")
+        ->type_name("LINK");
+    command.add_flag("--planar", arguments.is_planar, "URDF: joints about z, motion in x and y");
+    command
+        .add_option("--states", arguments.states_file,
+                    "a JSON list of states: print inertia, bias forces, accelerations and momentum at each as JSON")
+        ->type_name("FILE");
+}
+
+void add_accuracy_options(CLI::App &command, berth::accuracy_arguments &arguments)
+{
+    command.add_option("RIG", arguments.arm, "a rig with an arm, or an arm; shipped or the path of a file")
+        ->required();
+    command.add_option("--step-ms", arguments.step_ms, "of the loop that the verdict is about")
+        ->type_name("MS")
+        ->capture_default_str();
+    command.add_option("--repeatability-um", arguments.repeatability_um, "of the robot, to compare with")
+        ->check(CLI::PositiveNumber.description(""))
+        ->type_name("UM")
+        ->capture_default_str();
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
+void add_reduce_options(CLI::App &command, berth::reduce_arguments &arguments)
+{
+    add_rig_options(command, arguments);
+    command
+        .add_option("--arm", arguments.arm,
+                    "a shipped arm or the path of an arm file; default: the rig's own, or ess")
+        ->type_name("ARM");
+    command.add_option("--pose", arguments.pose, "of the joints, rad; default: where the arm starts")
+        ->type_name("Q1,Q2,...");
+    command
+        .add_option("--direction", arguments.direction,
+                    "of the object's deflection, in the world; default: manipulator.direction_* of the rig")
+        ->type_name("X,Y[,Z]");
+    command.add_option("--sweep", arguments.sweep, "one joint from pose to pose, rad")
+        ->type_name("JOINT=FROM:TO:COUNT");
+    command.add_flag("--held", arguments.is_held, "hold the satellite");
+    command.add_flag("--unguided", arguments.is_unguided,
+                     "leave the tool free across the direction; otherwise the object guides it");
 }
 
 void add_tolerance_options(CLI::App &command, berth::compensate_arguments &arguments)
@@ -186,6 +244,11 @@ void add_rths_options(CLI::App &command, berth::rths_arguments &arguments)
         ->capture_default_str();
     command.add_option("--noise", arguments.noise, "times the benchmark's; 0: none, and ideal converters")
         ->check(CLI::Range(0.0, 1000.0))
+        ->capture_default_str();
+    command
+        .add_option("--force-age", arguments.force_age_samples,
+                    "samples by which the force is late, as the firmware's force lead is told; 1 is right")
+        ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     command
         .add_option("--samples", arguments.samples_file, "write every sample of the nominal run to this CSV file")
@@ -278,11 +341,30 @@ int run(int argc, char **argv)
         ->capture_default_str();
     limits_app->callback([&] { exit_code = berth::limits_command(limits); });
 
+    berth::arm_arguments arm;
+    CLI::App *arm_app =
+        app.add_subcommand("arm", "print an arm on its satellite as an arm file; read one from URDF");
+    add_arm_options(*arm_app, arm);
+    arm_app->callback([&] { exit_code = berth::arm_command(arm); });
+
+    berth::accuracy_arguments accuracy;
+    CLI::App *accuracy_app = app.add_subcommand(
+        "accuracy", "how wrong fixed steps are in a berthing manoeuvre of 60 s with contact, against CVODE");
+    add_accuracy_options(*accuracy_app, accuracy);
+    accuracy_app->callback([&] { exit_code = berth::accuracy_command(accuracy); });
+
+    berth::reduce_arguments reduce;
+    CLI::App *reduce_app = app.add_subcommand(
+        "reduce", "a whole arm at a pose reduced to one degree of freedom, and what that leaves out");
+    add_reduce_options(*reduce_app, reduce);
+    reduce_app->callback([&] { exit_code = berth::reduce_command(reduce); });
+
     berth::compensate_arguments compensate;
     CLI::App *compensate_app = app.add_subcommand(
         "compensate", "which compensation of the dead time suits the rig, and what it costs in fidelity");
     add_rig_options(*compensate_app, compensate);
     add_tolerance_options(*compensate_app, compensate);
+    compensate_app->add_flag("--each", compensate.each, "every method on every rig that was tried");
     compensate_app->callback([&] { exit_code = berth::compensate_command(compensate); });
 
     berth::diagnose_arguments diagnose;

@@ -7,6 +7,8 @@
 #include <thread>
 #include <unistd.h>
 
+#include "../../firmware/compensation/compensation.h"
+#include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
 #include "atomic_file.h"
 #include "map_report.h"
@@ -75,7 +77,12 @@ class progress_bar
 /* The maps of a loop that does not change. */
 map_values compute_steady(const map_job &job, int threads, const std::function<void(int)> &rows_done = {})
 {
-    map_values map{compute_map(job.request, threads, rows_done), {}, {}};
+    map_values map{compute_map(job.request, threads, rows_done), {}, {}, {}, {}};
+    if (job.request.rig.firmware.arm.kind != ARM_NONE && !compensation_is_on(&job.request.rig.firmware)) {
+        map_request reduced = job.request;
+        reduced.rig.firmware.arm.kind = ARM_NONE;
+        map.reduced = compute_map(reduced, threads);
+    }
     if (job.lower_end) {
         map.lower_end = compute_map(*job.lower_end, threads, rows_done);
     }
@@ -153,6 +160,32 @@ double estimate_s(const map_job &job, int threads, bool yes)
     return duration_s;
 }
 
+/* Asks if it is very long; from three points on a diagonal. */
+void ask_if_long(const map_job &job, int threads, bool yes)
+{
+    constexpr int sampled = 3;
+    map_point_setter setter(job.request);
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 1; i <= sampled; i++) {
+        const map_axis &x = job.request.x;
+        const map_axis &y = job.request.y;
+        if (setter.set(x.value(i * (x.count - 1) / (sampled + 1)), y.value(i * (y.count - 1) / (sampled + 1))) ==
+            point_state::possible) {
+            setter.for_each_model([&](const rig &told) { measure(told, job.run_s); });
+        }
+    }
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    const double duration_s =
+        taken.count() / sampled * static_cast<double>(job.request.points()) / static_cast<double>(threads);
+    if (duration_s > long_map_s && !yes) {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "map: %zu points, each run for %g s, take about %.0f s on %d thread%s; say --yes to go on",
+                      job.request.points(), job.run_s, std::ceil(duration_s), threads, threads == 1 ? "" : "s");
+        throw input_error(text);
+    }
+}
+
 map_job make_job(const map_arguments &arguments)
 {
     constexpr const char *dead_time = "robot.dead_time_ms"; /* as an axis, it has no range at a point */
@@ -163,6 +196,11 @@ map_job make_job(const map_arguments &arguments)
     job.ticks = arguments.ticks > 0 ? arguments.ticks
                                     : std::max(default_ticks, static_cast<std::int64_t>(std::llround(
                                                                   default_duration_s * rig.firmware.loop.rate_Hz)));
+    if (is_measured(arguments, rig)) {
+        job.run_s = arguments.ticks > 0 ? static_cast<double>(arguments.ticks) / rig.firmware.loop.rate_Hz
+                                        : default_duration_s;
+        return job;
+    }
     const std::vector<berth::rig> corners = corners_of(job.request);
     if (std::any_of(corners.begin(), corners.end(), is_time_varying)) {
         job.varying = job.request;
@@ -198,10 +236,31 @@ void refuse_if_none_is_possible(const map_request &request)
     throw input_error(nothing_to_see + "at the first " + error->key + ": " + error->message);
 }
 
+/* With the |z| that a linear loop would have that grows like this. */
+map_values compute_measured(const map_job &job, int threads, const std::function<void(int)> &rows_done)
+{
+    const map_request &request = job.request;
+    map_values map;
+    map.measured = compute_measured_map(request, job.run_s, threads, rows_done);
+    map_point_setter setter(request);
+    for (std::size_t i = 0; i < map.measured.size(); i++) {
+        const auto columns = static_cast<std::size_t>(request.x.count);
+        setter.set(request.x.value(static_cast<int>(i % columns)), request.y.value(static_cast<int>(i / columns)));
+        const double period_s = config_period_s(&setter.rig().firmware);
+        map.steady.spectral_radius.push_back(std::exp(map.measured[i].growth_per_s * period_s));
+    }
+    return map;
+}
+
 map_values compute(const map_job &job, int threads)
 {
     progress_bar bar(job.request.y.count);
     const auto show = [&](int rows) { bar.show(rows); };
+    if (job.run_s > 0.0) {
+        map_values map = compute_measured(job, threads, show);
+        bar.clear();
+        return map;
+    }
     map_values map = compute_steady(job, threads, show);
     if (job.varying) {
         map.exponents = compute_varying_map(*job.varying, job.histogram, job.ticks, threads, show);
@@ -217,10 +276,22 @@ int map_command(const map_arguments &arguments)
     const map_job job = make_job(arguments);
     const map_request &request = job.request;
     refuse_if_none_is_possible(request);
-    tell_left_out(request.rig, request.amplitude_m);
+    if (job.varying) {
+        refuse_arm(request.rig);
+    }
+    if (job.run_s == 0.0 && request.rig.firmware.arm.kind != ARM_NONE) {
+        spectral_radius_of(request.rig); /* throws where an arm has none */
+    }
+    if (job.run_s == 0.0) {
+        tell_left_out(request.rig, request.amplitude_m);
+    }
     const int threads = arguments.threads > 0 ? arguments.threads
                                               : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    ask_if_large(job, threads, arguments);
+    if (job.run_s > 0.0) {
+        ask_if_long(job, threads, arguments.yes);
+    } else {
+        ask_if_large(job, threads, arguments);
+    }
     if (job.varying) {
         const double duration_s = estimate_s(job, threads, arguments.yes);
         if (!arguments.json) {

@@ -26,6 +26,12 @@ void append(std::string &line, double value, char end)
     line += end;
 }
 
+void append_measured(std::string &line, const measured_point &point)
+{
+    append(line, point.error, ',');
+    append(line, std::isnan(point.error) ? point.error : point.fate == fate::lasts ? 1.0 : 0.0, ',');
+}
+
 /* Share of the way between two neighbours on which the growth is negative, as far as a straight line tells. */
 double stable_share(double growth_per_s, double next_per_s)
 {
@@ -61,22 +67,35 @@ nlohmann::json share(std::size_t part, std::size_t of)
     return of > 0 ? nlohmann::json(static_cast<double>(part) / static_cast<double>(of)) : nlohmann::json();
 }
 
-/* Shares and extremes, and the rig itself. */
-nlohmann::json sums_as_json(const map_request &request, const map_sums &sums)
+nlohmann::json own_as_json(const map_request &request, double run_s)
 {
+    const double period_s = config_period_s(&request.rig.firmware);
+    nlohmann::json own{{"x", value_of(request.rig, request.x.name)}, {"y", value_of(request.rig, request.y.name)}};
+    if (run_s > 0.0) {
+        const measured_point found = measure(request.rig, run_s);
+        own.update({{"spectral_radius", std::exp(found.growth_per_s * period_s)},
+                    {"growth_per_s", found.growth_per_s},
+                    {"fidelity_error", found.error},
+                    {"stable", found.fate == fate::decays}});
+        return own;
+    }
     const settled_rig at = settle_at(request.rig, request.amplitude_m);
-    const double own_radius = spectral_radius_of(at.linear);
+    const double radius = spectral_radius_of(at.linear);
+    own.update({{"spectral_radius", radius},
+                {"growth_per_s", std::log(radius) / period_s},
+                {"stable", unless_guess(at.has_settled, stable_json(radius, drifts_freely(at.linear)))}});
+    return own;
+}
+
+/* Shares and extremes, and the rig itself. */
+nlohmann::json sums_as_json(const map_request &request, const map_sums &sums, double run_s = 0.0)
+{
     const bool has_points = sums.possible > 0;
     return {{"stable_share", share(sums.stable, sums.possible)},
             {"stable_share_below_wall", share(sums.stable_below_wall, sums.below_wall)},
             {"spectral_radius_min", has_points ? nlohmann::json(sums.least) : nlohmann::json()},
             {"spectral_radius_max", has_points ? nlohmann::json(sums.largest) : nlohmann::json()},
-            {"own",
-             {{"x", value_of(request.rig, request.x.name)},
-              {"y", value_of(request.rig, request.y.name)},
-              {"spectral_radius", own_radius},
-              {"growth_per_s", std::log(own_radius) / config_period_s(&at.linear.firmware)},
-              {"stable", unless_guess(at.has_settled, stable_json(own_radius, drifts_freely(at.linear)))}}}};
+            {"own", own_as_json(request, run_s)}};
 }
 
 nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)
@@ -96,6 +115,36 @@ nlohmann::json varying_as_json(const map_job &job, const map_summary &sums)
 double percent(std::size_t part, std::size_t of)
 {
     return of > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(of) : 0.0;
+}
+
+const char *name_of(told_model told)
+{
+    return told == told_model::of_the_rig ? "rig" : told == told_model::with_tolerances ? "tolerances" : "point";
+}
+
+nlohmann::json measured_as_json(const map_summary &sums, double run_s)
+{
+    const measured_sums &found = sums.measured;
+    return {{"run_s", run_s},
+            {"lasting_share", share(found.lasting, sums.steady.possible)},
+            {"lasting_share_below_wall", share(found.lasting_below_wall, sums.steady.below_wall)},
+            {"faithful_error", true_error},
+            {"faithful_share", share(found.faithful, sums.steady.possible)},
+            {"faithful_share_below_wall", share(found.faithful_below_wall, sums.steady.below_wall)}};
+}
+
+void print_measured(const map_summary &sums, double run_s)
+{
+    const measured_sums &found = sums.measured;
+    std::printf("  TIME DOMAIN, no eigenvalues: each point let go and run for %g s; stable is a swing that decays\n",
+                run_s);
+    std::printf("  swings on without growing: %.1f %%, %.1f %% of those below the wall\n",
+                percent(found.lasting, sums.steady.possible),
+                percent(found.lasting_below_wall, sums.steady.below_wall));
+    std::printf("  stable, and within %g %% of the motion without dead time: %.1f %%, %.1f %% of those below the "
+                "wall\n",
+                100.0 * true_error, percent(found.faithful, sums.steady.possible),
+                percent(found.faithful_below_wall, sums.steady.below_wall));
 }
 
 /* With what makes the loop change from tick to tick. */
@@ -137,7 +186,8 @@ map_summary write_csv(const map_request &request, const map_values &map,
     map_summary sums;
     const bool varies = !map.exponents.empty();
     write(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall" +
-          (map.lower_end ? ",spectral_radius_low" : "") + (varies ? ",lyapunov_per_s" : "") + "\n");
+          (map.lower_end ? ",spectral_radius_low" : "") + (map.reduced ? ",spectral_radius_reduced" : "") +
+          (varies ? ",lyapunov_per_s" : "") + (map.measured.empty() ? "" : ",fidelity_error,lasts") + "\n");
     std::string lines;
     map_point_setter setter(request);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -155,8 +205,10 @@ map_summary write_csv(const map_request &request, const map_values &map,
             const double growth_per_s =
                 is_possible ? std::log(radius) / config_period_s(&setter.rig().firmware) : nan;
             if (is_possible) {
-                sums.steady.add(radius, radius < 1.0 && !(request.amplitude_m == 0.0 && drifts_freely(setter.rig())),
-                                is_below);
+                const bool is_stable = map.measured.empty() ? radius < 1.0 && !(request.amplitude_m == 0.0 &&
+                                                                                drifts_freely(setter.rig()))
+                                                            : map.measured[point].fate == fate::decays;
+                sums.steady.add(radius, is_stable, is_below);
             } else {
                 (state == point_state::not_passive ? sums.not_passive : sums.invalid)++;
             }
@@ -174,6 +226,13 @@ map_summary write_csv(const map_request &request, const map_values &map,
                                        is_below);
                 }
             }
+            if (map.reduced) {
+                const double reduced = map.reduced->spectral_radius[point];
+                append(lines, reduced, ',');
+                if (is_possible && !std::isnan(reduced)) {
+                    sums.misled.add(radius, reduced);
+                }
+            }
             if (varies) {
                 const double exponent_per_s = map.exponents[point];
                 append(lines, exponent_per_s, ',');
@@ -183,6 +242,12 @@ map_summary write_csv(const map_request &request, const map_values &map,
                 if (is_possible && i > 0) {
                     sums.stable_intervals += stable_share(growth_before_per_s, growth_per_s);
                     sums.stable_intervals_varying += stable_share(map.exponents[point - 1], exponent_per_s);
+                }
+            }
+            if (!map.measured.empty()) {
+                append_measured(lines, map.measured[point]);
+                if (is_possible) {
+                    sums.measured.add(map.measured[point], is_below);
                 }
             }
             lines.back() = '\n';
@@ -198,10 +263,13 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
     const map_request &request = job.request;
     const manipulator_config &arm = request.rig.firmware.manipulator;
     const double arm_Hz = std::sqrt(arm.stiffness_N_per_m / arm.mass_kg) / 6.28318530717958647692;
-    nlohmann::json json = sums_as_json(request, sums.steady);
+    nlohmann::json json = sums_as_json(request, sums.steady, job.run_s);
     json.update({{"rig", request.rig.name},
                  {"robot", robot_as_json(job.chosen)},
                  {"lower_end", nullptr},
+                 {"method", job.run_s > 0.0 ? "time domain" : "eigenvalues"},
+                 {"model", name_of(request.told)},
+                 {"time_domain", job.run_s > 0.0 ? measured_as_json(sums, job.run_s) : nlohmann::json()},
                  {"amplitude_m", request.amplitude_m > 0.0 ? nlohmann::json(request.amplitude_m) : nlohmann::json()},
                  {"varying", job.varying ? varying_as_json(job, sums) : nlohmann::json()},
                  {"vary", request.kind == map_kind::mass         ? nlohmann::json("mass")
@@ -214,6 +282,11 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
                  {"points_invalid", sums.invalid},
                  {"wall_Hz", wall_Hz},
                  {"manipulator_Hz", arm_Hz}});
+    json["reduced"] = nullptr;
+    if (sums.misled.compared > 0) {
+        json["reduced"] = {{"falsely_stable_share", share(sums.misled.falsely_stable, sums.misled.compared)},
+                           {"falsely_unstable_share", share(sums.misled.falsely_unstable, sums.misled.compared)}};
+    }
     if (job.lower_end) {
         json["lower_end"] = sums_as_json(*job.lower_end, sums.lower_end);
         json["lower_end"]["dead_time_ms"] = job.lower_end->rig.robot.dead_time_ms;
@@ -228,8 +301,23 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
     std::printf("  %zu points, %.1f %% of the possible stable, %.1f %% of those below the %g Hz wall\n",
                 request.points(), percent(sums.steady.stable, sums.steady.possible),
                 percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
+    if (!json["time_domain"].is_null()) {
+        print_measured(sums, json["time_domain"]["run_s"].get<double>());
+    }
+    if (request.told != told_model::of_the_point) {
+        std::printf("  the loop is told %s\n", request.told == told_model::of_the_rig
+                                                   ? "the rig as it is, wherever the point is"
+                                                   : "each point wrong by a tolerance; the worst of all");
+    }
     if (request.amplitude_m > 0.0) {
         std::printf("  describing function at %g m, at each point with its own frequency\n", request.amplitude_m);
+    }
+    if (sums.misled.compared > 0) {
+        std::printf(
+            "  of the whole arm; its reduction to one degree of freedom is wrongly stable at %.1f %%, wrongly "
+            "unstable at %.1f %%\n",
+            percent(sums.misled.falsely_stable, sums.misled.compared),
+            percent(sums.misled.falsely_unstable, sums.misled.compared));
     }
     if (!json["varying"].is_null()) {
         print_varying(sums, json["varying"]);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "../compensation/measured_map.h"
 #include "../stability/varying_map.h"
 #include "map_request.h"
 #include "robot_choice.h"
@@ -25,13 +26,16 @@ struct map_job {
     std::optional<map_request> varying;   /* if the loop changes: at the upper end */
     wake_histogram histogram;
     std::int64_t ticks = 0;
+    double run_s = 0.0; /* greater than 0: each point is run for so long, there are no eigenvalues */
 };
 
 /* At each point. */
 struct map_values {
     map_result steady;
     std::optional<map_result> lower_end;
-    std::vector<double> exponents; /* none if the loop does not change */
+    std::optional<map_result> reduced;    /* with an arm: of the manipulator that it is reduced to */
+    std::vector<double> exponents;        /* none if the loop does not change */
+    std::vector<measured_point> measured; /* where each point is run; `steady` has what |z| would be */
 };
 
 /* Counted over all points of one map. */
@@ -54,7 +58,44 @@ struct map_sums {
     }
 };
 
+/* A run whose motion is nearer than this to the one without dead time, as a share of its swing, is true to it. */
+constexpr double true_error = 0.05;
+
+/* Of the points that were run. */
+struct measured_sums {
+    std::size_t lasting = 0; /* neither decay nor grow */
+    std::size_t lasting_below_wall = 0;
+    std::size_t faithful = 0; /* decay, and are true to the motion without dead time */
+    std::size_t faithful_below_wall = 0;
+
+    void add(const measured_point &point, bool is_below_wall)
+    {
+        const bool lasts = point.fate == fate::lasts;
+        const bool is_true = point.fate == fate::decays && point.error < true_error;
+        lasting += lasts;
+        lasting_below_wall += lasts && is_below_wall;
+        faithful += is_true;
+        faithful_below_wall += is_true && is_below_wall;
+    }
+};
+
+/* Of the points of a map with an arm: where its reduction tells otherwise. */
+struct misled_sums {
+    std::size_t compared = 0;
+    std::size_t falsely_stable = 0;
+    std::size_t falsely_unstable = 0;
+
+    void add(double whole, double reduced)
+    {
+        compared++;
+        falsely_stable += reduced < 1.0 && whole >= 1.0;
+        falsely_unstable += reduced >= 1.0 && whole < 1.0;
+    }
+};
+
 struct map_summary {
+    measured_sums measured;
+    misled_sums misled;
     map_sums steady;    /* of |z| */
     map_sums lower_end; /* of |z| */
     map_sums varying;   /* of exponents */

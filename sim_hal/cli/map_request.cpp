@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../compensation/measured_map.h"
+#include "../stability/compensation_states.h"
 #include "../stability/loop_timeline.h"
 #include "amplitude.h"
 
@@ -177,7 +179,32 @@ map_request coupled_request(const map_arguments &arguments, rig &&base)
     return request;
 }
 
+/* Of which the map speaks: that of every linear method. */
+void check_has_modes(rig base, double amplitude_m)
+{
+    base.firmware.identification.enabled = 0;
+    base.firmware.adaptive_inverse.enabled = 0;
+    base.firmware.passivity.action = PASSIVITY_OFF;
+    spectral_radius_of(linear_at(without_variation(base), amplitude_m)); /* refuses rigs without one */
+}
+
+told_model told_by(const map_arguments &arguments, const rig &base)
+{
+    if (arguments.model != "point" && !compensation_is_on(&base.firmware)) {
+        throw input_error("--model: there is no compensation that could be told anything; say --with prediction, or "
+                          "switch one on");
+    }
+    return arguments.model == "rig"          ? told_model::of_the_rig
+           : arguments.model == "tolerances" ? told_model::with_tolerances
+                                             : told_model::of_the_point;
+}
+
 } // namespace
+
+bool is_measured(const map_arguments &arguments, const rig &rig)
+{
+    return arguments.time_domain || !compensation_is_linear(rig);
+}
 
 std::vector<rig> corners_of(const map_request &request)
 {
@@ -199,9 +226,14 @@ map_request make_map_request(const map_arguments &arguments, rig base)
     if (arguments.vary.empty() == !has_keys) {
         throw input_error("map: give either --vary elasticity, --vary mass, or both --x and --y");
     }
+    const bool runs = is_measured(arguments, base);
     const double amplitude_m = chosen_amplitude_m(arguments, base);
-    spectral_radius_of(linear_at(without_variation(base), amplitude_m)); /* refuses rigs without one */
+    check_has_modes(base, amplitude_m);
     map_request request;
+    const told_model told = told_by(arguments, base);
+    if (runs) {
+        base = released_rig(base, arguments.amplitude_m.value_or(0.0));
+    }
     if (!has_keys) {
         request = coupled_request(arguments, std::move(base));
     } else {
@@ -216,9 +248,12 @@ map_request make_map_request(const map_arguments &arguments, rig base)
         }
         request.rig = std::move(base);
     }
+    request.told = told;
     request.amplitude_m = 0.0;
     for (const rig &corner : corners_of(request)) {
-        request.amplitude_m = std::max(request.amplitude_m, chosen_amplitude_m(arguments, corner));
+        if (!runs) {
+            request.amplitude_m = std::max(request.amplitude_m, chosen_amplitude_m(arguments, corner));
+        }
     }
     if (request.points() > points_max) {
         throw input_error("map: " + std::to_string(request.points()) + " points are more than the " +

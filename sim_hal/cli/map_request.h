@@ -11,6 +11,9 @@ namespace berth
 /* The paper's robot is an ideal transmitter up to here: the wall on the maps. */
 constexpr double wall_Hz = 5.0;
 
+/* Runs instead of eigenvalues: asked for, or there are none. */
+bool is_measured(const map_arguments &arguments, const rig &rig);
+
 /* Throws input_error that names what is wrong. */
 map_request make_map_request(const map_arguments &arguments, rig base);
 

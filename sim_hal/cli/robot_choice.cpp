@@ -1,6 +1,7 @@
 #include "robot_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "../effects/active.h"
@@ -39,6 +40,20 @@ std::string range_text(const nlohmann::json &range_ms)
     return (from < to ? short_number(from) + " to " : "") + short_number(to) + " ms";
 }
 
+/* What a rig file tells the prediction of its robot is not so of the preset's. */
+void refuse_model_of_another_robot(const chosen_rig &chosen, const std::vector<std::string> &overrides)
+{
+    const prediction_config &told = chosen.rig.firmware.prediction;
+    const bool is_of_the_file = std::none_of(overrides.begin(), overrides.end(), [](const std::string &setting) {
+        return setting.rfind("prediction.dead_time_ms=", 0) == 0;
+    });
+    if (told.enabled && is_of_the_file && std::isfinite(told.dead_time_ms)) {
+        throw input_error("prediction.dead_time_ms: " + short_number(told.dead_time_ms) +
+                          " ms in the rig file are its own robot's, not those of " + chosen.robot->name +
+                          ": leave the key out, then the preset's count, or --set it");
+    }
+}
+
 } // namespace
 
 rig chosen_rig::at_lower_end() const
@@ -60,6 +75,7 @@ chosen_rig choose_rig(const rig_arguments &arguments)
     chosen.robot = load_robot(arguments.robot);
     chosen.rig = load_rig(arguments.rig, overrides, &*chosen.robot);
     chosen.dead_time_band = dead_time_band(*chosen.robot, arguments.overrides);
+    refuse_model_of_another_robot(chosen, arguments.overrides);
     return chosen;
 }
 

@@ -52,7 +52,7 @@ std::vector<published_row> rows_beside(const rths_arguments &arguments)
 
 struct judged_run {
     criteria value{};
-    double noise_floor_percent = 0.0;
+    rths::noise_share noise{};
 };
 
 struct benchmark_result {
@@ -81,7 +81,7 @@ void write_samples(const std::string &path, const rths::run_record &record)
 
 judged_run judged(const rths::run_record &record)
 {
-    return {rths::judge(record), rths::noise_floor_percent(record)};
+    return {rths::judge(record), rths::noise_alone(record)};
 }
 
 rths::building read_frame(const std::string &path)
@@ -103,7 +103,7 @@ benchmark_result run_all(const rths_arguments &arguments)
     const rths::building all = read_frame(folder + "case_" + std::to_string(arguments.building_case) + ".txt");
     const rths::ground_motion ground(folder + arguments.earthquake + ".csv.gz", earthquake_scale);
     const auto run = [&](const rths::transfer_parameters &hardware, std::int64_t seed) {
-        const auto controller = rths::make_controller(arguments.controller, {all, {}});
+        const auto controller = rths::make_controller(arguments.controller, {all, {}, arguments.force_age_samples});
         return rths::run_benchmark(all, ground, hardware, *controller, {seed, arguments.noise});
     };
     benchmark_result result;
@@ -134,19 +134,17 @@ nlohmann::json as_json(const criteria &value)
 nlohmann::json as_json(const judged_run &run)
 {
     nlohmann::json json = as_json(run.value);
-    json["noise_floor_percent"] = run.noise_floor_percent;
+    json["noise_floor_percent"] = run.noise.spread_percent;
+    json["noise_peak_percent"] = run.noise.peak_percent;
     return json;
 }
 
 nlohmann::json as_json(const rths_arguments &arguments, const benchmark_result &result)
 {
-    nlohmann::json json = {{"earthquake", arguments.earthquake},
-                           {"case", arguments.building_case},
-                           {"controller", arguments.controller},
-                           {"seed", arguments.seed},
-                           {"noise", arguments.noise},
-                           {"nominal", as_json(result.nominal)},
-                           {"published", nlohmann::json::array()}};
+    nlohmann::json json = {{"earthquake", arguments.earthquake}, {"case", arguments.building_case},
+                           {"controller", arguments.controller}, {"seed", arguments.seed},
+                           {"noise", arguments.noise},           {"force_age_samples", arguments.force_age_samples},
+                           {"nominal", as_json(result.nominal)}, {"published", nlohmann::json::array()}};
     if (!result.perturbed.empty()) {
         json["worst_of_perturbed"] = as_json(result.worst);
         for (const judged_run &run : result.perturbed) {
@@ -189,7 +187,15 @@ void print_table(const rths_arguments &arguments, const benchmark_result &result
     for (const published_row &row : rows_beside(arguments)) {
         print_row("published: " + (row.name + worst_of(row.perturbed)), row.value);
     }
-    std::printf("of J2, %.2f %% are the sensor's noise\n", result.nominal.noise_floor_percent);
+    std::printf("the sensor's noise alone: J2 %.2f %%, J3 %.2f %%\n", result.nominal.noise.spread_percent,
+                result.nominal.noise.peak_percent);
+    double peak_percent = 0.0;
+    for (const judged_run &run : result.perturbed) {
+        peak_percent = std::max(peak_percent, run.noise.peak_percent);
+    }
+    if (!result.perturbed.empty()) {
+        std::printf("and where it is worst of these plants: J3 %.2f %%\n", peak_percent);
+    }
 }
 
 } // namespace

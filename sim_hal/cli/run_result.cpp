@@ -35,7 +35,7 @@ try {
     if (!left_out_when_small(rig).empty()) {
         return {};
     }
-    if (compensation_is_on(&rig.firmware)) {
+    if (compensation_is_on(&rig.firmware) || rig.firmware.arm.kind != ARM_NONE) {
         return is_time_varying(rig) ? std::optional<double>() : loop_spectrum(without_variation(rig)).growth_per_s;
     }
     const loop_equation equation = make_loop_equation(without_variation(rig));
@@ -248,7 +248,7 @@ void print_summary(const run_result &result, const rig &rig)
     }
     print_growth(result);
     print_prediction(result, rig);
-    result.energy.print();
+    result.energy.print(rig.firmware.arm.kind != ARM_NONE);
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
     std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));

@@ -132,7 +132,8 @@ TICK, FRAME, RIG = 0, 1, 2  # message ids of the topics
 
 def record_type(data, name):
     """The numpy type of a topic's records, from the format that the log carries."""
-    kinds = {"uint64_t": "<u8", "int64_t": "<i8", "uint32_t": "<u4", "uint16_t": "<u2", "uint8_t": "u1", "double": "<f8"}
+    kinds = {"uint64_t": "<u8", "int64_t": "<i8", "uint32_t": "<u4", "uint16_t": "<u2", "uint8_t": "u1", "double": "<f8",
+             "float": "<f4"}
     for message in ulog_messages(data):
         text = message.content.decode(errors="replace")
         if message.type == "F" and text.startswith(name + ":"):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import (ARM64_BUILD, DISTURBED, EXIT_DIFFERENT, ROOT, TICK, data_id, patched, record_type, replay_json,
                       run_json, settings, topic, ulog_messages)
+from test_compensation import UNITS
 from test_replay import VARIANTS
 
 CASES = {
@@ -19,6 +20,7 @@ CASES = {
     **{variant: ("ess", VARIANTS[variant])
        for variant in ("rk4", "semi-implicit Euler", "inverse filter", "force interface with chirp", "limits act")},
     "contact": ("concept-copper", {}),
+    "a whole arm": ("ess-berthing", {}),
 }
 
 
@@ -35,6 +37,14 @@ def test_a_log_from_arm64_replays_bit_for_bit_here(case, tmp_path, arm64):
     result = run_json(rig, tmp_path, *settings(overrides), program=arm64)
     replayed = replay_json(result["log"])
     assert replayed["equal"] and replayed["ticks"] == result["ticks"] and not replayed["gap"]
+
+
+@pytest.mark.parametrize("rig", ["ess", "concept-copper"])
+@pytest.mark.parametrize("unit", UNITS)
+def test_compensation_replays_bit_for_bit_on_arm64(unit, rig, tmp_path, arm64):
+    result = run_json(rig, tmp_path, *settings(UNITS[unit] | {"run.duration_s": 5.0, "sensor.noise_N": 1.0}))
+    replayed = replay_json(result["log"], program=arm64)
+    assert replayed["equal"] and replayed["ticks"] == result["ticks"]
 
 
 @pytest.mark.parametrize("rig", ["ess", "ess-50hz"])
@@ -80,7 +90,8 @@ LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "d
            "decode_wrench3m_x", "decode_wrench3m_y", "decode_wrench3m_z")
 DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
 THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
-                    "sensor_channel_receive": LAYOUTS, "robot_channel_send": DRIVE_SETUP}
+                    "receive_frames": LAYOUTS, "receive_frame": LAYOUTS, "sensor_channel_receive": LAYOUTS,
+                    "command_robot": DRIVE_SETUP, "robot_channel_send": DRIVE_SETUP}
 # Neither do functions that move bytes and know nothing of numbers.
 DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+|mem(set|cpy|move))(@|$)")
 

@@ -13,9 +13,12 @@ from conftest import EXIT_INPUT, ROOT
 from test_report import Page
 
 SIZE_MAX_BYTES = 15e6
-FIGURES = ["fig-04", "fig-05", "fig-06", *(f"fig-{n}" for n in range(10, 18)), "refinement"]
-MAPS = FIGURES[5:11]
+OF_THE_PAPER = ["fig-04", "fig-05", "fig-06", *(f"fig-{n}" for n in range(10, 18)), "refinement"]
+MAPS = OF_THE_PAPER[5:11]
 PANELS = {"fig-04": 3, "fig-05": 1, "fig-06": 1, "fig-10": 3, "fig-11": 3, "refinement": 2} | dict.fromkeys(MAPS, 2)
+PANELS |= {"compensated": 1, "fig-04-compensated": 3, "fig-10-compensated": 2, "fig-11-compensated": 2}
+PANELS |= {f"{name}-compensated": 3 for name in MAPS}
+FIGURES = OF_THE_PAPER + list(PANELS)[-10:]
 SURFACES = [f"{name}-0" for name in MAPS]
 
 # What is to be seen in each plot of the page.
@@ -78,6 +81,9 @@ def test_every_plot_is_drawn_in_a_browser(in_browser):
     for name, plot in seen.items():
         assert plot["width"] > 300 and plot["height"] > 400, (name, plot)
         if name in SURFACES:
+            continue
+        if name.startswith(tuple(f"{of}-compensated" for of in MAPS)):
+            assert plot["heatmaps"] == 1 and "without compensation" in plot["text"], (name, plot)
             continue
         assert plot["marks"] >= plot["traces"] - 2 > -2, (name, plot)
 

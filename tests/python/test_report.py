@@ -125,7 +125,7 @@ def test_page_fetches_nothing(tmp_path):
         assert tag not in ("link", "img", "iframe", "object", "embed", "base", "video", "audio"), (tag, attributes)
         assert not {"src", "href", "srcset", "data", "action", "poster"} & set(attributes), (tag, attributes)
     ours = [text for text in page.scripts if "plotly.js v" not in text[:400]]
-    assert len(ours) == 3  # style, data, script
+    assert len(ours) == 5  # style, data, script, and data and script of the arm
     assert "".join(ours).count("url(") == 0
     assert not re.search(r"https?:|@import|fetch\(|XMLHttpRequest|import\(", "".join(ours))
 
@@ -262,3 +262,42 @@ def test_names_are_the_firmware_s():
     assert berth_log.STATES == names_of("supervisor.c", r"state_names\[\] = \{(.*?)\};")
     assert berth_log.STOP_CAUSES == names_of("supervisor.c", r"cause_names\[\] = \{(.*?)\};")
     assert berth_log.LIMITS == names_of("limits.c", r"limit_names\[LIMIT_COUNT\] = \{(.*?)\};")
+
+
+def test_the_units_of_compensation_show_their_states(tmp_path):
+    """Panels of what is on, with the log's own numbers, and none of what is off."""
+    from pyulog import ULog
+    changes = {"object.stiffness_N_per_m": 40000, "prediction.enabled": "true", "identification.enabled": "true",
+               "prediction.stiffness_N_per_m": 32000, "prediction.dead_time_ms": 20, "passivity.action": "damping",
+               "passivity.credit_J": 0, "adaptive_inverse.enabled": "true", "run.duration_s": 8}
+    log, _ = run(tmp_path, "ess", [f"{key}={value}" for key, value in changes.items()])
+    page, _ = made(log)
+    tick = ULog(str(log)).get_dataset("tick").data
+    for panel, curve, expected in (
+            ("prediction", "measured less predicted", tick["predicted_error_N"]),
+            ("identified", "stiffness, told 32000", 100 * tick["believed_stiffness_N_per_m"] / 32000),
+            ("identified", "damping (right axis)", tick["believed_damping_N_s_per_m"]),
+            ("tracked", "tracked", tick["believed_dead_time_ms"]),
+            ("inverse", "delay", 1e3 * tick["inverse_delay_s"]),
+            ("inverse", "gain (right axis)", tick["inverse_gain"]),
+            ("energy", "compensation made", tick["energy_compensation_J"]),
+            ("passivity", "deficit (below 0: credit that is left)", tick["passivity_deficit_J"]),
+            ("passivity", "force of the controller (right axis)", tick["passivity_force_N"])):
+        assert np.allclose(page.curve(panel, curve)[1], expected, rtol=1e-6, atol=1e-12), curve
+    assert (page.curve("tracked", "told")[1] == 20).all()
+    assert tick["believed_dead_time_ms"][0] == 20 and abs(tick["believed_dead_time_ms"][-1] - 17.5) < 0.5
+    assert abs(tick["believed_stiffness_N_per_m"][-1] - 40000) < 1000
+
+
+def test_the_force_lead_shows_what_its_model_does_not_know(tmp_path):
+    from pyulog import ULog
+    log, _ = run(tmp_path, "ess", ["force_lead.enabled=true", "run.duration_s=3"])
+    page, _ = made(log)
+    tick = ULog(str(log)).get_dataset("tick").data
+    assert np.allclose(page.curve("lead", "measured less model")[1], tick["lead_error_N"], rtol=1e-6, atol=1e-12)
+
+
+def test_without_compensation_there_are_no_panels_of_it(tmp_path):
+    log, _ = run(tmp_path, "ess", ["run.duration_s=3"])
+    names = {panel["name"] for panel in made(log)[0].data["panels"]}
+    assert not names & {"prediction", "identified", "tracked", "inverse", "lead", "passivity"}

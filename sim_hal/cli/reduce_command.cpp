@@ -1,0 +1,247 @@
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "../../hal/rig/arm_file.h"
+#include "../stability/reduction.h"
+#include "commands.h"
+#include "robot_choice.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* "1.2,-0.4": as many numbers as that. */
+Eigen::VectorXd numbers_of(const std::string &option, const std::string &text, Eigen::Index count)
+{
+    Eigen::VectorXd values(count);
+    const char *at = text.c_str();
+    for (Eigen::Index i = 0; i < count; i++) {
+        char *end = nullptr;
+        values(i) = std::strtod(at, &end);
+        const char separator = i + 1 < count ? ',' : '\0';
+        if (end == at || *end != separator || !std::isfinite(values(i))) {
+            throw input_error(std::string(option).append(" ").append(text) + ": must be " + std::to_string(count) +
+                              " numbers with commas between them");
+        }
+        at = end + 1;
+    }
+    return values;
+}
+
+/* "2=-2.5:-0.3:20" */
+struct pose_sweep {
+    Eigen::Index joint = 0;
+    double from_rad = 0.0;
+    double to_rad = 0.0;
+    int count = 0;
+};
+
+pose_sweep sweep_of(const std::string &text, Eigen::Index joints)
+{
+    const char *at = text.c_str();
+    bool is_fine = true;
+    const auto pass = [&](char separator) {
+        is_fine = is_fine && *at == separator;
+        at += *at != '\0' ? 1 : 0;
+    };
+    const auto whole = [&] {
+        char *end = nullptr;
+        const long value = std::strtol(at, &end, 10);
+        is_fine = is_fine && end != at;
+        at = end;
+        return value;
+    };
+    const auto angle = [&] {
+        char *end = nullptr;
+        const double value = std::strtod(at, &end);
+        is_fine = is_fine && end != at && std::isfinite(value);
+        at = end;
+        return value;
+    };
+    pose_sweep sweep;
+    const long joint = whole();
+    pass('=');
+    sweep.from_rad = angle();
+    pass(':');
+    sweep.to_rad = angle();
+    pass(':');
+    const long count = whole();
+    if (!is_fine || *at != '\0' || joint < 1 || joint > joints || count < 2 || count > 1000) {
+        throw input_error("--sweep " + text + ": must be JOINT=FROM:TO:COUNT with a joint from 1 to " +
+                          std::to_string(joints) + ", angles in rad and a count from 2 to 1000");
+    }
+    sweep.joint = joint - 1;
+    sweep.count = static_cast<int>(count);
+    return sweep;
+}
+
+nlohmann::json as_json(const arm_mode &mode)
+{
+    return {{"frequency_Hz", mode.frequency_Hz},
+            {"damping_ratio", mode.damping_ratio},
+            {"share", mode.share},
+            {"mass_kg", mode.mass_kg},
+            {"damping_N_s_per_m", mode.damping_N_s_per_m},
+            {"stiffness_N_per_m", mode.stiffness_N_per_m}};
+}
+
+nlohmann::json as_json(const swing &swing)
+{
+    return {{"frequency_Hz", swing.frequency_Hz}, {"damping_ratio", swing.damping_ratio}};
+}
+
+nlohmann::json as_json(const arm_loop_growth &growth)
+{
+    return {{"spectral_radius", growth.spectral_radius},
+            {"growth_per_s", growth.growth_per_s},
+            {"frequency_Hz", growth.frequency_Hz}};
+}
+
+nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
+{
+    nlohmann::json modes = nlohmann::json::array();
+    for (const arm_mode &mode : found.modes) {
+        modes.push_back(as_json(mode));
+    }
+    const auto limit = [](const std::optional<double> &factor) {
+        return factor ? nlohmann::json(*factor) : nlohmann::json();
+    };
+    return {{"pose_rad", std::vector<double>(pose_rad.begin(), pose_rad.end())},
+            {"reduced", as_json(found.reduced)},
+            {"modes", modes},
+            {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
+            {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
+            {"object_limit",
+             {{"reduced", limit(found.object_limit_reduced)}, {"full", limit(found.object_limit_full)}}}};
+}
+
+std::string limit_text(const std::optional<double> &factor)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", factor.value_or(0.0));
+    return factor ? text : "> 1e4";
+}
+
+void print_one(const reduction &found)
+{
+    const arm_mode &r = found.reduced;
+    std::printf("  reduced to one degree of freedom: M = %.6g kg, D = %.6g N s/m, K = %.6g N/m (%.4f Hz, damping "
+                "ratio %.4f)\n",
+                r.mass_kg, r.damping_N_s_per_m, r.stiffness_N_per_m, r.frequency_Hz, r.damping_ratio);
+    std::printf("  modes along the direction\n    %10s %10s %10s %12s\n", "Hz", "damping", "share", "mass kg");
+    for (const arm_mode &mode : found.modes) {
+        std::printf("    %10.4f %10.4f %9.2f%% %12.5g\n", mode.frequency_Hz, mode.damping_ratio, 100.0 * mode.share,
+                    mode.mass_kg);
+    }
+    std::printf("  %-44s %12s %12s\n", "", "reduced", "full arm");
+    const auto line = [](const char *what, const std::string &reduced, const std::string &full) {
+        std::printf("  %-44s %12s %12s\n", what, reduced.c_str(), full.c_str());
+    };
+    const auto text = [](const char *format, double value) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, format, value);
+        return std::string(buffer);
+    };
+    line("with the object, no dead time: Hz", text("%.4f", found.coupled_reduced.frequency_Hz),
+         text("%.4f", found.coupled_full.frequency_Hz));
+    line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
+         text("%.5f", found.coupled_full.damping_ratio));
+    line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
+         text("%+.5f", found.loop_full.growth_per_s));
+    line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
+         text("%.4f", found.loop_full.frequency_Hz));
+    line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
+         limit_text(found.object_limit_full));
+}
+
+void print_row(double angle_rad, const reduction &found)
+{
+    std::printf("  %9.3f %10.2f %9.4f %7.1f%% %11.4f %11.4f %11.5f %11.5f %10s %10s\n", angle_rad,
+                found.reduced.mass_kg, found.reduced.frequency_Hz, 100.0 * found.reduced.share,
+                found.coupled_reduced.frequency_Hz, found.coupled_full.frequency_Hz, found.loop_reduced.growth_per_s,
+                found.loop_full.growth_per_s, limit_text(found.object_limit_reduced).c_str(),
+                limit_text(found.object_limit_full).c_str());
+}
+
+arm_description arm_for(const reduce_arguments &arguments, const rig &rig)
+{
+    if (!arguments.arm.empty() || rig.firmware.arm.kind == ARM_NONE) {
+        return load_arm(arguments.arm.empty() ? "ess" : arguments.arm);
+    }
+    arm_description own;
+    own.name = "its arm";
+    own.config = rig.firmware.arm;
+    return own;
+}
+
+Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig, Eigen::Index dimensions)
+{
+    if (arguments.direction.empty()) {
+        const manipulator_config &manipulator = rig.firmware.manipulator;
+        return Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z)
+            .head(dimensions);
+    }
+    Eigen::VectorXd direction = numbers_of("--direction", arguments.direction, dimensions);
+    if (direction.norm() < 1e-12) {
+        throw input_error("--direction " + arguments.direction + ": has no direction");
+    }
+    return direction;
+}
+
+} // namespace
+
+int reduce_command(const reduce_arguments &arguments)
+{
+    const chosen_rig chosen = choose_rig(arguments);
+    arm_description arm = arm_for(arguments, chosen.rig);
+    const Eigen::Index joints = arm.config.joint_count;
+    if (arguments.is_held) {
+        arm.config.base_is_free = 0;
+        arm.config.attitude.actuator = ATTITUDE_NONE;
+    }
+    reduction_choice choice;
+    choice.pose_rad.resize(joints);
+    for (Eigen::Index i = 0; i < joints; i++) {
+        choice.pose_rad(i) = arm.config.joints[i].initial_rad;
+    }
+    if (!arguments.pose.empty()) {
+        choice.pose_rad = numbers_of("--pose", arguments.pose, joints);
+    }
+    choice.is_guided = !arguments.is_unguided;
+    choice.direction = direction_for(arguments, chosen.rig, arm.config.kind == ARM_PLANAR ? 2 : 3);
+    const bool is_sweep = !arguments.sweep.empty();
+    const pose_sweep sweep =
+        is_sweep ? sweep_of(arguments.sweep, joints) : pose_sweep{0, choice.pose_rad(0), 0.0, 1};
+    nlohmann::json poses = nlohmann::json::array();
+    for (int i = 0; i < sweep.count; i++) {
+        if (is_sweep) {
+            choice.pose_rad(sweep.joint) = sweep.from_rad + (sweep.to_rad - sweep.from_rad) * i / (sweep.count - 1);
+        }
+        const reduction found = reduce(chosen.rig, arm.config, choice);
+        if (arguments.json) {
+            poses.push_back(as_json(choice.pose_rad, found));
+        } else if (is_sweep) {
+            if (i == 0) {
+                std::printf("%s in the loop of %s, joint %d from pose to pose; reduced, then full arm\n"
+                            "  %9s %10s %9s %8s %23s %23s %21s\n",
+                            arm.name.c_str(), chosen.rig.name.c_str(), static_cast<int>(sweep.joint) + 1, "rad",
+                            "mass kg", "Hz", "share", "with the object, Hz", "growth in the loop /s",
+                            "object may be stiffer");
+            }
+            print_row(choice.pose_rad(sweep.joint), found);
+        } else {
+            std::printf("%s in the loop of %s\n", arm.name.c_str(), chosen.rig.name.c_str());
+            print_one(found);
+        }
+    }
+    if (arguments.json) {
+        print_json({{"rig", chosen.rig.name}, {"arm", arm.name}, {"poses", poses}});
+    }
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,70 @@
+"""The moving picture of the arm in a report: bodies where the log has them, and a page that plays it."""
+
+import sys
+
+import numpy as np
+import pytest
+from browser import Browser
+from conftest import ROOT, command
+from test_report import made, run
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import report_arm  # noqa: E402
+from berth_log import read_log  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def berthing(tmp_path_factory):
+    log, _ = run(tmp_path_factory.mktemp("berthing"), "ess-berthing", ["run.duration_s=12"])
+    return log
+
+
+def test_the_tool_is_where_the_firmware_has_it(berthing):
+    """Python's kinematics from the angles against the tool's place that the firmware logs."""
+    log = read_log(berthing)
+    points, _ = report_arm.places(log.config["manipulator"]["arm"], log.arm)
+    for i, part in enumerate("xyz"):
+        assert np.abs(points[:, -1, i] - log.arm[f"tool_{part}_m"]).max() < 1e-12
+    assert np.ptp(points[:, -1, 0]) > 0.2
+
+
+def test_a_spatial_arm_is_placed_too(tmp_path):
+    """Seven joints on a turned base: the same, by quaternion and Rodrigues' formula."""
+    text = command("arm", ROOT / "tests" / "arms" / "seven.urdf", "--tool", "gripper").stdout.decode()
+    arm = tmp_path / "seven.toml"
+    arm.write_text(text)
+    log, _ = run(tmp_path, "ess", [f"manipulator.arm={arm}", "manipulator.direction_z=0.5", "run.duration_s=3",
+                                   "manipulator.initial_position_m=0", "profile.kind=minimum_jerk",
+                                   "profile.amplitude_m=0.05"])
+    log = read_log(log)
+    points, _ = report_arm.places(log.config["manipulator"]["arm"], log.arm)
+    for i, part in enumerate("xyz"):
+        assert np.abs(points[:, -1, i] - log.arm[f"tool_{part}_m"]).max() < 1e-12
+    assert np.ptp(log.arm["base_quaternion_w"]) > 0 and np.ptp(log.arm["tool_x_m"]) > 1e-3
+
+
+def test_the_page_plays_it(berthing, tmp_path):
+    made(berthing)
+    with Browser(berthing.with_suffix(".html"), tmp_path) as browser:
+        first = browser.evaluate("document.getElementById('arm-links').getAttribute('points')")
+        browser.evaluate("document.getElementById('arm-speed').value = '20'")
+        browser.evaluate("document.getElementById('arm-play').click()")
+        browser.evaluate("""(async () => {
+          const slider = document.getElementById("arm-time");
+          while (slider.value !== slider.max) await new Promise(requestAnimationFrame);
+        })()""")
+        last = browser.evaluate("document.getElementById('arm-links').getAttribute('points')")
+        assert browser.evaluate("document.getElementById('arm-clock').textContent").startswith("12.0 s")
+        assert browser.console == []
+    log = read_log(berthing)
+    ends = [[float(value) for value in points.split()[-1].split(",")] for points in (first, last)]
+    for (x, y), tick in zip(ends, (0, 20 * (len(log.tick_s) // 20) - 20)):
+        assert x == pytest.approx(log.arm["tool_x_m"][tick], abs=1e-5)
+        assert -y == pytest.approx(log.arm["tool_y_m"][tick], abs=1e-5)
+
+
+def test_without_an_arm_there_is_no_picture(tmp_path):
+    log, _ = run(tmp_path, "ess", ["run.duration_s=1"])
+    assert report_arm.scene(read_log(log)) == "null"
+    with Browser(log.with_suffix(".html") if made(log) else None, tmp_path / "profile") as browser:
+        assert browser.evaluate("document.getElementById('arm').hidden")
