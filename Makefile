@@ -19,34 +19,34 @@ endif
 
 # --- sources: a folder is listed, a new file in it is built ------------------------------------------------------
 FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp firmware/can/*.c \
-	firmware/compensation/*.c firmware/compensation/*.cpp))
+	firmware/compensation/*.c firmware/compensation/*.cpp firmware/arm/*.c firmware/arm/*.cpp))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
-SIM := $(filter-out sim_hal/solver/cvode_solver.cpp,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
+SIM := $(filter-out sim_hal/solver/cvode_solver.cpp sim_hal/arm/urdf%,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
 	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp \
-	sim_hal/rths/*.cpp))
+	sim_hal/rths/*.cpp sim_hal/arm/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(wildcard sim_hal/far_end/*.cpp) hal/linux/can_socket.cpp hal/linux/can_link.cpp
 CPP_TESTS := $(wildcard tests/unit/*.cpp tests/theory/*.cpp tests/contract/*.cpp tests/scenarios/*.cpp)
 TARGET_TESTS := $(wildcard tests/linux/*.cpp) tests/contract/hal_test.cpp tests/unit/main.cpp
 BENCH := tests/bench/tick_bench.cpp
-RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml)
+RIGS := $(wildcard sim_hal/rigs/*.toml sim_hal/robots/*.toml sim_hal/arms/*.toml)
 
 # --- flags --------------------------------------------------------------------------------------------------------
 # The firmware gives the same bits on every machine: no fused multiply-add, no vectorised Eigen (its packets may be
 # fused), and one set of Eigen macros for the whole program, so that a template means one thing.
 ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC
 WARNINGS := -Wall -Wextra -Wshadow -Werror
-COMMON := -O2 -g $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
+COMMON := -O2 -g1 $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
 EFFECTS = $(call object,$(filter sim_hal/effects/%,$(SIM)))
 LIBRARIES :=
 PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
-# SUNDIALS and zlib are for the host only.
+# SUNDIALS, zlib and tinyxml2 are for the host only.
 COMMON += -isystem /usr/include/eigen3
-SIM += sim_hal/solver/cvode_solver.cpp
-SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB
-LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz
+SIM += sim_hal/solver/cvode_solver.cpp $(wildcard sim_hal/arm/urdf*.cpp)
+SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB -DBERTH_WITH_URDF
+LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint -lz -ltinyxml2
 else
 # libgpiod for the target is unpacked beside the objects.
 SYSROOT := $(BUILD)/sysroot
@@ -56,7 +56,7 @@ COMMON += -isystem $(BUILD)/include
 LDFLAGS += -static
 endif
 ifneq ($(SANITIZE),)
-COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all -O1 -g1
+COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all -O1
 LDFLAGS += -fsanitize=address,undefined
 endif
 
@@ -114,8 +114,9 @@ score: setup-test
 	@$(PYTHON) tests/hidden_effects/score.py --seed $(or $(SEED),6001) --count $(or $(COUNT),300)
 
 bench: setup-test
-	@$(MAKE) all build/tick_bench
+	@$(MAKE) all build/tick_bench build/arm_bench build/arm_peers
 	@$(PYTHON) scripts/bench.py
+	@$(PYTHON) scripts/bench_arm.py
 	@$(PYTHON) scripts/bench_map.py
 	@$(PYTHON) scripts/bench_diagnose.py
 
@@ -197,6 +198,19 @@ build/%/sysroot:
 $(BUILD)/berth-rig: $(call object,$(FAR_END)) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+$(BUILD)/arm_bench: $(call object,tests/bench/arm_bench.cpp) $(LOOP_OBJECTS)
+	@echo "link $@"
+	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
+
+# Pinocchio and MuJoCo as their Python packages bring them, with their own flags.
+PACKAGES = $(shell $(PYTHON) -c "import sysconfig; print(sysconfig.get_paths()['platlib'])")
+build/arm_peers: tests/bench/arm_peers.cpp tests/bench/timed.h
+	@echo "c++  $<"
+	@$(CXX) -std=c++17 -O2 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+		-isystem /usr/include/eigen3 -isystem $(PACKAGES)/mujoco/include -isystem $(PACKAGES)/cmeel.prefix/include $< -o $@ \
+		-L$(PACKAGES)/cmeel.prefix/lib -lpinocchio_default -lpinocchio_parsers $(wildcard $(PACKAGES)/mujoco/libmujoco.so.*) \
+		-Wl,-rpath,$(PACKAGES)/cmeel.prefix/lib:$(PACKAGES)/mujoco
 
 # One side of a CANopen bus, for peers in Python.
 $(BUILD)/peer: $(call object,tests/peers/peer.cpp) $(FAR_END_OBJECTS)
@@ -281,8 +295,9 @@ codec: setup
 	@scripts/codec.sh firmware/can
 
 # --- care ---------------------------------------------------------------------------------------------------------
-OWN_C := $(wildcard firmware/*.[ch] firmware/compensation/*.[ch] firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
-OWN_CPP := $(wildcard firmware/*.cpp firmware/compensation/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h)
+OWN_C := $(wildcard firmware/*.[ch] firmware/compensation/*.[ch] firmware/arm/*.c firmware/arm/arm_config.h firmware/arm/sine.h firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
+# Pinocchio's headers would be read along with arm_peers.cpp, for minutes.
+OWN_CPP := $(filter-out tests/bench/arm_peers.cpp,$(wildcard firmware/*.cpp firmware/compensation/*.cpp firmware/arm/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h))
 
 format: setup-test
 	@clang-format -i $(OWN_C) $(OWN_CPP)
