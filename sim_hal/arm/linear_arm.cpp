@@ -139,7 +139,7 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
     return modes;
 }
 
-const arm_mode &dominant_mode(const std::vector<arm_mode> &modes)
+arm_mode dominant_mode(const std::vector<arm_mode> &modes)
 {
     const arm_mode *found = nullptr;
     for (const arm_mode &mode : modes) {

@@ -45,7 +45,7 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
 
 /* The arm reduced to one degree of freedom: the one that is springy, along which the tool is most mobile. Throws
  * input_error if there is none. */
-const arm_mode &dominant_mode(const std::vector<arm_mode> &modes);
+arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
 std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm);

@@ -58,7 +58,7 @@ TEST_CASE(
             const arm_config config = one_degree_of_freedom(rig.firmware.manipulator);
             const Eigen::VectorXd across = Eigen::Vector2d::UnitY();
             const linear_arm arm = linearise(config, Eigen::VectorXd::Zero(1));
-            const arm_mode &mode = dominant_mode(modes_along(arm, across));
+            const arm_mode mode = dominant_mode(modes_along(arm, across));
             CHECK(mode.mass_kg == doctest::Approx(rig.firmware.manipulator.mass_kg).epsilon(1e-9));
             CHECK(mode.stiffness_N_per_m ==
                   doctest::Approx(rig.firmware.manipulator.stiffness_N_per_m).epsilon(1e-9));
