@@ -281,18 +281,18 @@ def test_a_singular_crosstalk_and_a_sensor_of_one_axis_are_refused(tmp_path):
     assert done.returncode == EXIT_INPUT and b"sensor_channel.layout" in done.stderr
 
 
-@pytest.mark.parametrize("stiffer", [1, 4])
-def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer):
+@pytest.mark.parametrize("stiffer,duration_s", [(1, 240), (4, 95)])
+def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer, duration_s):
     axes = PLANAR_AXES.replace("stiffness_N_per_m = 1500.0", f"stiffness_N_per_m = {1500.0 * stiffer}")
     file = rig_file(tmp_path, axes)
-    file.write_text(file.read_text().replace("duration_s = 8.0", "duration_s = 120.0"))
+    file.write_text(file.read_text().replace("duration_s = 8.0", f"duration_s = {duration_s}.0"))
     expected = one_json_object(command("eigen", file, "--json", *LAYOUT).stdout)["growth_per_s"]
     alone = one_json_object(command("eigen", rig_file(tmp_path, name="alone"), "--json").stdout)["growth_per_s"]
     assert abs(expected - alone) > 0.01, "the axes are part of it"
     result = run_json(file, tmp_path, *LAYOUT)
     assert result["predicted_growth_per_s"] == pytest.approx(expected, rel=1e-9)
     turned = topic(result["log"], "side")["rz_manipulator_rad"]
-    late = np.diff(turned[len(turned) // 2:])
+    late = np.diff(turned[2 * len(turned) // 3:])
     half = len(late) // 2
     grown = np.log(np.std(late[half:]) / np.std(late[:half])) / (half * 2.5e-3)
-    assert grown == pytest.approx(expected, rel=0.05, abs=1e-3)
+    assert grown == pytest.approx(expected, rel=0.03)
