@@ -41,7 +41,7 @@ space::vector rotation_vector(const space::rotation &rotation)
 space::rotation rotation_by(const space::vector &rotation_vector_rad)
 {
     const double angle_rad = std::sqrt(rotation_vector_rad.squaredNorm());
-    if (!(angle_rad > no_turn)) {
+    if (!(angle_rad > 0.0)) {
         return space::rotation::Identity();
     }
     const sine_cosine turn = sine_and_cosine(angle_rad);
