@@ -15,6 +15,7 @@ void app_start(struct app *app, const struct app_config *config)
     compensation_start(&app->compensation, &app->config, &app->manipulator);
     inverse_filter_start(&app->inverse_filter, &app->config);
     limits_start(&app->limits, &app->config);
+    side_axes_start(&app->side_axes, &app->config);
 }
 
 /* An arm that is held takes no orders. */
@@ -45,6 +46,12 @@ static int receive_frame(struct app *app, enum received_message message, const s
     case RECEIVED_OPERATOR_JOINT:
     case RECEIVED_OPERATOR_LINE:
         return receive_order(app, message, frame);
+    case RECEIVED_FEEDBACK_Y:
+    case RECEIVED_FEEDBACK_Z:
+    case RECEIVED_FEEDBACK_RX:
+    case RECEIVED_FEEDBACK_RY:
+    case RECEIVED_FEEDBACK_RZ:
+        return robot_channel_receive(&app->robot_channel, message, frame);
     default:
         return sensor_channel_receive(&app->sensor_channel, (int)message - RECEIVED_FORCE, frame);
     }
@@ -74,7 +81,8 @@ static int robot_at_place(const struct app *app)
 {
     const double distance_m = app->robot_channel.position_m - app->limits.position_m;
     const double tolerance_m = app->config.robot_channel.start_tolerance_m;
-    return distance_m >= -tolerance_m && distance_m <= tolerance_m;
+    return distance_m >= -tolerance_m && distance_m <= tolerance_m &&
+           side_axes_at_place(&app->side_axes, app->robot_channel.side_position);
 }
 
 static uint32_t supervisor_conditions(const struct app *app, const struct tick_input *in)
@@ -83,6 +91,7 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
     const int64_t now_ns = in->tick.scheduled_ns;
     const uint8_t request = app->operator_channel.command.request;
     const enum received_message from_operator = operator_message(&app->config.operator_command);
+    const uint32_t limited = app->limits.active | side_axes_limited(&app->side_axes);
     const struct {
         uint32_t condition;
         int holds;
@@ -97,15 +106,15 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
         {CONDITION_ROBOT_FAULT, app->robot_channel.fault},
         {CONDITION_SENSOR_SATURATED, app->sensor_channel.saturated},
         {CONDITION_FORCE_LIMIT, app->sensor_channel.over_limit},
-        {CONDITION_POSITION_LIMIT, (app->limits.active & LIMIT_POSITION) != 0},
-        {CONDITION_NOT_FINITE, (app->limits.active & LIMIT_NOT_FINITE) != 0},
+        {CONDITION_POSITION_LIMIT, (limited & LIMIT_POSITION) != 0},
+        {CONDITION_NOT_FINITE, (limited & LIMIT_NOT_FINITE) != 0},
         {CONDITION_BUS_OFF, reception->bus_off},
         {CONDITION_MISSED_TICKS, app->missed_ticks > app->config.loop.missed_ticks_budget},
         {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
         {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},
         {CONDITION_REQUEST_RESET, request == OPERATOR_RESET},
         {CONDITION_STOP, in->tick.stop != 0},
-        {CONDITION_AT_REST, limits_at_rest(&app->limits)},
+        {CONDITION_AT_REST, limits_at_rest(&app->limits) && side_axes_at_rest(&app->side_axes)},
     };
     uint32_t set = 0;
     for (uint32_t i = 0; i < sizeof conditions / sizeof conditions[0]; i++) {
@@ -122,7 +131,10 @@ static void enter_state(struct app *app, enum supervisor_state from)
         return;
     }
     if (from == SUPERVISOR_RUNNING) {
+        double side[SIDE_AXIS_COUNT];
+        side_axes_position(&app->side_axes, side);
         manipulator_rest_at(&app->manipulator, app->limits.position_m);
+        manipulator_call_sides(&app->manipulator, side);
         compensation_rest_at(&app->compensation, app->limits.position_m);
         inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m); /* its past may be not finite */
     }
@@ -141,6 +153,24 @@ static void supervise(struct app *app, const struct tick_input *in)
     enter_state(app, before);
 }
 
+/* Beside the loop's direction the measured load acts as it is: compensation is along that direction alone. */
+static void load_sides(struct app *app, const double wanted[SIDE_AXIS_COUNT])
+{
+    const struct wrench *wrench = &app->sensor_channel.wrench;
+    const double load[SIDE_AXIS_COUNT] = {wrench->force_N[1], wrench->force_N[2], wrench->torque_N_m[0],
+                                          wrench->torque_N_m[1], wrench->torque_N_m[2]};
+    struct energy_sides sides = {0};
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        if (app->config.side_axes[i].enabled) {
+            sides.force[i] = load[i];
+            sides.position[i] = app->robot_channel.side_position[i];
+        }
+    }
+    side_record_fill(&app->side_record, wanted, app->robot_channel.side_sent, sides.position, sides.force);
+    energy_account_sides(&app->energy, &sides);
+    manipulator_load_sides(&app->manipulator, sides.force);
+}
+
 static void command_robot(struct app *app, const struct tick_input *in, struct tick_output *out)
 {
     struct tick_record *record = &app->record;
@@ -151,14 +181,19 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
     record->displayed_position_m = compensation_motion(&app->compensation, app->manipulator.position_m);
     record->filtered_position_m = inverse_filter_step(&app->inverse_filter, record->displayed_position_m);
-    const double limited_m = limits_step(&app->limits, record->filtered_position_m);
-    const struct robot_command command = {
-        .position_m = limited_m,
-        .limits = app->limits.active,
+    struct robot_command command = {
+        .position_m = limits_step(&app->limits, record->filtered_position_m),
         .missed_ticks = app->missed_ticks,
         .reset_is_wanted = app->operator_channel.command.request == OPERATOR_RESET,
     };
+    double side[SIDE_AXIS_COUNT];
+    manipulator_sides(&app->manipulator, side);
+    side_axes_limit(&app->side_axes, side, command.side);
+    command.limits = app->limits.active | side_axes_limited(&app->side_axes);
     record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
+    if (app->side_axes.any) {
+        load_sides(app, side);
+    }
 }
 
 /* The force for the manipulator's step, of the measured one. */
@@ -244,13 +279,15 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->stop = in->tick.stop != 0;
     record->state = (uint8_t)app->supervisor.state;
     record->stop_cause = (uint8_t)app->supervisor.stop_cause;
-    record->limits = (uint8_t)app->limits.active;
+    record->limits = (uint8_t)(app->limits.active | side_axes_limited(&app->side_axes));
     record->operator_request = command->request;
     record->heartbeat = out->heartbeat;
     if (app->manipulator.has_arm) {
         app->arm_record.timestamp = record->timestamp;
     }
-    recorder_write(&app->recorder, in, out, app->manipulator.has_arm ? &app->arm_record : NULL, record);
+    app->side_record.timestamp = record->timestamp;
+    recorder_write(&app->recorder, in, out, app->manipulator.has_arm ? &app->arm_record : NULL,
+                   app->side_axes.any ? &app->side_record : NULL, record);
 }
 
 void app_step(struct app *app, const struct tick_input *in, struct tick_output *out)

@@ -13,6 +13,7 @@
 #include "recorder.h"
 #include "robot_channel.h"
 #include "sensor_channel.h"
+#include "side_axes.h"
 #include "supervisor.h"
 #include "types.h"
 
@@ -32,13 +33,15 @@ struct app {
     struct compensation compensation;
     struct inverse_filter inverse_filter;
     struct limits limits;
+    struct side_axes side_axes;
     uint32_t missed_ticks;     /* since the loop was started or reset */
     uint32_t unrecorded_ticks; /* ticks whose record found the ring full */
     uint32_t unsent_frames;    /* frames that found the transmit queue full: dropped, never retried */
     uint8_t heartbeat;
-    struct tick_record record;    /* of the newest tick */
-    struct arm_record arm_record; /* the same, with an arm */
-    struct recorder recorder;     /* the same and its frames, as log messages */
+    struct tick_record record;      /* of the newest tick */
+    struct arm_record arm_record;   /* the same, with an arm */
+    struct side_record side_record; /* the same, where the robot has further axes */
+    struct recorder recorder;       /* the same and its frames, as log messages */
 };
 
 /* Puts the firmware to its initial state. `config` must have passed config_validate(). The struct must not be

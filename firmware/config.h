@@ -72,6 +72,32 @@ struct sensor_channel_config {
     double stale_after_ms;
 };
 
+/* [limits]: of the setpoints on the wire. Of an axis that turns: in rad */
+struct limits_config {
+    double position_min_m;
+    double position_max_m;
+    double velocity_m_per_s;
+    double acceleration_m_per_s2;
+};
+
+/* What the robot can show of the tool's pose beside the way along the direction of the loop, in the robot's frame: x
+ * is that direction, z what of the world's z is at right angles to it (of its y, where the direction is within 26
+ * degrees of z), y completes them. Turns are the components of one rotation vector. */
+enum side_axis { SIDE_AXIS_Y, SIDE_AXIS_Z, SIDE_AXIS_RX, SIDE_AXIS_RY, SIDE_AXIS_RZ, SIDE_AXIS_COUNT };
+
+/* [axis.*]: one of them. Lengths in m, of a turn rad. */
+struct side_axis_config {
+    int32_t enabled;
+    double start_tolerance;
+    struct limits_config limits;
+};
+
+/* [wrench]: all that the sensor measures counts, brought to the tool's point and into the robot's frame. */
+struct wrench_config {
+    int32_t enabled;     /* else the force along sensor_channel.axis */
+    double to_robot[36]; /* row-major: (force, torque) in the robot's frame = to_robot * (force, torque) in frames */
+};
+
 /* [robot_channel] */
 struct robot_channel_config {
     int32_t profile; /* enum robot_profile */
@@ -88,14 +114,6 @@ struct cia402_config {
     double stale_after_ms;  /* age of a heartbeat, either way */
     double sdo_timeout_ms;
     double state_timeout_ms; /* for the drive to boot, and to be enabled */
-};
-
-/* [limits]: of the setpoints on the wire */
-struct limits_config {
-    double position_min_m;
-    double position_max_m;
-    double velocity_m_per_s;
-    double acceleration_m_per_s2;
 };
 
 /* [inverse_filter]: takes away the amplitude error of a robot that is named by [robot] transfer_* */
@@ -209,6 +227,8 @@ struct app_config {
     struct robot_channel_config robot_channel;
     struct cia402_config cia402;
     struct limits_config limits;
+    struct side_axis_config side_axes[SIDE_AXIS_COUNT]; /* with an arm only */
+    struct wrench_config wrench;
     struct inverse_filter_config inverse_filter;
     struct energy_config energy;
     struct hardware_model hardware;

@@ -44,7 +44,10 @@ void book_arm_step(energy_account &account)
     const manipulator &now = *account.manipulator;
     energy_sums &sums = account.sums;
     const double way_m = now.position_m - account.position_m;
-    const double given_J = account.force_N * way_m;
+    double given_J = account.force_N * way_m;
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        given_J += account.side_load[i] * (now.arm.side[i] - account.side_begin[i]);
+    }
     const double stored_J = manipulator_stored_J(&now, 0.0);
     sums.operator_J += stored_J - sums.stored_J + given_J;
     sums.simulated_port_J += given_J;
@@ -89,26 +92,36 @@ void book_command(energy_account &account, const operator_command &command)
     account.sums.stored_J = moved_J;
 }
 
-/* Force and position of one instant, and the work between two such: the trapezoidal rule. */
-void book_measured(energy_account &account, double force_N, double position_m, bool goes_on)
+/* Work at one port between two ticks, force and position brought to one instant: the trapezoidal rule. */
+double measured_work_J(const energy_account &account, energy_port &port, double force, double position)
 {
     const bool force_is_older = account.lag_ticks >= 0.0;
     const double lag_ticks = force_is_older ? account.lag_ticks : -account.lag_ticks;
-    const double fresher = force_is_older ? position_m : force_N;
+    const double fresher = force_is_older ? position : force;
     if (!account.is_filled) {
-        past_fill(&account.kept, fresher);
-        account.is_filled = 1;
+        past_fill(&port.kept, fresher);
     }
-    past_add(&account.kept, fresher);
-    const double kept = past_before(&account.kept, lag_ticks);
-    const double paired_force_N = force_is_older ? force_N : kept;
-    const double paired_position_m = force_is_older ? kept : position_m;
+    past_add(&port.kept, fresher);
+    const double kept = past_before(&port.kept, lag_ticks);
+    const double paired_force = force_is_older ? force : kept;
+    const double paired_position = force_is_older ? kept : position;
+    const double work_J = 0.5 * (paired_force + port.paired_force) * (paired_position - port.paired_position);
+    port.paired_force = paired_force;
+    port.paired_position = paired_position;
+    return work_J;
+}
+
+void book_measured(energy_account &account, double force_N, double position_m, bool goes_on)
+{
+    double work_J = measured_work_J(account, account.ports[0], force_N, position_m);
+    for (uint32_t i = 1; i < account.port_count; i++) {
+        work_J += measured_work_J(account, account.ports[i], account.measured_sides.force[i - 1],
+                                  account.measured_sides.position[i - 1]);
+    }
+    account.is_filled = 1;
     if (goes_on) {
-        account.sums.measured_port_J +=
-            0.5 * (paired_force_N + account.paired_force_N) * (paired_position_m - account.paired_position_m);
+        account.sums.measured_port_J += work_J;
     }
-    account.paired_force_N = paired_force_N;
-    account.paired_position_m = paired_position_m;
 }
 
 } // namespace
@@ -125,6 +138,7 @@ void energy_account_start(energy_account *account, const app_config *config, con
     account->lag_ticks = (1e-3 * config->energy.force_age_ms - position_age_s) / period_s;
     constexpr double lag_max = ENERGY_LAG_TICKS_MAX;
     account->is_measuring = account->lag_ticks <= lag_max && account->lag_ticks >= -lag_max;
+    account->port_count = manipulator->arm.has_sides ? ENERGY_PORTS_MAX : 1;
     Eigen::Map<matrix4>(account->loss) = loss_form(config->manipulator, period_s);
 }
 
@@ -159,5 +173,14 @@ void energy_account_announce(energy_account *account, const operator_command *co
     account->command = *command;
     account->force_N = force_N;
     account->measured_N = measured_N;
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        account->side_begin[i] = now.arm.side[i];
+        account->side_load[i] = now.arm.side_load[i];
+    }
+}
+
+void energy_account_sides(energy_account *account, const energy_sides *sides)
+{
+    account->measured_sides = *sides;
 }
 }

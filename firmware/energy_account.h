@@ -33,6 +33,21 @@ struct energy_sums {
                                 the measured force's work on the way by which the setpoint is displaced */
 };
 
+/* What is measured along one axis; m and N, or rad and N m. */
+struct energy_port {
+    struct past kept;    /* of the fresher of position and force */
+    double paired_force; /* one tick ago, brought to the same instant */
+    double paired_position;
+};
+
+#define ENERGY_PORTS_MAX (1 + SIDE_AXIS_COUNT)
+
+/* Force and robot's position on the robot's further axes: N and m, or N m and rad. */
+struct energy_sides {
+    double force[SIDE_AXIS_COUNT];
+    double position[SIDE_AXIS_COUNT];
+};
+
 struct energy_account {
     struct energy_sums sums;
     const struct manipulator *manipulator;
@@ -47,10 +62,12 @@ struct energy_account {
     double measured_N;  /* the force that it was made of */
     double displaced_m; /* where the robot was sent, less the manipulator's position */
 
-    double lag_ticks;      /* force's age less the position's; negative: the position is older */
-    struct past kept;      /* of the fresher of position, in m, and force, in N */
-    double paired_force_N; /* one tick ago, brought to the same instant */
-    double paired_position_m;
+    double lag_ticks; /* force's age less the position's; negative: the position is older */
+    struct energy_port ports[ENERGY_PORTS_MAX]; /* that of the loop's axis, then those of the robot's further axes */
+    uint32_t port_count;
+    struct energy_sides measured_sides;
+    double side_begin[SIDE_AXIS_COUNT]; /* pose at the announced step's begin, m or rad, ... */
+    double side_load[SIDE_AXIS_COUNT];  /* ... and the load that is held over it, N or N m */
 
     /* Symmetric 4 x 4: e' loss e is what is dissipated in a tick, in J, with e = (x - x_op, v, F_op - F, v_op) at
      * its begin, in m, m/s, N. */
@@ -66,6 +83,9 @@ void energy_account_start(struct energy_account *account, const struct app_confi
  * out now is displaced from the manipulator change. */
 void energy_account_book(struct energy_account *account, const struct operator_command *command, double measured_N,
                          double robot_position_m, double displaced_m, int is_running);
+
+/* Before that, where the robot has further axes: what is measured there. */
+void energy_account_sides(struct energy_account *account, const struct energy_sides *sides);
 
 /* After it: the step that is to come, if `is_running`, with this command and force. */
 void energy_account_announce(struct energy_account *account, const struct operator_command *command, double force_N,

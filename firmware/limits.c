@@ -53,14 +53,15 @@ static double wished_velocity(const struct limits *limits, double wanted_m)
     return target_velocity + (gap_m < 0.0 ? -closing_speed : closing_speed);
 }
 
+void limits_start_at(struct limits *limits, const struct limits_config *config, double period_s, double position_m)
+{
+    *limits =
+        (struct limits){.config = config, .period_s = period_s, .target_m = position_m, .position_m = position_m};
+}
+
 void limits_start(struct limits *limits, const struct app_config *config)
 {
-    *limits = (struct limits){
-        .config = &config->limits,
-        .period_s = config_period_s(config),
-        .target_m = config->manipulator.initial_position_m,
-        .position_m = config->manipulator.initial_position_m,
-    };
+    limits_start_at(limits, &config->limits, config_period_s(config), config->manipulator.initial_position_m);
 }
 
 static void count_active(struct limits *limits)

@@ -32,10 +32,13 @@ struct limits {
     uint32_t active_ticks[LIMIT_COUNT];
 };
 
-/* Starts at rest at the manipulator's initial position. Keeps a pointer to `config`. */
+/* Of the loop's axis: starts at rest at the manipulator's initial position. Keeps a pointer to `config`. */
 void limits_start(struct limits *limits, const struct app_config *config);
 
-/* One tick: the wanted position in, the permitted one out, both in m. */
+/* Of any axis: starts at rest at `position_m`. Keeps a pointer to `config`. */
+void limits_start_at(struct limits *limits, const struct limits_config *config, double period_s, double position_m);
+
+/* One tick: the wanted position in, the permitted one out, both in m; of an axis that turns, in rad. */
 double limits_step(struct limits *limits, double wanted_m);
 
 /* The permitted setpoints have stopped where they were asked to be. */

@@ -72,6 +72,9 @@ void manipulator_start(manipulator *manipulator, const app_config *config)
     if (manipulator->has_arm) {
         const double direction[3] = {c.direction_x, c.direction_y, c.direction_z};
         arm_motion_start(&manipulator->arm, &config->arm, direction, c.initial_position_m, config_period_s(config));
+        for (const side_axis_config &axis : config->side_axes) {
+            manipulator->arm.has_sides |= axis.enabled != 0;
+        }
         follow_arm(*manipulator);
     }
 }
@@ -82,6 +85,27 @@ void manipulator_rest_at(manipulator *manipulator, double position_m)
     manipulator->velocity_m_per_s = 0.0;
     if (manipulator->has_arm) {
         arm_motion_rest_at(&manipulator->arm, position_m);
+    }
+}
+
+void manipulator_sides(const manipulator *manipulator, double side[SIDE_AXIS_COUNT])
+{
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        side[i] = manipulator->arm.side[i];
+    }
+}
+
+void manipulator_call_sides(manipulator *manipulator, const double side[SIDE_AXIS_COUNT])
+{
+    if (manipulator->has_arm) {
+        arm_motion_call_sides(&manipulator->arm, side);
+    }
+}
+
+void manipulator_load_sides(manipulator *manipulator, const double load[SIDE_AXIS_COUNT])
+{
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        manipulator->arm.side_load[i] = load[i];
     }
 }
 

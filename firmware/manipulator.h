@@ -30,6 +30,12 @@ void manipulator_start(struct manipulator *manipulator, const struct app_config 
 /* Puts the manipulator to rest at a position. */
 void manipulator_rest_at(struct manipulator *manipulator, double position_m);
 
+/* Of the tool beside the loop's direction (enum side_axis): its pose, m or rad, 0 without an arm; what that pose
+ * counts as from now on; and what the robot exerts on the object there in the steps to come, N or N m. */
+void manipulator_sides(const struct manipulator *manipulator, double side[SIDE_AXIS_COUNT]);
+void manipulator_call_sides(struct manipulator *manipulator, const double side[SIDE_AXIS_COUNT]);
+void manipulator_load_sides(struct manipulator *manipulator, const double load[SIDE_AXIS_COUNT]);
+
 /* Kinetic, and in its springs; the operator at `operator_position_m`. */
 double manipulator_stored_J(const struct manipulator *manipulator, double operator_position_m);
 

@@ -18,6 +18,9 @@ struct message_row {
 #define ARM (1u << ROBOT_PROFILE_COUNT) /* only with an arm */
 #define AGE_OF(member) offsetof(struct app_config, member.stale_after_ms)
 
+#define SIDE_FEEDBACK(axis, id)                                                                                     \
+    [RECEIVED_SIDE_FEEDBACK + (axis)] = {BERTH | ARM, {id, HAL_BUS_ROBOT, 8, 7, 0, 0xff, 1}, AGE_OF(robot_channel)}
+
 /* clang-format off */
 static const struct message_row message_rows[RECEIVED_FORCE] = {
     /*                            profile  identifier                           bus           length  counter    per tick  age */
@@ -30,6 +33,11 @@ static const struct message_row message_rows[RECEIVED_FORCE] = {
     [RECEIVED_OPERATOR_FORCE]  = {EVERY,  {BERTH_CAN_OPERATOR_FORCE_FRAME_ID,  HAL_BUS_ROBOT,  8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
     [RECEIVED_OPERATOR_JOINT]  = {EVERY | ARM, {BERTH_CAN_OPERATOR_JOINT_FRAME_ID, HAL_BUS_ROBOT, 8, 7, 4, 0x0f, ARM_JOINTS_MAX}, AGE_OF(operator_command)},
     [RECEIVED_OPERATOR_LINE]   = {EVERY | ARM, {BERTH_CAN_OPERATOR_LINE_FRAME_ID,  HAL_BUS_ROBOT, 8, 7, 4, 0x0f, 1}, AGE_OF(operator_command)},
+    SIDE_FEEDBACK(SIDE_AXIS_Y,  BERTH_CAN_FEEDBACK_Y_FRAME_ID),
+    SIDE_FEEDBACK(SIDE_AXIS_Z,  BERTH_CAN_FEEDBACK_Z_FRAME_ID),
+    SIDE_FEEDBACK(SIDE_AXIS_RX, BERTH_CAN_FEEDBACK_RX_FRAME_ID),
+    SIDE_FEEDBACK(SIDE_AXIS_RY, BERTH_CAN_FEEDBACK_RY_FRAME_ID),
+    SIDE_FEEDBACK(SIDE_AXIS_RZ, BERTH_CAN_FEEDBACK_RZ_FRAME_ID),
 };
 /* clang-format on */
 
@@ -58,7 +66,10 @@ static struct reception_row row_for(const struct app_config *config, int message
     const struct message_row *entry = &message_rows[message];
     struct reception_row row = entry->row;
     const int needs_arm = (entry->profiles & ARM) != 0;
-    if (!(entry->profiles & (1u << config->robot_channel.profile)) || (needs_arm && config->arm.kind == ARM_NONE)) {
+    const int axis = message - RECEIVED_SIDE_FEEDBACK;
+    const int is_absent = axis >= 0 && axis < SIDE_AXIS_COUNT && !config->side_axes[axis].enabled;
+    if (is_absent || !(entry->profiles & (1u << config->robot_channel.profile)) ||
+        (needs_arm && config->arm.kind == ARM_NONE)) {
         row.bus = HAL_BUS_COUNT;
     }
     if (entry->profiles == CIA402) {

@@ -11,6 +11,8 @@
 extern "C" {
 #endif
 
+#define RECEIVED_SIDE_FEEDBACK RECEIVED_FEEDBACK_Y
+
 enum received_message {
     RECEIVED_ROBOT_FEEDBACK,  /* profile "berth" */
     RECEIVED_DRIVE_STATUS,    /* profile "cia402": TPDO 1 with statusword and position */
@@ -21,6 +23,11 @@ enum received_message {
     RECEIVED_OPERATOR_FORCE,
     RECEIVED_OPERATOR_JOINT, /* orders for an arm, where there is one */
     RECEIVED_OPERATOR_LINE,
+    RECEIVED_FEEDBACK_Y, /* of the robot's axes beside that of the loop, in the order of enum side_axis */
+    RECEIVED_FEEDBACK_Z,
+    RECEIVED_FEEDBACK_RX,
+    RECEIVED_FEEDBACK_RY,
+    RECEIVED_FEEDBACK_RZ,
     RECEIVED_FORCE, /* first frame of a sample, and the others of the sensor's layout */
     RECEIVED_FORCE_LAST = RECEIVED_FORCE + SENSOR_FRAMES_MAX - 1,
     RECEIVED_COUNT,

@@ -5,11 +5,13 @@
 #define FORMAT_FIELD(type, name) #type " " #name ";"
 const char *const tick_record_format = "tick:" TICK_RECORD_FIELDS(FORMAT_FIELD);
 const char *const arm_record_format = "arm:" ARM_RECORD_FIELDS(FORMAT_FIELD);
+const char *const side_record_format = "side:" SIDE_RECORD_FIELDS(FORMAT_FIELD);
 const char *const frame_record_format = "can_frame:" FRAME_RECORD_FIELDS(FORMAT_FIELD);
 
 #define FIELD_SIZE(type, name) +sizeof(type)
 _Static_assert(sizeof(struct tick_record) == 0 TICK_RECORD_FIELDS(FIELD_SIZE), "the tick record has no padding");
 _Static_assert(sizeof(struct arm_record) == 0 ARM_RECORD_FIELDS(FIELD_SIZE), "the arm record has no padding");
+_Static_assert(sizeof(struct side_record) == 0 SIDE_RECORD_FIELDS(FIELD_SIZE), "the side record has no padding");
 _Static_assert(sizeof(struct frame_record) == 0 FRAME_RECORD_FIELDS(FIELD_SIZE), "the frame record has no padding");
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "ULog is little-endian, records are copied as they are");
 
@@ -49,6 +51,12 @@ static void append_arm(struct recorder *recorder, const struct arm_record *recor
     ARM_RECORD_FIELDS(PUT_FIELD)
 }
 
+static void append_side(struct recorder *recorder, const struct side_record *record)
+{
+    uint8_t *to = begin_message(recorder, ULOG_SIDE_ID, sizeof *record);
+    SIDE_RECORD_FIELDS(PUT_FIELD)
+}
+
 static void append_frames(struct recorder *recorder, const struct hal_frame *frames, uint32_t count,
                           uint64_t timestamp, uint8_t direction)
 {
@@ -69,13 +77,16 @@ static void append_frames(struct recorder *recorder, const struct hal_frame *fra
 }
 
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct arm_record *arm, const struct tick_record *record)
+                    const struct arm_record *arm, const struct side_record *side, const struct tick_record *record)
 {
     recorder->size_bytes = 0;
     append_frames(recorder, in->frames, in->frame_count, record->timestamp, 0);
     append_frames(recorder, out->frames, out->frame_count, record->timestamp, 1);
     if (arm != NULL) {
         append_arm(recorder, arm);
+    }
+    if (side != NULL) {
+        append_side(recorder, side);
     }
     append_tick(recorder, record);
 }

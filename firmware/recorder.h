@@ -5,6 +5,7 @@
 #define FIRMWARE_RECORDER_H
 
 #include "arm/arm_record.h"
+#include "side_record.h"
 #include "types.h"
 
 #ifdef __cplusplus
@@ -95,26 +96,30 @@ struct frame_record {
 #define ULOG_TICK_ID 0
 #define ULOG_FRAME_ID 1
 #define ULOG_ARM_ID 4 /* 2 and 3 are the HALs' own */
+#define ULOG_SIDE_ID 5
 
 /* A ULog data message: size, type 'D', message id, then the record as it lies in memory (little-endian). */
 #define ULOG_DATA_HEADER_BYTES 5
 #define RECORDER_TICK_BYTES_MAX                                                                                     \
     (ULOG_DATA_HEADER_BYTES + sizeof(struct tick_record) + ULOG_DATA_HEADER_BYTES + sizeof(struct arm_record) +     \
+     ULOG_DATA_HEADER_BYTES + sizeof(struct side_record) +                                                          \
      (TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX) * (ULOG_DATA_HEADER_BYTES + sizeof(struct frame_record)))
 
-/* The messages of one tick: frames received, frames sent, the arm, if there is one, then the tick itself. */
+/* The messages of one tick: frames received, frames sent, the arm and the robot's further axes, if there are, then
+ * the tick itself. */
 struct recorder {
     uint8_t bytes[RECORDER_TICK_BYTES_MAX];
     uint32_t size_bytes;
 };
 
-/* Replaces the recorder's contents by the messages of this tick. `arm`: NULL if there is none. */
+/* Replaces the recorder's contents by the messages of this tick. `arm`, `side`: NULL if there is none. */
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct arm_record *arm, const struct tick_record *record);
+                    const struct arm_record *arm, const struct side_record *side, const struct tick_record *record);
 
 /* ULog format strings "name:type field;..." of the records. */
 extern const char *const tick_record_format;
 extern const char *const arm_record_format;
+extern const char *const side_record_format;
 extern const char *const frame_record_format;
 
 #ifdef __cplusplus

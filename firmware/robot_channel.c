@@ -8,10 +8,21 @@
 
 /* The robot gets setpoints from the moment that its feedback is known to be near them. In fault they lead it to
  * rest and hold it there, with motion_allowed cleared. */
+#define SETPOINT_STATES                                                                                             \
+    (STATE_BIT(SUPERVISOR_READY) | STATE_BIT(SUPERVISOR_RUNNING) | STATE_BIT(SUPERVISOR_HOLDING) |                  \
+     STATE_BIT(SUPERVISOR_FAULT))
 static const struct transmission_row setpoint_row = {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_SETPOINT_LENGTH,
-                                                     STATE_BIT(SUPERVISOR_READY) | STATE_BIT(SUPERVISOR_RUNNING) |
-                                                         STATE_BIT(SUPERVISOR_HOLDING) |
-                                                         STATE_BIT(SUPERVISOR_FAULT)};
+                                                     SETPOINT_STATES};
+
+/* Of the axes beside that of the loop. Their frames are laid out as that of the loop's, in both directions, so one
+ * codec serves all of them. */
+static const struct transmission_row side_rows[SIDE_AXIS_COUNT] = {
+    [SIDE_AXIS_Y] = {BERTH_CAN_SETPOINT_Y_FRAME_ID, BERTH_CAN_SETPOINT_Y_LENGTH, SETPOINT_STATES},
+    [SIDE_AXIS_Z] = {BERTH_CAN_SETPOINT_Z_FRAME_ID, BERTH_CAN_SETPOINT_Z_LENGTH, SETPOINT_STATES},
+    [SIDE_AXIS_RX] = {BERTH_CAN_SETPOINT_RX_FRAME_ID, BERTH_CAN_SETPOINT_RX_LENGTH, SETPOINT_STATES},
+    [SIDE_AXIS_RY] = {BERTH_CAN_SETPOINT_RY_FRAME_ID, BERTH_CAN_SETPOINT_RY_LENGTH, SETPOINT_STATES},
+    [SIDE_AXIS_RZ] = {BERTH_CAN_SETPOINT_RZ_FRAME_ID, BERTH_CAN_SETPOINT_RZ_LENGTH, SETPOINT_STATES},
+};
 static const struct transmission_row status_row = {BERTH_CAN_LOOP_STATUS_FRAME_ID, BERTH_CAN_LOOP_STATUS_LENGTH,
                                                    ~0u};
 
@@ -19,7 +30,8 @@ void robot_channel_start(struct robot_channel *channel, const struct app_config 
 {
     const int64_t period_ticks = NS_PER_S / STATUS_RATE_HZ / config_period_ns(config);
     *channel = (struct robot_channel){.profile = (enum robot_profile)config->robot_channel.profile,
-                                      .status_period_ticks = period_ticks > 0 ? period_ticks : 1};
+                                      .status_period_ticks = period_ticks > 0 ? period_ticks : 1,
+                                      .side_config = config->side_axes};
     if (channel->profile == ROBOT_PROFILE_CIA402) {
         cia402_start(&channel->drive, config);
     }
@@ -37,14 +49,14 @@ void robot_channel_begin_tick(struct robot_channel *channel)
     channel->has_feedback = 0;
 }
 
-static int receive_feedback(struct robot_channel *channel, const struct hal_frame *frame)
+static int receive_feedback(struct robot_channel *channel, const struct hal_frame *frame, double *position)
 {
     struct berth_can_robot_feedback_t raw;
     if (berth_can_robot_feedback_unpack(&raw, frame->data, frame->length) < 0 ||
         !berth_can_robot_feedback_position_m_is_in_range(raw.position_m)) {
         return 0;
     }
-    channel->position_m = berth_can_robot_feedback_position_m_decode(raw.position_m);
+    *position = berth_can_robot_feedback_position_m_decode(raw.position_m);
     channel->fault = raw.fault || (channel->has_feedback && channel->fault);
     channel->has_feedback = 1;
     return 1;
@@ -53,18 +65,33 @@ static int receive_feedback(struct robot_channel *channel, const struct hal_fram
 int robot_channel_receive(struct robot_channel *channel, enum received_message message,
                           const struct hal_frame *frame)
 {
+    const int axis = (int)message - RECEIVED_SIDE_FEEDBACK;
+    if (axis >= 0 && axis < SIDE_AXIS_COUNT) {
+        return receive_feedback(channel, frame, &channel->side_position[axis]);
+    }
     if (channel->profile == ROBOT_PROFILE_BERTH) {
-        return receive_feedback(channel, frame);
+        return receive_feedback(channel, frame, &channel->position_m);
     }
     const int is_taken = cia402_receive(&channel->drive, message, frame);
     channel->position_m = channel->drive.position_m;
     return is_taken;
 }
 
+/* Every axis has to be heard of. */
+static int feedback_is_fresh(const struct robot_channel *channel, const struct reception *reception, int64_t now_ns)
+{
+    int is_fresh = !reception_is_stale(reception, RECEIVED_ROBOT_FEEDBACK, now_ns);
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        const enum received_message message = (enum received_message)(RECEIVED_SIDE_FEEDBACK + i);
+        is_fresh &= !channel->side_config[i].enabled || !reception_is_stale(reception, message, now_ns);
+    }
+    return is_fresh;
+}
+
 void robot_channel_end_receive(struct robot_channel *channel, const struct reception *reception, int64_t now_ns)
 {
     if (channel->profile == ROBOT_PROFILE_BERTH) {
-        channel->is_fresh = !reception_is_stale(reception, RECEIVED_ROBOT_FEEDBACK, now_ns);
+        channel->is_fresh = (uint8_t)feedback_is_fresh(channel, reception, now_ns);
         channel->follows = 1;
         return;
     }
@@ -75,24 +102,38 @@ void robot_channel_end_receive(struct robot_channel *channel, const struct recep
     channel->follows = (uint8_t)cia402_follows(drive);
 }
 
-static double send_setpoint(struct robot_channel *channel, const struct supervisor *supervisor,
-                            const struct hal_tick *tick, double command_position_m, struct tick_output *out)
+/* Returns what the frame carries. */
+static double send_setpoint(struct robot_channel *channel, const struct transmission_row *row, uint8_t *counter,
+                            const struct supervisor *supervisor, const struct hal_tick *tick, double position,
+                            struct tick_output *out)
 {
     bool saturated = false;
-    const double position_m = codec_saturate(command_position_m, CAN_POSITION_MAX_m, &saturated);
+    const double sent = codec_saturate(position, CAN_POSITION_MAX_m, &saturated);
     const double step_m = berth_can_setpoint_position_m_decode(1);
     const struct berth_can_setpoint_t raw = {
-        .position_m = berth_can_setpoint_position_m_encode(codec_round(position_m, step_m)),
+        .position_m = berth_can_setpoint_position_m_encode(codec_round(sent, step_m)),
         .motion_allowed = (uint8_t)supervisor_may_move(supervisor),
-        .counter = channel->setpoint_counter,
+        .counter = *counter,
     };
     uint8_t data[8];
     if (berth_can_setpoint_pack(data, &raw, sizeof data) == (int)sizeof data &&
-        transmit(out, &setpoint_row, 0, supervisor, tick, data)) {
-        channel->setpoint_counter++;
+        transmit(out, row, 0, supervisor, tick, data)) {
+        *counter += 1;
         channel->saturated_setpoints += saturated;
     }
     return berth_can_setpoint_position_m_decode(raw.position_m);
+}
+
+static void send_side_setpoints(struct robot_channel *channel, const struct supervisor *supervisor,
+                                const struct hal_tick *tick, const double side[SIDE_AXIS_COUNT],
+                                struct tick_output *out)
+{
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        if (channel->side_config[i].enabled) {
+            channel->side_sent[i] =
+                send_setpoint(channel, &side_rows[i], &channel->side_counter[i], supervisor, tick, side[i], out);
+        }
+    }
 }
 
 static void send_status(struct robot_channel *channel, const struct supervisor *supervisor,
@@ -116,7 +157,9 @@ double robot_channel_send(struct robot_channel *channel, const struct supervisor
 {
     double sent_position_m;
     if (channel->profile == ROBOT_PROFILE_BERTH) {
-        sent_position_m = send_setpoint(channel, supervisor, tick, command->position_m, out);
+        sent_position_m = send_setpoint(channel, &setpoint_row, &channel->setpoint_counter, supervisor, tick,
+                                        command->position_m, out);
+        send_side_setpoints(channel, supervisor, tick, command->side, out);
     } else {
         sent_position_m =
             cia402_send(&channel->drive, supervisor, tick, command->position_m, command->reset_is_wanted, out);

@@ -24,6 +24,11 @@ struct robot_channel {
     int64_t status_period_ticks;
     uint32_t saturated_setpoints; /* setpoints outside the range of the frame: sent at its end, and counted */
     struct cia402 drive;          /* profile "cia402" */
+
+    const struct side_axis_config *side_config; /* of each axis beside that of the loop */
+    double side_position[SIDE_AXIS_COUNT];      /* where the robot says it is there: m, or rad */
+    double side_sent[SIDE_AXIS_COUNT];          /* what the newest setpoints there carry */
+    uint8_t side_counter[SIDE_AXIS_COUNT];      /* of their setpoints */
 };
 
 /* What the robot is told in a tick. */
@@ -31,9 +36,11 @@ struct robot_command {
     double position_m;
     uint32_t limits; /* set of enum limit */
     uint32_t missed_ticks;
-    int reset_is_wanted; /* a person asks to put a fault back */
+    int reset_is_wanted;          /* a person asks to put a fault back */
+    double side[SIDE_AXIS_COUNT]; /* on the axes beside that of the loop: m, or rad */
 };
 
+/* Keeps a pointer to the configuration of the axes in `config`. */
 void robot_channel_start(struct robot_channel *channel, const struct app_config *config);
 
 /* Call before the first frame of a tick. */
@@ -50,7 +57,7 @@ void robot_channel_end_receive(struct robot_channel *channel, const struct recep
 void robot_channel_restart(struct robot_channel *channel);
 
 /* Appends the frames of this tick to `out` and returns the position that the setpoint frame really carries
- * (rounded to the frame's step), in m. */
+ * (rounded to the frame's step), in m; those of the other axes are in `side_sent`. */
 double robot_channel_send(struct robot_channel *channel, const struct supervisor *supervisor,
                           const struct hal_tick *tick, const struct robot_command *command, struct tick_output *out);
 

@@ -7,6 +7,7 @@ void sensor_channel_start(struct sensor_channel *channel, const struct app_confi
 {
     const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
     *channel = (struct sensor_channel){.config = &config->sensor_channel,
+                                       .transformation = &config->wrench,
                                        .layout = layout,
                                        .stale_after_ns = ns_from_ms(config->sensor_channel.stale_after_ms),
                                        .counter_lasts_ns = (layout->frames[0].counter_mask + 1) / 2 *
@@ -38,6 +39,20 @@ static int belongs(const struct sensor_channel *channel, int part, uint8_t count
            !(channel->parts_here & (1u << part)) && time_ns - channel->begun_ns <= channel->counter_lasts_ns;
 }
 
+static struct wrench in_robot_frame(const struct wrench_config *config, const struct wrench *sample)
+{
+    struct wrench made = {.saturated = sample->saturated};
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            made.force_N[i] += config->to_robot[6 * i + j] * sample->force_N[j];
+            made.force_N[i] += config->to_robot[6 * i + 3 + j] * sample->torque_N_m[j];
+            made.torque_N_m[i] += config->to_robot[6 * (i + 3) + j] * sample->force_N[j];
+            made.torque_N_m[i] += config->to_robot[6 * (i + 3) + 3 + j] * sample->torque_N_m[j];
+        }
+    }
+    return made;
+}
+
 static void take_sample(struct sensor_channel *channel, int64_t time_ns)
 {
     const double limit_N = channel->config->force_limit_N;
@@ -46,8 +61,13 @@ static void take_sample(struct sensor_channel *channel, int64_t time_ns)
         const double force_N = channel->parts.force_N[i];
         is_over |= !(force_N >= -limit_N && force_N <= limit_N);
     }
-    channel->wrench = channel->parts;
-    channel->force_N = channel->wrench.force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+    if (channel->transformation->enabled) {
+        channel->wrench = in_robot_frame(channel->transformation, &channel->parts);
+        channel->force_N = channel->wrench.force_N[0];
+    } else {
+        channel->wrench = channel->parts;
+        channel->force_N = channel->wrench.force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+    }
     channel->received_ns = time_ns;
     /* Of several samples in one tick the last one counts, but none of them may hide that one was wrong. */
     channel->saturated = channel->wrench.saturated || (channel->has_sample && channel->saturated);

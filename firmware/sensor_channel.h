@@ -12,11 +12,13 @@ extern "C" {
 
 struct sensor_channel {
     const struct sensor_channel_config *config;
+    const struct wrench_config *transformation;
     const struct sensor_layout_row *layout;
     int64_t stale_after_ns;
     int64_t counter_lasts_ns; /* half a turn of the counter: until then a number means one sample */
 
-    struct wrench wrench; /* newest whole sample: what the robot exerts on the object */
+    struct wrench wrench; /* newest whole sample: what the robot exerts on the object. In the sensor's axes, or with
+                             [wrench] in the robot's frame about the tool's point */
     double force_N;       /* of it, along the axis of the loop */
     int64_t received_ns;  /* when the last of its frames arrived */
     uint8_t saturated;    /* a sample of this tick, or the newest one, was at the end of the sensor's range */

@@ -88,20 +88,20 @@ DECODE_PAIR(wrench3m_z, fz_n, force_N[2], tz_n_m, torque_N_m[2])
 
 /* clang-format off */
 const struct sensor_layout_row sensor_layouts[SENSOR_LAYOUT_COUNT] = {
-    /*                      frames  axes  range                     step   identifier, byte and mask of the counter */
-    [SENSOR_ONE_FRAME]             = {1, 1, CAN_FORCE_MAX_N,          1e-7, {
+    /*                      frames  axes  range, N and N m                                       step   identifier, byte and mask of the counter */
+    [SENSOR_ONE_FRAME]             = {1, 1, CAN_FORCE_MAX_N,          0.0,                         1e-7, {
         {BERTH_CAN_FORCE_FRAME_ID,           7, 0xff, decode_force}}},
-    [SENSOR_TWO_FRAMES_INTEL]      = {2, 3, CAN_WRENCH2I_FORCE_MAX_N, 1e-2, {
+    [SENSOR_TWO_FRAMES_INTEL]      = {2, 3, CAN_WRENCH2I_FORCE_MAX_N, CAN_WRENCH2I_TORQUE_MAX_N_m, 1e-2, {
         {BERTH_CAN_WRENCH2I_FORCE_FRAME_ID,  6, 0xff, decode_wrench2i_force},
         {BERTH_CAN_WRENCH2I_TORQUE_FRAME_ID, 6, 0xff, decode_wrench2i_torque}}},
-    [SENSOR_TWO_FRAMES_MOTOROLA]   = {2, 3, CAN_WRENCH2M_FORCE_MAX_N, 2e-2, {
+    [SENSOR_TWO_FRAMES_MOTOROLA]   = {2, 3, CAN_WRENCH2M_FORCE_MAX_N, CAN_WRENCH2M_TORQUE_MAX_N_m, 2e-2, {
         {BERTH_CAN_WRENCH2M_FORCE_FRAME_ID,  7, 0xff, decode_wrench2m_force},
         {BERTH_CAN_WRENCH2M_TORQUE_FRAME_ID, 7, 0xff, decode_wrench2m_torque}}},
-    [SENSOR_THREE_FRAMES_INTEL]    = {3, 3, CAN_WRENCH3I_FORCE_MAX_N, 1e-4, {
+    [SENSOR_THREE_FRAMES_INTEL]    = {3, 3, CAN_WRENCH3I_FORCE_MAX_N, CAN_WRENCH3I_TORQUE_MAX_N_m, 1e-4, {
         {BERTH_CAN_WRENCH3I_FX_FY_FRAME_ID,  7, 0xff, decode_wrench3i_fx_fy},
         {BERTH_CAN_WRENCH3I_FZ_TX_FRAME_ID,  7, 0xff, decode_wrench3i_fz_tx},
         {BERTH_CAN_WRENCH3I_TY_TZ_FRAME_ID,  7, 0xff, decode_wrench3i_ty_tz}}},
-    [SENSOR_THREE_FRAMES_MOTOROLA] = {3, 3, CAN_WRENCH3M_FORCE_MAX_N, 1e-5, {
+    [SENSOR_THREE_FRAMES_MOTOROLA] = {3, 3, CAN_WRENCH3M_FORCE_MAX_N, CAN_WRENCH3M_TORQUE_MAX_N_m, 1e-5, {
         {BERTH_CAN_WRENCH3M_X_FRAME_ID,      7, 0x0f, decode_wrench3m_x},
         {BERTH_CAN_WRENCH3M_Y_FRAME_ID,      7, 0x0f, decode_wrench3m_y},
         {BERTH_CAN_WRENCH3M_Z_FRAME_ID,      7, 0x0f, decode_wrench3m_z}}},

@@ -29,9 +29,10 @@ struct sensor_frame {
 
 struct sensor_layout_row {
     uint8_t frame_count;
-    uint8_t axis_count;  /* 1: the one force is force_N[0] */
-    double force_max_N;  /* end of the range, on either side */
-    double force_step_N; /* of the wire */
+    uint8_t axis_count;    /* 1: the one force is force_N[0] */
+    double force_max_N;    /* end of the range, on either side */
+    double torque_max_N_m; /* the same; 0: it tells no torques */
+    double force_step_N;   /* of the wire */
     struct sensor_frame frames[SENSOR_FRAMES_MAX];
 };
 

@@ -9,7 +9,7 @@
  * sensors with many frames a tick. What does not fit waits in the HAL for the next tick. */
 #define TICK_FRAMES_IN_MAX 64
 #define TICK_SENSOR_FRAMES_MAX (TICK_FRAMES_IN_MAX / 2)
-#define TICK_FRAMES_OUT_MAX 6
+#define TICK_FRAMES_OUT_MAX 8 /* setpoints of six axes, status, and one to spare */
 
 struct tick_input {
     struct hal_tick tick;

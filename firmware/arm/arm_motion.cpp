@@ -6,6 +6,7 @@
 #include "attitude_control.h"
 #include "guidance.h"
 #include "integrators.h"
+#include "robot_frame.h"
 
 namespace berth
 {
@@ -23,6 +24,7 @@ struct moving_arm {
     typename Space::vector direction;         /* of the robot, in the world ... */
     typename Space::vector direction_in_base; /* ... and in the base as it was at the start */
     double way_m;                             /* of the tool along it that counts as position 0 */
+    robot_frame<Space> frame;                 /* for the robot's further axes */
     double period_s;
 };
 static_assert(sizeof(moving_arm<plane>) <= ARM_MEMORY_BYTES && sizeof(moving_arm<space>) <= ARM_MEMORY_BYTES,
@@ -71,6 +73,30 @@ void look(arm_motion &motion, const moving_arm<Space> &arm)
 }
 
 template <class Space>
+typename robot_frame<Space>::attitude tool_attitude(const moving_arm<Space> &arm)
+{
+    if constexpr (Space::turns == 1) {
+        return arm.state.attitude()(0) + arm.state.link_rad().sum();
+    } else {
+        return tool_in_world(arm).axes;
+    }
+}
+
+template <class Space>
+void look_aside(arm_motion &motion, const moving_arm<Space> &arm)
+{
+    arm.frame.show(tool_in_world(arm).origin_m, tool_attitude(arm), motion.side);
+}
+
+template <class Space>
+void call_sides(arm_motion &motion, const double side[SIDE_AXIS_COUNT])
+{
+    moving_arm<Space> &arm = arm_in<Space>(motion.memory);
+    arm.frame.call(tool_in_world(arm).origin_m, tool_attitude(arm), side);
+    look_aside(motion, arm);
+}
+
+template <class Space>
 void start(arm_motion &motion, const arm_config &config, const double direction[3], double position_m,
            double period_s)
 {
@@ -87,6 +113,8 @@ void start(arm_motion &motion, const arm_config &config, const double direction[
     arm.guide.home.origin_m -= arm.direction_in_base * position_m;
     arm.way_m = arm.direction.dot(tool_in_world(arm).origin_m) - position_m;
     arm.period_s = period_s;
+    arm.frame = robot_frame<Space>::with_x_along(arm.direction);
+    arm.frame.call(tool_in_world(arm).origin_m, tool_attitude(arm), motion.side);
     look(motion, arm);
 }
 
@@ -121,10 +149,9 @@ void step(arm_motion &motion, const operator_command &command, double force_N)
     attitude_control_step(arm.control, config.attitude, arm.period_s, arm.state);
     guidance_step(arm.guide, arm.body, config, arm.period_s, arm.direction_in_base, command.position_m,
                   command.velocity_m_per_s);
-    const chain_input<Space> input = {{Space::angular::Zero(), arm.direction * (command.force_N - force_N)},
-                                      arm.control.wheel_torque_N_m,
-                                      arm.control.thruster_torque_N_m,
-                                      arm.guide.motor_rad,
+    const wrench_of<Space> push = {Space::angular::Zero(), arm.direction * (command.force_N - force_N)};
+    const chain_input<Space> input = {push - arm.frame.load(motion.side_load), arm.control.wheel_torque_N_m,
+                                      arm.control.thruster_torque_N_m, arm.guide.motor_rad,
                                       arm.guide.motor_rad_per_s};
     const double step_s = arm.period_s / static_cast<double>(config.substeps);
     for (int64_t i = 0; i < config.substeps; i++) {
@@ -132,6 +159,9 @@ void step(arm_motion &motion, const operator_command &command, double force_N)
                              static_cast<double>(i) * step_s);
     }
     look(motion, arm);
+    if (motion.has_sides) {
+        look_aside(motion, arm);
+    }
 }
 
 template <class Space>
@@ -201,6 +231,15 @@ void arm_motion_rest_at(arm_motion *motion, double position_m)
         rest_at<plane>(*motion, position_m);
     } else {
         rest_at<space>(*motion, position_m);
+    }
+}
+
+void arm_motion_call_sides(arm_motion *motion, const double side[SIDE_AXIS_COUNT])
+{
+    if (is_planar(motion->memory)) {
+        call_sides<plane>(*motion, side);
+    } else {
+        call_sides<space>(*motion, side);
     }
 }
 

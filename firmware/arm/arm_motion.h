@@ -1,5 +1,5 @@
 /* A whole arm as the loop's manipulator: the robot displays the tool's way along one direction of the world, the
- * measured force acts on the tool against it. */
+ * measured force acts on the tool against it. So do, where the robot has them, its further axes (enum side_axis). */
 #ifndef FIRMWARE_ARM_ARM_MOTION_H
 #define FIRMWARE_ARM_ARM_MOTION_H
 
@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define ARM_MEMORY_BYTES 9600
+#define ARM_MEMORY_BYTES 9920
 
 /* Where the arm lives: fixed matrices, which C has no name for. */
 union arm_memory {
@@ -22,7 +22,11 @@ union arm_memory {
 struct arm_motion {
     double position_m; /* of the tool along the direction */
     double velocity_m_per_s;
-    double stored_J; /* kinetic, rotors, springs */
+    double stored_J;   /* kinetic, rotors, springs */
+    uint8_t has_sides; /* the robot has further axes: to be set after the start. Else `side` stays as it is */
+    double side[SIDE_AXIS_COUNT]; /* of the tool in the robot's frame since the start: m, or rad */
+    double
+        side_load[SIDE_AXIS_COUNT]; /* what the robot exerts on the object there, for the steps to come: N, or N m */
     union arm_memory memory;
 };
 
@@ -33,6 +37,9 @@ void arm_motion_start(struct arm_motion *motion, const struct arm_config *arm, c
 
 /* Puts the arm to rest in the shape that it has, which is `position_m` from now on, and forgets its orders. */
 void arm_motion_rest_at(struct arm_motion *motion, double position_m);
+
+/* What the tool's pose beside the direction counts as from now on. */
+void arm_motion_call_sides(struct arm_motion *motion, const double side[SIDE_AXIS_COUNT]);
 
 /* Takes an order that has been checked. `operator_position_m`: of the operator's command now. */
 void arm_motion_take(struct arm_motion *motion, const struct arm_order *order, double operator_position_m);

@@ -435,6 +435,626 @@ bool berth_can_loop_status_counter_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
+int berth_can_setpoint_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_y_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    position_m = (uint64_t)src_p->position_m;
+    dst_p[0] |= pack_left_shift_u64(position_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(position_m, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(position_m, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(position_m, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(position_m, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->motion_allowed, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_setpoint_y_unpack(
+    struct berth_can_setpoint_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    position_m = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((position_m & (1ull << 39)) != 0ull) {
+        position_m |= 0xffffff0000000000ull;
+    }
+
+    dst_p->position_m = (int64_t)position_m;
+    dst_p->motion_allowed = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_setpoint_y_init(struct berth_can_setpoint_y_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_setpoint_y_t));
+
+    return 0;
+}
+
+int64_t berth_can_setpoint_y_position_m_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_setpoint_y_position_m_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_setpoint_y_position_m_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_setpoint_y_position_m_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_setpoint_y_motion_allowed_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_y_motion_allowed_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_y_motion_allowed_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_setpoint_y_motion_allowed_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_setpoint_y_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_y_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_y_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_setpoint_y_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_setpoint_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_z_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    position_m = (uint64_t)src_p->position_m;
+    dst_p[0] |= pack_left_shift_u64(position_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(position_m, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(position_m, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(position_m, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(position_m, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->motion_allowed, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_setpoint_z_unpack(
+    struct berth_can_setpoint_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    position_m = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((position_m & (1ull << 39)) != 0ull) {
+        position_m |= 0xffffff0000000000ull;
+    }
+
+    dst_p->position_m = (int64_t)position_m;
+    dst_p->motion_allowed = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_setpoint_z_init(struct berth_can_setpoint_z_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_setpoint_z_t));
+
+    return 0;
+}
+
+int64_t berth_can_setpoint_z_position_m_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_setpoint_z_position_m_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_setpoint_z_position_m_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_setpoint_z_position_m_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_setpoint_z_motion_allowed_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_z_motion_allowed_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_z_motion_allowed_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_setpoint_z_motion_allowed_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_setpoint_z_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_z_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_z_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_setpoint_z_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_setpoint_rx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_rx_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->motion_allowed, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_setpoint_rx_unpack(
+    struct berth_can_setpoint_rx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->motion_allowed = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_setpoint_rx_init(struct berth_can_setpoint_rx_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_setpoint_rx_t));
+
+    return 0;
+}
+
+int64_t berth_can_setpoint_rx_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_setpoint_rx_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_setpoint_rx_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_setpoint_rx_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_setpoint_rx_motion_allowed_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_rx_motion_allowed_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_rx_motion_allowed_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_setpoint_rx_motion_allowed_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_setpoint_rx_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_rx_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_rx_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_setpoint_rx_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_setpoint_ry_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_ry_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->motion_allowed, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_setpoint_ry_unpack(
+    struct berth_can_setpoint_ry_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->motion_allowed = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_setpoint_ry_init(struct berth_can_setpoint_ry_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_setpoint_ry_t));
+
+    return 0;
+}
+
+int64_t berth_can_setpoint_ry_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_setpoint_ry_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_setpoint_ry_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_setpoint_ry_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_setpoint_ry_motion_allowed_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_ry_motion_allowed_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_ry_motion_allowed_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_setpoint_ry_motion_allowed_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_setpoint_ry_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_ry_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_ry_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_setpoint_ry_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_setpoint_rz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_rz_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->motion_allowed, 0u, 0x01u);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_setpoint_rz_unpack(
+    struct berth_can_setpoint_rz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->motion_allowed = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_setpoint_rz_init(struct berth_can_setpoint_rz_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_setpoint_rz_t));
+
+    return 0;
+}
+
+int64_t berth_can_setpoint_rz_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_setpoint_rz_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_setpoint_rz_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_setpoint_rz_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_setpoint_rz_motion_allowed_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_rz_motion_allowed_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_rz_motion_allowed_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_setpoint_rz_motion_allowed_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_setpoint_rz_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_setpoint_rz_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_setpoint_rz_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_setpoint_rz_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
 int berth_can_robot_feedback_pack(
     uint8_t *dst_p,
     const struct berth_can_robot_feedback_t *src_p,
@@ -579,6 +1199,746 @@ bool berth_can_robot_feedback_counter_is_in_range(uint8_t value)
 }
 
 bool berth_can_robot_feedback_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_feedback_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_y_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    position_m = (uint64_t)src_p->position_m;
+    dst_p[0] |= pack_left_shift_u64(position_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(position_m, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(position_m, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(position_m, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(position_m, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->fault, 0u, 0x01u);
+    dst_p[6] |= pack_left_shift_u8(src_p->setpoint_counter, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_feedback_y_unpack(
+    struct berth_can_feedback_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    position_m = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((position_m & (1ull << 39)) != 0ull) {
+        position_m |= 0xffffff0000000000ull;
+    }
+
+    dst_p->position_m = (int64_t)position_m;
+    dst_p->fault = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->setpoint_counter = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_feedback_y_init(struct berth_can_feedback_y_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_feedback_y_t));
+
+    return 0;
+}
+
+int64_t berth_can_feedback_y_position_m_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_feedback_y_position_m_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_feedback_y_position_m_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_feedback_y_position_m_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_feedback_y_fault_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_y_fault_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_y_fault_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_feedback_y_fault_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_feedback_y_setpoint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_y_setpoint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_y_setpoint_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_y_setpoint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+uint8_t berth_can_feedback_y_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_y_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_y_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_y_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_feedback_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_z_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    position_m = (uint64_t)src_p->position_m;
+    dst_p[0] |= pack_left_shift_u64(position_m, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(position_m, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(position_m, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(position_m, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(position_m, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->fault, 0u, 0x01u);
+    dst_p[6] |= pack_left_shift_u8(src_p->setpoint_counter, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_feedback_z_unpack(
+    struct berth_can_feedback_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t position_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    position_m = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    position_m |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((position_m & (1ull << 39)) != 0ull) {
+        position_m |= 0xffffff0000000000ull;
+    }
+
+    dst_p->position_m = (int64_t)position_m;
+    dst_p->fault = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->setpoint_counter = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_feedback_z_init(struct berth_can_feedback_z_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_feedback_z_t));
+
+    return 0;
+}
+
+int64_t berth_can_feedback_z_position_m_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_feedback_z_position_m_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_feedback_z_position_m_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_feedback_z_position_m_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_feedback_z_fault_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_z_fault_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_z_fault_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_feedback_z_fault_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_feedback_z_setpoint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_z_setpoint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_z_setpoint_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_z_setpoint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+uint8_t berth_can_feedback_z_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_z_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_z_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_z_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_feedback_rx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_rx_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->fault, 0u, 0x01u);
+    dst_p[6] |= pack_left_shift_u8(src_p->setpoint_counter, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_feedback_rx_unpack(
+    struct berth_can_feedback_rx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->fault = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->setpoint_counter = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_feedback_rx_init(struct berth_can_feedback_rx_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_feedback_rx_t));
+
+    return 0;
+}
+
+int64_t berth_can_feedback_rx_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_feedback_rx_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_feedback_rx_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_feedback_rx_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_feedback_rx_fault_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rx_fault_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rx_fault_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_feedback_rx_fault_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_feedback_rx_setpoint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rx_setpoint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rx_setpoint_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_rx_setpoint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+uint8_t berth_can_feedback_rx_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rx_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rx_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_rx_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_feedback_ry_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_ry_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->fault, 0u, 0x01u);
+    dst_p[6] |= pack_left_shift_u8(src_p->setpoint_counter, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_feedback_ry_unpack(
+    struct berth_can_feedback_ry_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->fault = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->setpoint_counter = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_feedback_ry_init(struct berth_can_feedback_ry_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_feedback_ry_t));
+
+    return 0;
+}
+
+int64_t berth_can_feedback_ry_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_feedback_ry_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_feedback_ry_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_feedback_ry_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_feedback_ry_fault_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_ry_fault_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_ry_fault_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_feedback_ry_fault_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_feedback_ry_setpoint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_ry_setpoint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_ry_setpoint_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_ry_setpoint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+uint8_t berth_can_feedback_ry_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_ry_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_ry_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_ry_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_feedback_rz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_rz_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    angle_rad = (uint64_t)src_p->angle_rad;
+    dst_p[0] |= pack_left_shift_u64(angle_rad, 0u, 0xffu);
+    dst_p[1] |= pack_right_shift_u64(angle_rad, 8u, 0xffu);
+    dst_p[2] |= pack_right_shift_u64(angle_rad, 16u, 0xffu);
+    dst_p[3] |= pack_right_shift_u64(angle_rad, 24u, 0xffu);
+    dst_p[4] |= pack_right_shift_u64(angle_rad, 32u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->fault, 0u, 0x01u);
+    dst_p[6] |= pack_left_shift_u8(src_p->setpoint_counter, 0u, 0xffu);
+    dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_feedback_rz_unpack(
+    struct berth_can_feedback_rz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint64_t angle_rad;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    angle_rad = unpack_right_shift_u64(src_p[0], 0u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[1], 8u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[2], 16u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[3], 24u, 0xffu);
+    angle_rad |= unpack_left_shift_u64(src_p[4], 32u, 0xffu);
+
+    if ((angle_rad & (1ull << 39)) != 0ull) {
+        angle_rad |= 0xffffff0000000000ull;
+    }
+
+    dst_p->angle_rad = (int64_t)angle_rad;
+    dst_p->fault = unpack_right_shift_u8(src_p[5], 0u, 0x01u);
+    dst_p->setpoint_counter = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+    dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_feedback_rz_init(struct berth_can_feedback_rz_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_feedback_rz_t));
+
+    return 0;
+}
+
+int64_t berth_can_feedback_rz_angle_rad_encode(double value)
+{
+    return (int64_t)(value / 1e-11);
+}
+
+double berth_can_feedback_rz_angle_rad_decode(int64_t value)
+{
+    return ((double)value * 1e-11);
+}
+
+bool berth_can_feedback_rz_angle_rad_is_in_range(int64_t value)
+{
+    return ((value >= -540000000000ll) && (value <= 540000000000ll));
+}
+
+bool berth_can_feedback_rz_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= -5.4) && (value <= 5.4));
+}
+
+uint8_t berth_can_feedback_rz_fault_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rz_fault_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rz_fault_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool berth_can_feedback_rz_fault_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
+uint8_t berth_can_feedback_rz_setpoint_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rz_setpoint_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rz_setpoint_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_rz_setpoint_counter_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+uint8_t berth_can_feedback_rz_counter_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_feedback_rz_counter_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_feedback_rz_counter_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_feedback_rz_counter_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
 }

@@ -47,7 +47,17 @@ extern "C" {
 /* Frame ids. */
 #define BERTH_CAN_SETPOINT_FRAME_ID (0x10u)
 #define BERTH_CAN_LOOP_STATUS_FRAME_ID (0x11u)
+#define BERTH_CAN_SETPOINT_Y_FRAME_ID (0x12u)
+#define BERTH_CAN_SETPOINT_Z_FRAME_ID (0x13u)
+#define BERTH_CAN_SETPOINT_RX_FRAME_ID (0x14u)
+#define BERTH_CAN_SETPOINT_RY_FRAME_ID (0x15u)
+#define BERTH_CAN_SETPOINT_RZ_FRAME_ID (0x16u)
 #define BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID (0x20u)
+#define BERTH_CAN_FEEDBACK_Y_FRAME_ID (0x21u)
+#define BERTH_CAN_FEEDBACK_Z_FRAME_ID (0x22u)
+#define BERTH_CAN_FEEDBACK_RX_FRAME_ID (0x23u)
+#define BERTH_CAN_FEEDBACK_RY_FRAME_ID (0x24u)
+#define BERTH_CAN_FEEDBACK_RZ_FRAME_ID (0x25u)
 #define BERTH_CAN_OPERATOR_MOTION_FRAME_ID (0x30u)
 #define BERTH_CAN_OPERATOR_FORCE_FRAME_ID (0x31u)
 #define BERTH_CAN_OPERATOR_JOINT_FRAME_ID (0x32u)
@@ -67,7 +77,17 @@ extern "C" {
 /* Frame lengths in bytes. */
 #define BERTH_CAN_SETPOINT_LENGTH (8u)
 #define BERTH_CAN_LOOP_STATUS_LENGTH (8u)
+#define BERTH_CAN_SETPOINT_Y_LENGTH (8u)
+#define BERTH_CAN_SETPOINT_Z_LENGTH (8u)
+#define BERTH_CAN_SETPOINT_RX_LENGTH (8u)
+#define BERTH_CAN_SETPOINT_RY_LENGTH (8u)
+#define BERTH_CAN_SETPOINT_RZ_LENGTH (8u)
 #define BERTH_CAN_ROBOT_FEEDBACK_LENGTH (8u)
+#define BERTH_CAN_FEEDBACK_Y_LENGTH (8u)
+#define BERTH_CAN_FEEDBACK_Z_LENGTH (8u)
+#define BERTH_CAN_FEEDBACK_RX_LENGTH (8u)
+#define BERTH_CAN_FEEDBACK_RY_LENGTH (8u)
+#define BERTH_CAN_FEEDBACK_RZ_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_MOTION_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_FORCE_LENGTH (8u)
 #define BERTH_CAN_OPERATOR_JOINT_LENGTH (8u)
@@ -87,7 +107,17 @@ extern "C" {
 /* Extended or standard frame types. */
 #define BERTH_CAN_SETPOINT_IS_EXTENDED (0)
 #define BERTH_CAN_LOOP_STATUS_IS_EXTENDED (0)
+#define BERTH_CAN_SETPOINT_Y_IS_EXTENDED (0)
+#define BERTH_CAN_SETPOINT_Z_IS_EXTENDED (0)
+#define BERTH_CAN_SETPOINT_RX_IS_EXTENDED (0)
+#define BERTH_CAN_SETPOINT_RY_IS_EXTENDED (0)
+#define BERTH_CAN_SETPOINT_RZ_IS_EXTENDED (0)
 #define BERTH_CAN_ROBOT_FEEDBACK_IS_EXTENDED (0)
+#define BERTH_CAN_FEEDBACK_Y_IS_EXTENDED (0)
+#define BERTH_CAN_FEEDBACK_Z_IS_EXTENDED (0)
+#define BERTH_CAN_FEEDBACK_RX_IS_EXTENDED (0)
+#define BERTH_CAN_FEEDBACK_RY_IS_EXTENDED (0)
+#define BERTH_CAN_FEEDBACK_RZ_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_MOTION_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_FORCE_IS_EXTENDED (0)
 #define BERTH_CAN_OPERATOR_JOINT_IS_EXTENDED (0)
@@ -132,7 +162,17 @@ extern "C" {
 /* Frame Names. */
 #define BERTH_CAN_SETPOINT_NAME "setpoint"
 #define BERTH_CAN_LOOP_STATUS_NAME "loop_status"
+#define BERTH_CAN_SETPOINT_Y_NAME "setpoint_y"
+#define BERTH_CAN_SETPOINT_Z_NAME "setpoint_z"
+#define BERTH_CAN_SETPOINT_RX_NAME "setpoint_rx"
+#define BERTH_CAN_SETPOINT_RY_NAME "setpoint_ry"
+#define BERTH_CAN_SETPOINT_RZ_NAME "setpoint_rz"
 #define BERTH_CAN_ROBOT_FEEDBACK_NAME "robot_feedback"
+#define BERTH_CAN_FEEDBACK_Y_NAME "feedback_y"
+#define BERTH_CAN_FEEDBACK_Z_NAME "feedback_z"
+#define BERTH_CAN_FEEDBACK_RX_NAME "feedback_rx"
+#define BERTH_CAN_FEEDBACK_RY_NAME "feedback_ry"
+#define BERTH_CAN_FEEDBACK_RZ_NAME "feedback_rz"
 #define BERTH_CAN_OPERATOR_MOTION_NAME "operator_motion"
 #define BERTH_CAN_OPERATOR_FORCE_NAME "operator_force"
 #define BERTH_CAN_OPERATOR_JOINT_NAME "operator_joint"
@@ -158,10 +198,45 @@ extern "C" {
 #define BERTH_CAN_LOOP_STATUS_LIMITS_NAME "limits"
 #define BERTH_CAN_LOOP_STATUS_MISSED_TICKS_NAME "missed_ticks"
 #define BERTH_CAN_LOOP_STATUS_COUNTER_NAME "counter"
+#define BERTH_CAN_SETPOINT_Y_POSITION_M_NAME "position_m"
+#define BERTH_CAN_SETPOINT_Y_MOTION_ALLOWED_NAME "motion_allowed"
+#define BERTH_CAN_SETPOINT_Y_COUNTER_NAME "counter"
+#define BERTH_CAN_SETPOINT_Z_POSITION_M_NAME "position_m"
+#define BERTH_CAN_SETPOINT_Z_MOTION_ALLOWED_NAME "motion_allowed"
+#define BERTH_CAN_SETPOINT_Z_COUNTER_NAME "counter"
+#define BERTH_CAN_SETPOINT_RX_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_SETPOINT_RX_MOTION_ALLOWED_NAME "motion_allowed"
+#define BERTH_CAN_SETPOINT_RX_COUNTER_NAME "counter"
+#define BERTH_CAN_SETPOINT_RY_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_SETPOINT_RY_MOTION_ALLOWED_NAME "motion_allowed"
+#define BERTH_CAN_SETPOINT_RY_COUNTER_NAME "counter"
+#define BERTH_CAN_SETPOINT_RZ_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_SETPOINT_RZ_MOTION_ALLOWED_NAME "motion_allowed"
+#define BERTH_CAN_SETPOINT_RZ_COUNTER_NAME "counter"
 #define BERTH_CAN_ROBOT_FEEDBACK_POSITION_M_NAME "position_m"
 #define BERTH_CAN_ROBOT_FEEDBACK_FAULT_NAME "fault"
 #define BERTH_CAN_ROBOT_FEEDBACK_SETPOINT_COUNTER_NAME "setpoint_counter"
 #define BERTH_CAN_ROBOT_FEEDBACK_COUNTER_NAME "counter"
+#define BERTH_CAN_FEEDBACK_Y_POSITION_M_NAME "position_m"
+#define BERTH_CAN_FEEDBACK_Y_FAULT_NAME "fault"
+#define BERTH_CAN_FEEDBACK_Y_SETPOINT_COUNTER_NAME "setpoint_counter"
+#define BERTH_CAN_FEEDBACK_Y_COUNTER_NAME "counter"
+#define BERTH_CAN_FEEDBACK_Z_POSITION_M_NAME "position_m"
+#define BERTH_CAN_FEEDBACK_Z_FAULT_NAME "fault"
+#define BERTH_CAN_FEEDBACK_Z_SETPOINT_COUNTER_NAME "setpoint_counter"
+#define BERTH_CAN_FEEDBACK_Z_COUNTER_NAME "counter"
+#define BERTH_CAN_FEEDBACK_RX_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_FEEDBACK_RX_FAULT_NAME "fault"
+#define BERTH_CAN_FEEDBACK_RX_SETPOINT_COUNTER_NAME "setpoint_counter"
+#define BERTH_CAN_FEEDBACK_RX_COUNTER_NAME "counter"
+#define BERTH_CAN_FEEDBACK_RY_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_FEEDBACK_RY_FAULT_NAME "fault"
+#define BERTH_CAN_FEEDBACK_RY_SETPOINT_COUNTER_NAME "setpoint_counter"
+#define BERTH_CAN_FEEDBACK_RY_COUNTER_NAME "counter"
+#define BERTH_CAN_FEEDBACK_RZ_ANGLE_RAD_NAME "angle_rad"
+#define BERTH_CAN_FEEDBACK_RZ_FAULT_NAME "fault"
+#define BERTH_CAN_FEEDBACK_RZ_SETPOINT_COUNTER_NAME "setpoint_counter"
+#define BERTH_CAN_FEEDBACK_RZ_COUNTER_NAME "counter"
 #define BERTH_CAN_OPERATOR_MOTION_POSITION_M_NAME "position_m"
 #define BERTH_CAN_OPERATOR_MOTION_VELOCITY_M_PER_S_NAME "velocity_m_per_s"
 #define BERTH_CAN_OPERATOR_MOTION_REQUEST_NAME "request"
@@ -300,6 +375,156 @@ struct berth_can_loop_status_t {
 };
 
 /**
+ * Signals in message setpoint_y.
+ *
+ * Robot bus, every tick, where the rig has this axis: way along y of the robot's frame. Laid out as setpoint.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_setpoint_y_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 m)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t position_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t motion_allowed;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message setpoint_z.
+ *
+ * Robot bus, every tick, where the rig has this axis: way along z of the robot's frame. Laid out as setpoint.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_setpoint_z_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 m)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t position_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t motion_allowed;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message setpoint_rx.
+ *
+ * Robot bus, every tick, where the rig has this axis: turn about x of the robot's frame, a component of the rotation vector. Laid out as setpoint.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_setpoint_rx_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t motion_allowed;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message setpoint_ry.
+ *
+ * Robot bus, every tick, where the rig has this axis: turn about y of the robot's frame, a component of the rotation vector. Laid out as setpoint.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_setpoint_ry_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t motion_allowed;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message setpoint_rz.
+ *
+ * Robot bus, every tick, where the rig has this axis: turn about z of the robot's frame, a component of the rotation vector. Laid out as setpoint.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_setpoint_rz_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t motion_allowed;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
  * Signals in message robot_feedback.
  *
  * Robot bus: where the end effector is, and the newest setpoint that the robot has taken.
@@ -313,6 +538,191 @@ struct berth_can_robot_feedback_t {
      * Offset: 0
      */
     int64_t position_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t fault;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t setpoint_counter;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message feedback_y.
+ *
+ * Robot bus: where the robot is on that axis. Laid out as robot_feedback.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_feedback_y_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 m)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t position_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t fault;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t setpoint_counter;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message feedback_z.
+ *
+ * Robot bus: where the robot is on that axis. Laid out as robot_feedback.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_feedback_z_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 m)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t position_m;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t fault;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t setpoint_counter;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message feedback_rx.
+ *
+ * Robot bus: where the robot is on that axis. Laid out as robot_feedback.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_feedback_rx_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t fault;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t setpoint_counter;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message feedback_ry.
+ *
+ * Robot bus: where the robot is on that axis. Laid out as robot_feedback.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_feedback_ry_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
+
+    /**
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t fault;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t setpoint_counter;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t counter;
+};
+
+/**
+ * Signals in message feedback_rz.
+ *
+ * Robot bus: where the robot is on that axis. Laid out as robot_feedback.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_feedback_rz_t {
+    /**
+     * Range: -540000000000..540000000000 (-5.4..5.4 rad)
+     * Scale: 1e-11
+     * Offset: 0
+     */
+    int64_t angle_rad;
 
     /**
      * Range: 0..1 (0..1 -)
@@ -1300,6 +1710,791 @@ bool berth_can_loop_status_counter_is_in_range(uint8_t value);
 bool berth_can_loop_status_counter_is_in_phys_range(double value);
 
 /**
+ * Pack message setpoint_y.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_setpoint_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_y_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message setpoint_y.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_setpoint_y_unpack(
+    struct berth_can_setpoint_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from setpoint_y.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_setpoint_y_init(struct berth_can_setpoint_y_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_setpoint_y_position_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_y_position_m_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_position_m_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_position_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_y_motion_allowed_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_y_motion_allowed_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_motion_allowed_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_motion_allowed_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_y_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_y_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_y_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message setpoint_z.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_setpoint_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_z_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message setpoint_z.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_setpoint_z_unpack(
+    struct berth_can_setpoint_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from setpoint_z.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_setpoint_z_init(struct berth_can_setpoint_z_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_setpoint_z_position_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_z_position_m_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_position_m_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_position_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_z_motion_allowed_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_z_motion_allowed_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_motion_allowed_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_motion_allowed_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_z_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_z_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_z_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message setpoint_rx.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_setpoint_rx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_rx_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message setpoint_rx.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_setpoint_rx_unpack(
+    struct berth_can_setpoint_rx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from setpoint_rx.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_setpoint_rx_init(struct berth_can_setpoint_rx_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_setpoint_rx_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rx_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_rx_motion_allowed_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rx_motion_allowed_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_motion_allowed_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_motion_allowed_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_rx_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rx_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rx_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message setpoint_ry.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_setpoint_ry_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_ry_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message setpoint_ry.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_setpoint_ry_unpack(
+    struct berth_can_setpoint_ry_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from setpoint_ry.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_setpoint_ry_init(struct berth_can_setpoint_ry_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_setpoint_ry_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_ry_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_ry_motion_allowed_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_ry_motion_allowed_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_motion_allowed_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_motion_allowed_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_ry_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_ry_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_ry_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message setpoint_rz.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_setpoint_rz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_setpoint_rz_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message setpoint_rz.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_setpoint_rz_unpack(
+    struct berth_can_setpoint_rz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from setpoint_rz.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_setpoint_rz_init(struct berth_can_setpoint_rz_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_setpoint_rz_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rz_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_rz_motion_allowed_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rz_motion_allowed_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_motion_allowed_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_motion_allowed_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_setpoint_rz_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_setpoint_rz_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_setpoint_rz_counter_is_in_phys_range(double value);
+
+/**
  * Pack message robot_feedback.
  *
  * @param[out] dst_p Buffer to pack the message into.
@@ -1495,6 +2690,991 @@ bool berth_can_robot_feedback_counter_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_robot_feedback_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message feedback_y.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_feedback_y_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_y_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message feedback_y.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_feedback_y_unpack(
+    struct berth_can_feedback_y_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from feedback_y.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_feedback_y_init(struct berth_can_feedback_y_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_feedback_y_position_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_y_position_m_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_position_m_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_position_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_y_fault_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_y_fault_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_fault_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_fault_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_y_setpoint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_y_setpoint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_setpoint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_setpoint_counter_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_y_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_y_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_y_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message feedback_z.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_feedback_z_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_z_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message feedback_z.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_feedback_z_unpack(
+    struct berth_can_feedback_z_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from feedback_z.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_feedback_z_init(struct berth_can_feedback_z_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_feedback_z_position_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_z_position_m_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_position_m_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_position_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_z_fault_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_z_fault_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_fault_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_fault_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_z_setpoint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_z_setpoint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_setpoint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_setpoint_counter_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_z_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_z_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_z_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message feedback_rx.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_feedback_rx_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_rx_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message feedback_rx.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_feedback_rx_unpack(
+    struct berth_can_feedback_rx_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from feedback_rx.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_feedback_rx_init(struct berth_can_feedback_rx_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_feedback_rx_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rx_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rx_fault_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rx_fault_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_fault_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_fault_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rx_setpoint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rx_setpoint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_setpoint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_setpoint_counter_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rx_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rx_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rx_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message feedback_ry.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_feedback_ry_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_ry_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message feedback_ry.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_feedback_ry_unpack(
+    struct berth_can_feedback_ry_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from feedback_ry.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_feedback_ry_init(struct berth_can_feedback_ry_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_feedback_ry_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_ry_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_ry_fault_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_ry_fault_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_fault_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_fault_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_ry_setpoint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_ry_setpoint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_setpoint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_setpoint_counter_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_ry_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_ry_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_ry_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message feedback_rz.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_feedback_rz_pack(
+    uint8_t *dst_p,
+    const struct berth_can_feedback_rz_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message feedback_rz.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_feedback_rz_unpack(
+    struct berth_can_feedback_rz_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from feedback_rz.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_feedback_rz_init(struct berth_can_feedback_rz_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int64_t berth_can_feedback_rz_angle_rad_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rz_angle_rad_decode(int64_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_angle_rad_is_in_range(int64_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rz_fault_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rz_fault_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_fault_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_fault_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rz_setpoint_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rz_setpoint_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_setpoint_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_setpoint_counter_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_feedback_rz_counter_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_feedback_rz_counter_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_counter_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_feedback_rz_counter_is_in_phys_range(double value);
 
 /**
  * Pack message operator_motion.

@@ -8,6 +8,7 @@
 #include "../../firmware/compensation/compensation.h"
 #include "../../firmware/sensor_layout.h"
 #include "../../firmware/types.h"
+#include "axes.h"
 #include "hardware_model.h"
 #include "keys.h"
 #include "orders.h"
@@ -293,6 +294,12 @@ double rig::sensor_low_pass_delay_s() const
                                         : 0.0;
 }
 
+bool rig::has_side_axes() const
+{
+    return std::any_of(std::begin(firmware.side_axes), std::end(firmware.side_axes),
+                       [](const side_axis_config &axis) { return axis.enabled != 0; });
+}
+
 std::optional<double> rig::tolerance_of(std::string_view key) const
 {
     const auto found =
@@ -307,6 +314,9 @@ std::optional<rig_error> complete_and_check(rig &rig)
     rig.firmware.inverse_filter.robot_damping_ratio = rig.robot.transfer_damping_ratio;
 
     rig.firmware.sensor_channel.rate_Hz = rig.sensor.rate_Hz;
+    if (auto found = complete_and_check_axes(rig)) {
+        return found;
+    }
 
     const config_error error = config_validate(&rig.firmware);
     if (error.key != nullptr) {
@@ -342,7 +352,9 @@ std::int64_t command_to_motion_ns(const rig &rig)
 
 std::int64_t robot_frames_a_tick(const rig &rig)
 {
-    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402 ? 4 : 3;
+    const auto sides = std::count_if(std::begin(rig.firmware.side_axes), std::end(rig.firmware.side_axes),
+                                     [](const side_axis_config &axis) { return axis.enabled != 0; });
+    return rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402 ? 4 : 3 + 2 * sides;
 }
 
 std::int64_t frame_time_ns(const bus_rig &bus, int data_bytes)

@@ -89,6 +89,27 @@ struct sensor_rig {
     double stale_probability = 0.0; /* a frame that is sent again instead of a new one */
 };
 
+/* [axis.*]: the hardware on one of the robot's axes beside that of the loop; what is not said is as there. m, N, kg,
+ * or where it turns rad, N m, kg m2. */
+struct side_axis_rig {
+    double dead_time_ms = 0.0;
+    double sensor_stiffness = 0.0;
+    double sensor_damping_ratio = 0.05;
+    double mass = 0.0;
+    double stiffness = 0.0;
+    double damping = 0.0;
+};
+
+/* [wrench] */
+struct wrench_rig {
+    bool enabled = false;
+    std::array<double, 3> angles_rad{}; /* roll, pitch, yaw */
+    std::array<double, 3> origin_m{};
+    double torque_noise_N_m = 0.0; /* standard deviation; that of forces is sensor.noise_N */
+    std::array<double, 36> crosstalk{1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,
+                                     0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}; /* row-major */
+};
+
 /* [object] */
 struct object_rig {
     object_kind kind = object_kind::gripped;
@@ -178,6 +199,8 @@ struct rig {
     profile_rig profile;
     robot_rig robot;
     sensor_rig sensor;
+    std::array<side_axis_rig, SIDE_AXIS_COUNT> side_axes;
+    wrench_rig wrench;
     object_rig object;
     bus_rig bus;
     solver_rig solver;
@@ -205,8 +228,13 @@ struct rig {
     std::int64_t sample_age_ns() const;
     /* By which the sensor's low-pass holds up slow forces. */
     double sensor_low_pass_delay_s() const;
+    bool has_side_axes() const;
     bool has_transfer_behaviour() const { return robot.transfer_frequency_Hz != unlimited; }
 };
+
+/* The rig as if the loop's axis were this one of the others (enum side_axis): its dead time, sensor and object. The
+ * effects of the library and the inverse filter stay with the loop's axis. */
+rig rig_along(const rig &whole, std::size_t axis);
 
 /* What is wrong with a rig: the key and a sentence. */
 struct rig_error {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "arm_table.h"
+#include "axes.h"
 #include "keys.h"
 #include "knowledge.h"
 #include "orders.h"
@@ -41,11 +42,17 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
 {
     for (const auto &[name, value] : table) {
         const std::string section(name.str());
-        if (const auto *entries = value.as_table()) {
+        if (const auto *entries = value.as_table(); entries != nullptr && section == "wrench") {
+            read_wrench(rig, *entries, origin);
+            places["wrench"] = place(origin, name.source());
+        } else if (entries != nullptr) {
             for (const auto &[entry, entry_value] : *entries) {
                 const std::string entry_name(entry.str());
                 const std::string where = place(origin, entry.source());
-                if (section == "signals") {
+                if (section == "axis") {
+                    read_axis(rig, entry_name, entry_value, origin);
+                    places["axis." + entry_name] = where;
+                } else if (section == "signals") {
                     read_signal(rig, entry_name, entry_value, where);
                 } else if (section == "tolerances") {
                     set_tolerance(rig, entry_name, entry_value, where);
@@ -59,7 +66,7 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                     places[path] = where;
                 }
             }
-            if (section == "signals" || section == "tolerances") {
+            if (section == "signals" || section == "tolerances" || section == "axis") {
                 continue;
             }
             if (const auto nearest = nearest_section(section); nearest != section) {
@@ -101,11 +108,22 @@ void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
     }
 }
 
+/* A section that is read as a whole has one place. */
+std::string place_of(const std::string &key)
+{
+    for (const char *const section : {"orders.", "wrench."}) {
+        if (key.rfind(section, 0) == 0) {
+            return key.substr(0, key.find('.'));
+        }
+    }
+    return key.rfind("axis.", 0) == 0 ? key.substr(0, key.find('.', 5)) : key;
+}
+
 /* `context` is added where the fault may lie in what the message does not name. */
 void check(rig &rig, const std::string &origin, const key_places &places, const std::string &context)
 {
     if (auto error = complete_and_check(rig)) {
-        const auto found = places.find(error->key.substr(0, 7) == "orders." ? "orders" : error->key);
+        const auto found = places.find(place_of(error->key));
         error->message += context;
         fail(found == places.end() ? origin + " (default value)" : found->second, *error);
     }
@@ -217,6 +235,7 @@ std::string print_rig(const rig &rig)
         text << line << " # " << key.meaning << "\n";
     }
     print_knowledge(rig, text);
+    print_axes(rig, text);
     print_orders(rig, text);
     if (!rig.arm_text.empty()) {
         text << "\n" << rig.arm_text;

@@ -234,6 +234,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.drive_setup_step = last.drive_setup_step;
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.predicted_growth_per_s = predict_growth_per_s(rig);
+    result.is_ordered = !rig.orders.empty();
     result.is_stable = judge(result, period_s);
     if (result.running_m.empty()) {
         result.obstacles = obstacles_of(last);

@@ -59,6 +59,7 @@ struct run_result {
 
     std::optional<growth_fit> growth;
     std::optional<double> predicted_growth_per_s; /* of the loop without noise and limits */
+    bool is_ordered = false;                      /* an operator orders the arm elsewhere */
     std::optional<bool> is_stable;                /* see judge() */
     std::string obstacles;                        /* what kept a loop that never ran from running */
 };

@@ -62,6 +62,9 @@ std::optional<bool> judge(const run_result &result, double period_s)
     if (result.cause != STOP_NONE && result.cause != STOP_REQUESTED) {
         return {};
     }
+    if (result.is_ordered) {
+        return {}; /* how far it went was ordered */
+    }
     const auto middle = result.running_m.begin() + static_cast<std::ptrdiff_t>(result.running_m.size() / 2);
     return middle == result.running_m.begin() ||
            range(middle, result.running_m.end()) <= range(result.running_m.begin(), middle);

@@ -9,6 +9,7 @@
 #include "../../firmware/canopen.h"
 #include "../../firmware/supervisor.h"
 #include "../../hal/linux/hardware_error.h"
+#include "../hil/side_hardware.h"
 
 namespace berth
 {
@@ -36,7 +37,13 @@ void become_real_time(std::int64_t priority)
 std::vector<std::uint32_t> ids_of(const app_config &firmware)
 {
     if (firmware.robot_channel.profile == ROBOT_PROFILE_BERTH) {
-        return {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID};
+        std::vector<std::uint32_t> ids = {BERTH_CAN_SETPOINT_FRAME_ID, BERTH_CAN_LOOP_STATUS_FRAME_ID};
+        for (std::uint32_t axis = 0; axis < SIDE_AXIS_COUNT; axis++) {
+            if (firmware.side_axes[axis].enabled != 0) {
+                ids.push_back(side_setpoint_id(axis));
+            }
+        }
+        return ids;
     }
     const auto node = static_cast<std::uint32_t>(firmware.cia402.node_id);
     const auto master = static_cast<std::uint32_t>(firmware.cia402.master_node_id);

@@ -8,9 +8,10 @@ namespace berth
 
 rig_events::rig_events(const rig &rig)
     : buses_{can_bus(rig.bus, HAL_BUS_ROBOT, rig.run.seed), can_bus(rig.bus, HAL_BUS_SENSOR, rig.run.seed)},
-      robot_(rig), sensor_(rig), operator_station_(rig), period_ns_(config_period_ns(&rig.firmware)),
-      feedback_(rig.run.seed, stream_feedback), feedback_noise_m_(rig.robot.feedback_noise_m),
-      lost_(rig.run.seed, stream_lost_samples), ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
+      robot_(rig), sides_(make_side_hardware(rig)), sensor_(rig), operator_station_(rig),
+      period_ns_(config_period_ns(&rig.firmware)), feedback_(rig.run.seed, stream_feedback),
+      feedback_noise_m_(rig.robot.feedback_noise_m), lost_(rig.run.seed, stream_lost_samples),
+      ticks_kept_(ns_from_ms(rig.sensor.delay_ms) / period_ns_ + 16),
       lost_probability_(value_of_effect(rig, "loop.lost_sample_probability"))
 {
     if (rig.firmware.robot_channel.profile == ROBOT_PROFILE_CIA402) {
@@ -40,7 +41,12 @@ bool rig_events::is_tick_lost(std::int64_t tick)
 void rig_events::sample_force(double force_N)
 {
     const std::int64_t tick = (sensor_.next_arrival_ns() + period_ns_ - 1) / period_ns_;
-    sensor_.sample(force_N, buses_[HAL_BUS_SENSOR], is_tick_lost(tick));
+    sensor::whole_load load{force_N};
+    for (const auto &side : sides_) {
+        side->advance_to(now_ns_);
+        load[1 + side->axis()] = side->measured_force();
+    }
+    sensor_.sample(load, buses_[HAL_BUS_SENSOR], is_tick_lost(tick));
 }
 
 void rig_events::report_robot_position(double position_m)
@@ -53,7 +59,13 @@ void rig_events::report_robot_position(double position_m)
     if (!drive_) {
         report_counter_ += is_lost;
         if (!robot_is_silent_ && !is_lost) {
-            send_feedback(position_m);
+            send_feedback(BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, position_m, robot_.setpoint_counter(), report_counter_);
+            for (const auto &side : sides_) {
+                side->advance_to(now_ns_);
+                send_feedback(side_feedback_id(side->axis()), side->robot_position(), side->setpoint_counter(),
+                              report_counter_);
+            }
+            report_counter_++;
         }
     } else if (is_lost) {
         drive_->drop_samples();
@@ -63,17 +75,18 @@ void rig_events::report_robot_position(double position_m)
     }
 }
 
-void rig_events::send_feedback(double position_m)
+void rig_events::send_feedback(std::uint32_t id, double position, std::uint8_t setpoint_counter,
+                               std::uint8_t counter)
 {
     bool saturated = false;
-    const double step_m = berth_can_robot_feedback_position_m_decode(1);
+    const double step = berth_can_robot_feedback_position_m_decode(1);
     berth_can_robot_feedback_t raw{};
     raw.position_m = berth_can_robot_feedback_position_m_encode(
-        codec_round(codec_saturate(position_m, CAN_POSITION_MAX_m, &saturated), step_m));
+        codec_round(codec_saturate(position, CAN_POSITION_MAX_m, &saturated), step));
     raw.fault = robot_has_fault_;
-    raw.setpoint_counter = robot_.setpoint_counter();
-    raw.counter = report_counter_++;
-    hal_frame frame{0, BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, HAL_BUS_ROBOT, BERTH_CAN_ROBOT_FEEDBACK_LENGTH, 0, 0, {}};
+    raw.setpoint_counter = setpoint_counter;
+    raw.counter = counter;
+    hal_frame frame{0, id, HAL_BUS_ROBOT, BERTH_CAN_ROBOT_FEEDBACK_LENGTH, 0, 0, {}};
     if (berth_can_robot_feedback_pack(frame.data, &raw, sizeof frame.data) > 0) {
         buses_[HAL_BUS_ROBOT].transmit_to_loop(frame, now_ns_);
     }
@@ -87,6 +100,10 @@ void rig_events::receive_from_loop(const hal_frame &frame)
     }
     if (!drive_) {
         robot_.receive(frame, end_ns);
+        for (const auto &side : sides_) {
+            side->advance_to(now_ns_);
+            side->receive(frame, end_ns);
+        }
         return;
     }
     if (drive_->is_process_data(frame) && robot_.loses_command()) {

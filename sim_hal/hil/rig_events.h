@@ -15,6 +15,7 @@
 #include "operator_station.h"
 #include "robot.h"
 #include "sensor.h"
+#include "side_hardware.h"
 
 namespace berth
 {
@@ -103,13 +104,15 @@ class rig_events
 
     void sample_force(double force_N);
     void report_robot_position(double position_m);
-    void send_feedback(double position_m);
+    void send_feedback(std::uint32_t id, double position, std::uint8_t setpoint_counter, std::uint8_t counter);
     std::int64_t drive_event_ns() const { return drive_ ? drive_->next_event_ns() : canopen_node::never_ns; }
     bool is_tick_lost(std::int64_t tick);
 
     can_bus buses_[HAL_BUS_COUNT];
     berth::robot robot_;
     std::unique_ptr<cia402_drive> drive_; /* profile "cia402" */
+    std::vector<std::unique_ptr<side_hardware>>
+        sides_; /* of the robot's further axes; it lags behind until it is asked */
     sensor sensor_;
     operator_station operator_station_;
     std::int64_t period_ns_;

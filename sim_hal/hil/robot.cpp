@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../firmware/can/berth_can.h"
 #include "../effects/active.h"
 
 namespace berth
@@ -20,9 +19,9 @@ std::int64_t event_ns(double time_s)
 }
 } // namespace
 
-robot::robot(const rig &rig)
-    : holds_(rig.robot.interpolation == interpolation::hold), clock_is_free_(rig.robot.clock == robot_clock::free),
-      dead_time_ns_(ns_from_ms(rig.robot.dead_time_ms)),
+robot::robot(const rig &rig, std::uint32_t setpoint_id)
+    : setpoint_id_(setpoint_id), holds_(rig.robot.interpolation == interpolation::hold),
+      clock_is_free_(rig.robot.clock == robot_clock::free), dead_time_ns_(ns_from_ms(rig.robot.dead_time_ms)),
       clock_period_ns_(static_cast<double>(config_period_ns(&rig.firmware)) *
                        (1.0 + 1e-6 * rig.robot.clock_drift_ppm)),
       clock_phase_ns_(1e6 * rig.robot.clock_phase_ms), jitter_ns_(1e6 * rig.robot.jitter_ms),
@@ -45,7 +44,7 @@ robot::robot(const rig &rig)
 void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
 {
     berth_can_setpoint_t raw;
-    if (frame.id != BERTH_CAN_SETPOINT_FRAME_ID || berth_can_setpoint_unpack(&raw, frame.data, frame.length) < 0) {
+    if (frame.id != setpoint_id_ || berth_can_setpoint_unpack(&raw, frame.data, frame.length) < 0) {
         return;
     }
     if (loses_command()) {

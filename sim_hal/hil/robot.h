@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "../../firmware/can/berth_can.h"
 #include "../../hal/hal.h"
 #include "../../hal/rig/rig.h"
 #include "../effects/setpoint_path.h"
@@ -18,7 +19,8 @@ namespace berth
 class robot
 {
   public:
-    explicit robot(const rig &rig);
+    /* `setpoint_id`: of the frames that it follows, all laid out as the setpoint in berth.dbc. */
+    explicit robot(const rig &rig, std::uint32_t setpoint_id = BERTH_CAN_SETPOINT_FRAME_ID);
 
     /* Takes a setpoint frame that was sent at `frame.time_ns` and arrives at `arrival_ns`. */
     void receive(const hal_frame &frame, std::int64_t arrival_ns);
@@ -89,6 +91,7 @@ class robot
     double arrive();
     void find_next_event();
 
+    std::uint32_t setpoint_id_;
     bool holds_;
     bool clock_is_free_;
     std::int64_t dead_time_ns_;

@@ -9,8 +9,9 @@ namespace berth
 {
 
 sensor::sensor(const rig &rig)
-    : rig_(rig.sensor), random_(rig.run.seed, stream_sensor), spikes_(rig.run.seed, stream_spikes),
-      spike_probability_(value_of_effect(rig, "sensor.spike_probability")),
+    : rig_(rig.sensor), wrench_(rig.wrench), shown_(shown_wrench(rig.wrench)),
+      shows_wrench_(rig.firmware.wrench.enabled != 0), random_(rig.run.seed, stream_sensor),
+      spikes_(rig.run.seed, stream_spikes), spike_probability_(value_of_effect(rig, "sensor.spike_probability")),
       spike_N_(value_of_effect(rig, "sensor.spike_N")), stages_(active_stages(rig, &effect::on_samples)),
       layout_(static_cast<sensor_layout>(rig.firmware.sensor_channel.layout)),
       axis_(sensor_layouts[layout_].axis_count > 1 ? static_cast<std::size_t>(rig.firmware.sensor_channel.axis) : 0),
@@ -20,7 +21,8 @@ sensor::sensor(const rig &rig)
     rig_.saturation_N = std::min(rig_.saturation_N, sensor_layouts[layout_].force_max_N);
 }
 
-double sensor::shown_N(double force_N, double time_s)
+/* What the electronics get to see of a force. */
+double sensor::felt_N(double force_N, double time_s)
 {
     for (auto &stage : stages_) {
         force_N = stage->take(force_N, time_s);
@@ -29,18 +31,54 @@ double sensor::shown_N(double force_N, double time_s)
         const double size_N = spike_N_ * (0.8 + 0.4 * spikes_.uniform());
         force_N += spikes_.uniform() < 0.5 ? -size_N : size_N;
     }
-    force_N += rig_.bias_N;
-    if (rig_.noise_N > 0.0) {
-        force_N += rig_.noise_N * random_.normal();
-    }
-    if (rig_.resolution_N > 0.0) {
-        force_N = rig_.resolution_N * std::round(force_N / rig_.resolution_N);
-    }
-    is_saturated_ = false;
-    return codec_saturate(force_N, rig_.saturation_N, &is_saturated_);
+    return force_N + rig_.bias_N;
 }
 
-void sensor::sample(double force_N, can_bus &bus, bool is_lost)
+double sensor::electronics(double value, double noise, double resolution, double saturation)
+{
+    if (noise > 0.0) {
+        value += noise * random_.normal();
+    }
+    if (resolution > 0.0) {
+        value = resolution * std::round(value / resolution);
+    }
+    return codec_saturate(value, saturation, &is_saturated_);
+}
+
+double sensor::shown_N(double force_N, double time_s)
+{
+    is_saturated_ = false;
+    return electronics(felt_N(force_N, time_s), rig_.noise_N, rig_.resolution_N, rig_.saturation_N);
+}
+
+wrench sensor::shown(const whole_load &load, double time_s)
+{
+    wrench sample{};
+    if (!shows_wrench_) {
+        sample.force_N[axis_] = shown_N(load[0], time_s);
+        sample.saturated = is_saturated_;
+        return sample;
+    }
+    std::array<double, 6> felt = load;
+    felt[0] = felt_N(load[0], time_s);
+    is_saturated_ = false;
+    for (std::size_t i = 0; i < 6; i++) {
+        double value = 0.0;
+        for (std::size_t j = 0; j < 6; j++) {
+            value += shown_[6 * i + j] * felt[j];
+        }
+        if (i < 3) {
+            sample.force_N[i] = electronics(value, rig_.noise_N, rig_.resolution_N, rig_.saturation_N);
+        } else {
+            sample.torque_N_m[i - 3] =
+                electronics(value, wrench_.torque_noise_N_m, 0.0, sensor_layouts[layout_].torque_max_N_m);
+        }
+    }
+    sample.saturated = is_saturated_;
+    return sample;
+}
+
+void sensor::sample(const whole_load &load, can_bus &bus, bool is_lost)
 {
     const std::int64_t sampled_ns = next_sample_ns_;
     next_sample_ns_ += sample_period_ns_;
@@ -49,10 +87,7 @@ void sensor::sample(double force_N, can_bus &bus, bool is_lost)
         return;
     }
     if (!(newest_.count > 0 && random_.happens(rig_.stale_probability))) {
-        wrench sample{};
-        sample.force_N[axis_] = shown_N(force_N, static_cast<double>(sampled_ns) * 1e-9);
-        sample.saturated = is_saturated_;
-        newest_ = make_sensor_frames(layout_, sample, counter_++);
+        newest_ = make_sensor_frames(layout_, shown(load, static_cast<double>(sampled_ns) * 1e-9), counter_++);
     }
     const std::int64_t frame_ns = bus.frame_time_ns(8);
     const auto count = static_cast<std::int64_t>(newest_.count);

@@ -1,13 +1,15 @@
 /* The simulated force sensor's electronics: sample, bias, noise, saturation, quantisation, frames. Spring and
- * low-pass belong to the plant, which moves along one axis: the others measure 0. */
+ * low-pass belong to the plant. Without [wrench] the sensor's other axes measure 0; with it they show what crosstalk
+ * and mounting make of the whole load, and of the effects those act that bear on the force along the loop. */
 #ifndef SIM_HAL_HIL_SENSOR_H
 #define SIM_HAL_HIL_SENSOR_H
 
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "../../hal/hal.h"
-#include "../../hal/rig/rig.h"
+#include "../../hal/rig/wrench_matrix.h"
 #include "../effects/stages.h"
 #include "can_bus.h"
 #include "random.h"
@@ -26,9 +28,12 @@ class sensor
     /* When the sample that is due arrives at the loop. */
     std::int64_t next_arrival_ns() const { return next_sample_ns_ + delay_ns_; }
 
+    /* (force, torque) on the object in the robot's frame about the tool's point; N, N m. */
+    using whole_load = std::array<double, 6>;
+
     /* Takes the sample that is due and puts its frames on the bus, so that the last one arrives one delay later; or
      * loses it. */
-    void sample(double force_N, can_bus &bus, bool is_lost = false);
+    void sample(const whole_load &load, can_bus &bus, bool is_lost = false);
 
     /* What it makes of a force: gain, bias, noise, steps, saturation. */
     double shown_N(double force_N, double time_s);
@@ -37,7 +42,14 @@ class sensor
     void set_silent(bool silent) { is_silent_ = silent; }
 
   private:
+    double felt_N(double force_N, double time_s);
+    double electronics(double value, double noise, double resolution, double saturation);
+    wrench shown(const whole_load &load, double time_s);
+
     sensor_rig rig_;
+    wrench_rig wrench_;
+    wrench_matrix shown_; /* with [wrench] */
+    bool shows_wrench_;
     random_stream random_;
     random_stream spikes_;
     double spike_probability_;

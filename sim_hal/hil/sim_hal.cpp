@@ -46,6 +46,9 @@ log_header header_of(const rig &rig, const sim_options &options)
     if (rig.firmware.arm.kind != ARM_NONE) {
         header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});
     }
+    if (rig.has_side_axes()) {
+        header.topics.push_back({ULOG_SIDE_ID, "side", side_record_format});
+    }
     if (!options.robot.empty()) {
         header.infos.emplace_back("berth_robot", options.robot);
     }

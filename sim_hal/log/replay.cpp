@@ -70,10 +70,17 @@ void compare_arms(replay_result &result, const arm_record &recorded, const arm_r
     ARM_RECORD_FIELDS(COMPARE_ARM_FIELD)
 }
 
-/* One tick as recorded: frames and arm come before the tick that they belong to. */
+void compare_sides(replay_result &result, const side_record &recorded, const side_record &replayed)
+{
+#define COMPARE_SIDE_FIELD(type, name) compare(result, "side " #name, recorded.name, replayed.name);
+    SIDE_RECORD_FIELDS(COMPARE_SIDE_FIELD)
+}
+
+/* One tick as recorded: frames, arm and further axes come before the tick that they belong to. */
 struct recorded_tick {
     tick_record record;
     arm_record arm;
+    side_record side;
     std::vector<frame_record> sent;
     tick_input in;
 };
@@ -94,6 +101,8 @@ bool read_tick(ulog_reader &log, recorded_tick &tick)
             }
         } else if (id == ULOG_ARM_ID) {
             tick.arm = record_as<arm_record>(bytes);
+        } else if (id == ULOG_SIDE_ID) {
+            tick.side = record_as<side_record>(bytes);
         } else if (id == ULOG_TICK_ID) {
             tick.record = record_as<tick_record>(bytes);
             const tick_record &record = tick.record;
@@ -129,6 +138,9 @@ replay_result replay_log(const std::string &path)
         result.tick = tick.record.index;
         compare_ticks(result, tick.record, app->record);
         compare_arms(result, tick.arm, app->arm_record);
+        if (app->side_axes.any) {
+            compare_sides(result, tick.side, app->side_record);
+        }
         compare_frames(result, tick.sent, out);
         result.ticks += result.is_equal;
     }

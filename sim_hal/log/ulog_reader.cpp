@@ -103,6 +103,7 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
         const std::size_t expected = id == ULOG_TICK_ID    ? sizeof(tick_record)
                                      : id == ULOG_FRAME_ID ? sizeof(frame_record)
                                      : id == ULOG_ARM_ID   ? sizeof(arm_record)
+                                     : id == ULOG_SIDE_ID  ? sizeof(side_record)
                                                            : record.size();
         if (record.size() != expected ||
             (id == ULOG_FRAME_ID && record_as<frame_record>(record).length > can_data_bytes_max)) {

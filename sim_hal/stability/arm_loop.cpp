@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "../../firmware/arm/robot_frame.h"
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
@@ -17,31 +18,33 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-/* The arm over a period with the force held: states q, q' in even scales. */
+/* The arm over a period with the loads held: states q, q' in even scales. */
 struct arm_period {
     Eigen::MatrixXd transition;
-    Eigen::VectorXd by_force; /* of 1 N along the direction */
-    Eigen::RowVectorXd way;   /* of the tool along the direction, by the states */
+    Eigen::MatrixXd by_load; /* a column for each axis of the robot: of 1 N, or 1 N m */
+    Eigen::MatrixXd way;     /* a row for each: of the tool along it, m or rad, by the states */
 };
 
-arm_period period_of(const linear_arm &arm, const Eigen::VectorXd &direction, double period_s)
+/* `ways`: of the tool along the robot's axes, by q. */
+arm_period period_of(const linear_arm &arm, const Eigen::MatrixXd &ways, double period_s)
 {
     const Eigen::Index n = arm.count();
     const Eigen::VectorXd scale = arm.inertia.diagonal().cwiseSqrt().cwiseInverse();
     const auto even = [&](const Eigen::MatrixXd &matrix) {
         return Eigen::MatrixXd(scale.asDiagonal() * matrix * scale.asDiagonal());
     };
-    const Eigen::RowVectorXd way = (direction.normalized().transpose() * arm.tool_way) * scale.asDiagonal();
+    const Eigen::MatrixXd way = ways * scale.asDiagonal();
+    const Eigen::Index axes = way.rows();
     const Eigen::LLT<Eigen::MatrixXd> inertia(even(arm.inertia));
-    Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(2 * n + 1, 2 * n + 1);
+    Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(2 * n + axes, 2 * n + axes);
     rates.block(0, n, n, n).setIdentity();
     rates.block(n, 0, n, n) = -inertia.solve(even(arm.stiffness));
     rates.block(n, n, n, n) = -inertia.solve(even(arm.damping));
-    rates.block(n, 2 * n, n, 1) = inertia.solve(way.transpose());
+    rates.block(n, 2 * n, n, axes) = inertia.solve(way.transpose());
     const Eigen::MatrixXd over = (rates * period_s).exp();
-    arm_period result = {over.topLeftCorner(2 * n, 2 * n), over.topRightCorner(2 * n, 1),
-                         Eigen::RowVectorXd::Zero(2 * n)};
-    result.way.head(n) = way;
+    arm_period result = {over.topLeftCorner(2 * n, 2 * n), over.topRightCorner(2 * n, axes),
+                         Eigen::MatrixXd::Zero(axes, 2 * n)};
+    result.way.leftCols(n) = way;
     return result;
 }
 
@@ -61,15 +64,16 @@ std::vector<std::complex<double>> bound_eigenvalues(const Eigen::MatrixXd &loop)
     return bound;
 }
 
-} // namespace
+/* Robot, object and sensor along one axis, and the setpoints on their way: what a period makes of them. */
+struct axis_period {
+    Eigen::MatrixXd transition;
+    Eigen::VectorXd by_way;
+    Eigen::RowVectorXd load; /* at the end of the dead time, by these states ... */
+    double load_by_way;      /* ... and by the tool's way */
+};
 
-Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction)
+axis_period axis_of(const rig &rig)
 {
-    if (compensation_is_on(&rig.firmware)) {
-        throw input_error(rig.name +
-                          ": compensation has a model of a manipulator of one degree of freedom; switch it "
-                          "off to look at a whole arm");
-    }
     const period_map map(rig);
     const Eigen::MatrixXd whole = map.matrix();
     const Eigen::Index others = whole.rows() - 2;
@@ -86,16 +90,68 @@ Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eig
         return alone.velocity_m_per_s;
     };
     const double by_force = stepped(0.0, 0.0, 1.0);
-    const double force_by_position = (whole(1, 0) - stepped(1.0, 0.0, 0.0)) / by_force;
-    const Eigen::RowVectorXd force_by_others = whole.row(1).tail(others) / by_force;
+    return {whole.bottomRightCorner(others, others), whole.col(0).tail(others), whole.row(1).tail(others) / by_force,
+            (whole(1, 0) - stepped(1.0, 0.0, 0.0)) / by_force};
+}
 
-    const arm_period period = period_of(arm, direction, map.period_s());
+/* Rows of the robot's frame: x, and in the order of enum side_axis the others; as the arm's space has them. */
+template <class Space>
+Eigen::MatrixXd ways_of(const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    const typename Space::vector x = direction.normalized();
+    const auto frame = robot_frame<Space>::with_x_along(x);
+    Eigen::MatrixXd ways = Eigen::MatrixXd::Zero(1 + SIDE_AXIS_COUNT, arm.count());
+    ways.row(0) = x.transpose() * arm.tool_way;
+    if constexpr (Space::turns == 1) {
+        ways.row(1 + SIDE_AXIS_Y) = frame.y.transpose() * arm.tool_way;
+        ways.row(1 + SIDE_AXIS_RZ) = arm.tool_turn;
+    } else {
+        ways.middleRows(1 + SIDE_AXIS_Y, 2) = frame.axes.template rightCols<2>().transpose() * arm.tool_way;
+        ways.middleRows(1 + SIDE_AXIS_RX, 3) = frame.axes.transpose() * arm.tool_turn;
+    }
+    return ways;
+}
+
+} // namespace
+
+Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    if (compensation_is_on(&rig.firmware)) {
+        throw input_error(rig.name +
+                          ": compensation has a model of a manipulator of one degree of freedom; switch it "
+                          "off to look at a whole arm");
+    }
+    const Eigen::MatrixXd ways =
+        direction.size() == 2 ? ways_of<plane>(arm, direction) : ways_of<space>(arm, direction);
+    std::vector<axis_period> axes = {axis_of(rig)};
+    Eigen::MatrixXd shown = ways.topRows(1);
+    for (Eigen::Index axis = 0; axis < SIDE_AXIS_COUNT; axis++) {
+        if (rig.firmware.side_axes[axis].enabled != 0) {
+            axes.push_back(axis_of(rig_along(rig, static_cast<std::size_t>(axis))));
+            shown.conservativeResize(shown.rows() + 1, Eigen::NoChange);
+            shown.bottomRows(1) = ways.row(1 + axis);
+        }
+    }
+    const arm_period period = period_of(arm, shown, config_period_s(&rig.firmware));
     const Eigen::Index states = period.transition.rows();
-    Eigen::MatrixXd result(states + others, states + others);
-    result.topLeftCorner(states, states) = period.transition - period.by_force * (force_by_position * period.way);
-    result.topRightCorner(states, others) = -period.by_force * force_by_others;
-    result.bottomLeftCorner(others, states) = whole.col(0).tail(others) * period.way;
-    result.bottomRightCorner(others, others) = whole.bottomRightCorner(others, others);
+    Eigen::Index size = states;
+    for (const axis_period &axis : axes) {
+        size += axis.transition.rows();
+    }
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
+    result.topLeftCorner(states, states) = period.transition;
+    Eigen::Index from = states;
+    for (std::size_t i = 0; i < axes.size(); i++) {
+        const axis_period &axis = axes[i];
+        const auto column = static_cast<Eigen::Index>(i);
+        const Eigen::Index count = axis.transition.rows();
+        result.topLeftCorner(states, states) -=
+            period.by_load.col(column) * (axis.load_by_way * period.way.row(column));
+        result.block(0, from, states, count) = -period.by_load.col(column) * axis.load;
+        result.block(from, 0, count, states) = axis.by_way * period.way.row(column);
+        result.block(from, from, count, count) = axis.transition;
+        from += count;
+    }
     return result;
 }
 
@@ -136,6 +192,9 @@ rig with_reduced(const rig &rig, const arm_mode &mode)
 {
     berth::rig reduced = rig;
     reduced.firmware.arm.kind = ARM_NONE;
+    for (side_axis_config &axis : reduced.firmware.side_axes) {
+        axis.enabled = 0;
+    }
     manipulator_config &manipulator = reduced.firmware.manipulator;
     manipulator.mass_kg = mode.mass_kg;
     manipulator.damping_N_s_per_m = mode.damping_N_s_per_m;

@@ -8,9 +8,9 @@
 namespace berth
 {
 
-/* One period of the loop as a matrix: the robot displays the tool's way along `direction`, the force acts against it
- * there, held over the period; the arm in between is exact. Throws input_error for rigs without one-period map and
- * with compensation, which has a model of the manipulator. */
+/* One period of the loop as a matrix: the robot displays the tool's way along `direction`, and on the other axes
+ * that the rig has; the loads act against it there, held over the period; the arm in between is exact. Throws
+ * input_error for rigs without one-period map and with compensation, which has a model of the manipulator. */
 Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction);
 
 /* Eigenvalues of the loop with the arm that the rig has, small motions about its start, the tool moving as it likes;

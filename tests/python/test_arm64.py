@@ -21,6 +21,7 @@ CASES = {
        for variant in ("rk4", "semi-implicit Euler", "inverse filter", "force interface with chirp", "limits act")},
     "contact": ("concept-copper", {}),
     "a whole arm": ("ess-berthing", {}),
+    "the pose of a whole arm": ("ess-pose", {}),
 }
 
 

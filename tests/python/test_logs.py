@@ -31,7 +31,7 @@ def test_pyulog_reads_every_record(rig, logs):
     result, log = logs(rig)
     ulog = ULog(str(log))
     assert not ulog.file_corruption and not ulog.dropouts
-    arm = {"arm"} if rig == "ess-berthing" else set()
+    arm = {"ess-berthing": {"arm"}, "ess-pose": {"arm", "side"}}.get(rig, set())
     assert {data.name for data in ulog.data_list} == {"tick", "can_frame", "rig"} | arm
     assert all(len(topic(log, name)["timestamp"]) == result["ticks"] for name in arm)
     tick = topic(log)
@@ -40,7 +40,7 @@ def test_pyulog_reads_every_record(rig, logs):
     assert np.array_equal(tick["timestamp"], tick["scheduled_ns"] // 1000)
 
 
-@pytest.mark.parametrize("rig", ["ess", "ess-berthing"])
+@pytest.mark.parametrize("rig", ["ess", "ess-berthing", "ess-pose"])
 def test_every_field_name_ends_in_its_unit(rig, logs):
     """`timestamp` is the format's own, in us."""
     for data in ULog(str(logs(rig)[1])).data_list:

@@ -34,7 +34,7 @@ class sampled_sensor
         bus_ = std::make_unique<can_bus>(rig.bus, HAL_BUS_SENSOR, rig.run.seed);
     }
 
-    void sample(double force_N) { sensor_->sample(force_N, *bus_); }
+    void sample(double force_N) { sensor_->sample({force_N}, *bus_); }
 
     /* All that has been sent. */
     std::vector<received_sample> received()

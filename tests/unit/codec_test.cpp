@@ -33,6 +33,10 @@ TEST_CASE("codec: the ranges in codec.h are those of the DBC")
     check_range(CAN_WRENCH2M_FORCE_MAX_N, berth_can_wrench2m_force_fz_n_is_in_phys_range);
     check_range(CAN_WRENCH3I_FORCE_MAX_N, berth_can_wrench3i_fz_tx_fz_n_is_in_phys_range);
     check_range(CAN_WRENCH3M_FORCE_MAX_N, berth_can_wrench3m_z_fz_n_is_in_phys_range);
+    check_range(CAN_WRENCH2I_TORQUE_MAX_N_m, berth_can_wrench2i_torque_tx_n_m_is_in_phys_range);
+    check_range(CAN_WRENCH2M_TORQUE_MAX_N_m, berth_can_wrench2m_torque_ty_n_m_is_in_phys_range);
+    check_range(CAN_WRENCH3I_TORQUE_MAX_N_m, berth_can_wrench3i_ty_tz_tz_n_m_is_in_phys_range);
+    check_range(CAN_WRENCH3M_TORQUE_MAX_N_m, berth_can_wrench3m_z_tz_n_m_is_in_phys_range);
     check_range(CAN_OPERATOR_POSITION_MAX_m, berth_can_operator_motion_position_m_is_in_phys_range);
     check_range(CAN_OPERATOR_VELOCITY_MAX_m_per_s, berth_can_operator_motion_velocity_m_per_s_is_in_phys_range);
 }

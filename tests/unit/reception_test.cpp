@@ -64,6 +64,18 @@ reception started_with_arm()
     return reception;
 }
 
+reception started_with_axes()
+{
+    app_config config = config_default();
+    config.arm.kind = ARM_PLANAR;
+    for (side_axis_config &axis : config.side_axes) {
+        axis.enabled = 1;
+    }
+    reception reception;
+    reception_start(&reception, &config);
+    return reception;
+}
+
 struct table_row {
     received_message message;
     hal_frame frame;
@@ -95,12 +107,35 @@ const std::vector<table_row> arm_rows = {
     {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
 };
 
+hal_frame side_frame(std::uint32_t id)
+{
+    hal_frame frame = bench::feedback_frame(0.0, 1);
+    frame.id = id;
+    return frame;
+}
+
+const std::vector<table_row> pose_rows = {
+    {RECEIVED_ROBOT_FEEDBACK, bench::feedback_frame(0.0, 1)},
+    {RECEIVED_OPERATOR_MOTION, bench::motion_frame(0.0, 0.0, 0, 1)},
+    {RECEIVED_OPERATOR_FORCE, bench::operator_force_frame(0.0, 0, 1)},
+    {RECEIVED_OPERATOR_JOINT, bench::joint_frame(1, BERTH_CAN_OPERATOR_JOINT_ORDER_MOVE_CHOICE, 0.0, 0.0, 1)},
+    {RECEIVED_OPERATOR_LINE, bench::line_frame(0.0, 0.0, 0.1, 1)},
+    {RECEIVED_FEEDBACK_Y, side_frame(BERTH_CAN_FEEDBACK_Y_FRAME_ID)},
+    {RECEIVED_FEEDBACK_Z, side_frame(BERTH_CAN_FEEDBACK_Z_FRAME_ID)},
+    {RECEIVED_FEEDBACK_RX, side_frame(BERTH_CAN_FEEDBACK_RX_FRAME_ID)},
+    {RECEIVED_FEEDBACK_RY, side_frame(BERTH_CAN_FEEDBACK_RY_FRAME_ID)},
+    {RECEIVED_FEEDBACK_RZ, side_frame(BERTH_CAN_FEEDBACK_RZ_FRAME_ID)},
+    {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
+};
+
 struct table {
     const std::vector<table_row> &rows;
     reception (*start)();
 };
-const table tables[] = {
-    {dbc_rows, [] { return started(); }}, {drive_rows, started_with_drive}, {arm_rows, started_with_arm}};
+const table tables[] = {{dbc_rows, [] { return started(); }},
+                        {drive_rows, started_with_drive},
+                        {arm_rows, started_with_arm},
+                        {pose_rows, started_with_axes}};
 
 TEST_CASE("reception: every row takes its frame, on its bus and nowhere else")
 {

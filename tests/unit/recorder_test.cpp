@@ -133,7 +133,7 @@ TEST_CASE("recorder: a tick is its received frames, its sent frames, then itself
     record.stop_cause = STOP_BUS_OFF;
 
     recorder recorder{};
-    recorder_write(&recorder, &in, &out, nullptr, &record);
+    recorder_write(&recorder, &in, &out, nullptr, nullptr, &record);
     const std::vector<message> messages = messages_of(recorder);
     const layout frame = layout_of(frame_record_format), tick = layout_of(tick_record_format);
     REQUIRE(messages.size() == 4);
@@ -167,14 +167,15 @@ TEST_CASE("recorder: the fullest tick fits, and a tick replaces the one before")
     tick_output out{};
     const tick_record record{};
     const arm_record arm{};
+    const side_record side{};
     recorder recorder{};
     in.frame_count = TICK_FRAMES_IN_MAX;
     out.frame_count = TICK_FRAMES_OUT_MAX;
-    recorder_write(&recorder, &in, &out, &arm, &record);
+    recorder_write(&recorder, &in, &out, &arm, &side, &record);
     CHECK(recorder.size_bytes == RECORDER_TICK_BYTES_MAX);
-    CHECK(messages_of(recorder).size() == TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX + 2);
+    CHECK(messages_of(recorder).size() == TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX + 3);
     in.frame_count = out.frame_count = 0;
-    recorder_write(&recorder, &in, &out, nullptr, &record);
+    recorder_write(&recorder, &in, &out, nullptr, nullptr, &record);
     CHECK(recorder.size_bytes == 5 + sizeof(tick_record));
     CHECK(messages_of(recorder).size() == 1);
 }

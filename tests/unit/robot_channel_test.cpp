@@ -34,7 +34,7 @@ struct sender {
     double send(double position_m, std::uint32_t limits = 0, std::uint32_t missed_ticks = 0)
     {
         out.frame_count = 0;
-        const robot_command command{position_m, limits, missed_ticks, 0};
+        const robot_command command{position_m, limits, missed_ticks, 0, {}};
         return robot_channel_send(&channel, &supervisor_, &tick, &command, &out);
     }
 
