@@ -1,7 +1,8 @@
 #include "hardware_chain.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
@@ -22,12 +23,14 @@ hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_ma
         const Eigen::RealSchur<body_matrix> schur(rest);
         const body_matrix &t = schur.matrixT();
         body_matrix turned = schur.matrixU();
-        if (t(2, 1) != 0.0) {
+        if (t(2, 1) != 0.0) { /* t (x, 1)' = (x, 1)' pair in the first three */
             const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
-            const body_matrix vanishes_there =
-                rest * rest - pair.trace() * rest + pair.determinant() * body_matrix::Identity(left, left);
-            const Eigen::JacobiSVD<body_matrix> svd(vanishes_there, Eigen::ComputeFullV);
-            turned << svd.matrixV().rightCols(2), svd.matrixV().leftCols(left - 2);
+            const Eigen::Matrix2d apart = pair - t(0, 0) * Eigen::Matrix2d::Identity();
+            Eigen::Matrix<double, 3, 2> plane;
+            plane << t.block<1, 2>(0, 1) * apart.inverse(), Eigen::Matrix2d::Identity();
+            const Eigen::Matrix3d first_three =
+                Eigen::HouseholderQR<Eigen::Matrix<double, 3, 2>>(plane).householderQ();
+            turned.leftCols<3>() = (turned.leftCols<3>() * first_three).eval();
         }
         basis.rightCols(left) = (basis.rightCols(left) * turned).eval();
         const body_matrix after = turned.transpose() * rest * turned;

@@ -110,6 +110,7 @@ BEAMS = {
     "heavy and soft": {"object.modes": 6, "object.beam_mass_kg_per_m": 90.0, "object.beam_stiffness_N_m2": 1e5,
                        "object.beam_damping_ratio": 0.2},
 }
+HOLD = {"object.modes": 3, "robot.interpolation": "hold", "object.beam_damping_ratio": 0.1}
 STABLE = "one mode", "eight modes, well damped", "heavy and soft"
 
 
@@ -118,7 +119,8 @@ def loop_of(values):
                  values.get("object.beam_mass_kg_per_m", MASS_kg_per_m),
                  values.get("object.beam_stiffness_N_m2", STIFFNESS_N_m2),
                  values.get("object.beam_damping_ratio", DAMPING_RATIO))
-    return BeamLoop(rate_Hz=400.0, T_R=17.5e-3, T_S=2.5e-3, m=beam[0, 0], beam=beam)
+    return BeamLoop(rate_Hz=400.0, T_R=17.5e-3, T_S=2.5e-3, m=beam[0, 0], beam=beam,
+                    hold=values.get("robot.interpolation") == "hold")
 
 
 def test_oracle_of_the_oracle():
@@ -137,9 +139,9 @@ def test_largest_eigenvalue(name):
 
 
 @pytest.mark.parametrize("solver", ["fast", "cvode"])
-@pytest.mark.parametrize("name", BEAMS)
+@pytest.mark.parametrize("name", [*BEAMS, "hold"])
 def test_run_against_the_definitions(tmp_path, name, solver):
-    values = BEAMS[name] | {"run.duration_s": 4.0, "solver.kind": solver}
+    values = (BEAMS | {"hold": HOLD})[name] | {"run.duration_s": 4.0, "solver.kind": solver}
     tick = topic(run_json(RIG, tmp_path, *settings(values))["log"])
     running = int(np.argmax(tick["state"] == 2))
     x_m, force_N = simulate(loop_of(values), len(tick["state"]), running, START_m)
@@ -213,6 +215,30 @@ def test_reduction():
     assert errors[-1] < 0.01 * errors[0], errors
 
 
+def test_a_whole_arm_swings_with_all_modes():
+    """With the satellite held the arm ess is the manipulator of the rig but for what its joints' motors do."""
+    done = command("reduce", RIG, "--json", "--direction", "1,0", "--held")
+    assert done.returncode == 0, done.stderr.decode()
+    found = one_json_object(done.stdout)
+    arm, beam = found["poses"][0], found["object"]
+    radius = loop_of({}).largest()
+    assert arm["loop"]["reduced"]["spectral_radius"] == pytest.approx(radius, abs=1e-7)
+    assert arm["loop"]["full"]["spectral_radius"] == pytest.approx(radius, abs=2e-5)
+    assert arm["loop"]["full"]["spectral_radius"] != pytest.approx(radius, abs=1e-9)
+    for number in ("frequency_Hz", "damping_ratio"):
+        assert arm["coupled"]["full"][number] == pytest.approx(beam["coupled"]["full"][number], rel=1e-3)
+
+
+def test_a_limit_is_where_the_largest_eigenvalue_crosses_the_circle():
+    done = command("limits", RIG, "--json")
+    assert done.returncode == 0, done.stderr.decode()
+    found = one_json_object(done.stdout)["parameters"]["object.damping_N_s_per_m"]["above"]["value"]
+    beam = modes(4)
+    for share, is_stable in ((0.9999, False), (1.0001, True)):
+        at = beam * [1.0, share * found / beam[0, 1], 1.0]
+        assert (BeamLoop(rate_Hz=400.0, T_R=17.5e-3, T_S=2.5e-3, beam=at).largest() < 1.0) == is_stable
+
+
 def test_the_map_varies_the_whole_beam(tmp_path):
     """An object twice as stiff is so in every mode: the beam with twice E I, its dampers as they were."""
     done = command("map", RIG, "--x", "object.stiffness_N_per_m=2368.705056261446:4737.410112522892:2", "--y",
@@ -226,6 +252,31 @@ def test_the_map_varies_the_whole_beam(tmp_path):
         beam[:, 1] = modes(4)[:, 1]
         loop = BeamLoop(rate_Hz=400.0, T_R=17.5e-3, T_S=2.5e-3, m=m, beam=beam)
         assert found == pytest.approx(loop.largest(), abs=2e-9), (k, m)
+
+
+def test_the_map_varies_the_beam_itself(tmp_path):
+    done = command("map", RIG, "--x", "object.beam_damping_ratio=0.02:0.1:2", "--y", "object.beam_length_m=8:9:2",
+                   "--out", tmp_path)
+    assert done.returncode == 0, done.stderr.decode()
+    lines = next(tmp_path.glob("*.csv")).read_text().splitlines()
+    rows = [[float(number) for number in line.split(",")[:3]] for line in lines if line[:1].isdigit()]
+    assert len(rows) == 4
+    for ratio, length_m, found in rows:
+        stretch = length_m / LENGTH_m  # of a beam: m L, E I / L^3
+        beam = modes(4, mass_kg_per_m=MASS_kg_per_m * stretch, stiffness_N_m2=STIFFNESS_N_m2 / stretch**3,
+                     damping_ratio=ratio)
+        loop = BeamLoop(rate_Hz=400.0, T_R=17.5e-3, T_S=2.5e-3, m=beam[0, 0], beam=beam)
+        assert found == pytest.approx(loop.largest(), abs=2e-9), (ratio, length_m)
+
+
+@pytest.mark.parametrize("rig,x,y,says", [
+    ("ess", "object.beam_length_m=1:2:2", "object.mass_kg=50:100:2", 'counts with object.kind = "beam" only'),
+    (RIG, "object.mass_kg=50:100:2", "object.beam_length_m=1:2:2", "object.mass_kg follows from object.beam_length_m"),
+])
+def test_axes_that_would_be_passed_over(tmp_path, rig, x, y, says):
+    done = command("map", rig, "--x", x, "--y", y, "--out", tmp_path)
+    assert done.returncode == EXIT_INPUT
+    assert says in done.stderr.decode()
 
 
 def test_the_resolved_rig_reads_back(tmp_path):
