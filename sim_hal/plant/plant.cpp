@@ -58,8 +58,12 @@ state_type plant::natural_scales() const
     scales.template head<plant_state_count>() << 1.0, w, force_N, force_N * std::max(1.0, filter_w), 1.0,
         std::max(1.0, robot_w), 1.0, std::max(1.0, second_w), 1.0, 1.0, force_N, force_N;
     if constexpr (has_room_for_beam<state_type>) {
-        for (Eigen::Index i = 0; i < beam_modes_max - 1; i++) {
-            scales.template segment<2>(further_position(i)) << 1.0, w;
+        scales.template tail<beam_state_count - plant_state_count>().setOnes();
+        for (int i = 0; i < further_mode_count; i++) {
+            const further_mode &own = further_modes[static_cast<std::size_t>(i)];
+            const double own_w = std::max(w, std::sqrt(own.stiffness_N_per_m / own.mass_kg));
+            scales(further_position(i) + 1) = own_w;
+            scales(object_velocity) = std::max(scales(object_velocity), own_w); /* which has part in all */
         }
     }
     return scales;
