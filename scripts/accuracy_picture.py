@@ -24,6 +24,7 @@ PANELS = {
 
 
 def draw(found, path):
+    """`path`: a file's, or an open binary file."""
     figure, panels = plt.subplots(1, len(PANELS), figsize=(13, 4.5), sharey=True)
     for axes, (force, title) in zip(panels, PANELS.items()):
         for integrator, colour in COLOURS.items():
@@ -41,7 +42,8 @@ def draw(found, path):
     panels[0].legend(fontsize=8)
     figure.suptitle(f"{found['arm']}: berthing of 60 s with contact, against CVODE at 1e-12")
     figure.tight_layout()
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, format="png")
+    plt.close(figure)
 
 
 def main():

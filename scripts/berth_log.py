@@ -42,6 +42,7 @@ class Log:
     rig_s: np.ndarray
     arm: dict
     config: dict
+    config_text: str
     config_rows: list
     config_hash: str
     version: str
@@ -89,6 +90,7 @@ def read_log(path):
                # The time stamp is cut to us; the rig is recorded once a tick.
                rig_s=period_s * np.rint(1e-6 * rig["timestamp"] / period_s) if rig else none,
                config=config,
+               config_text=config_text,
                config_rows=list(_rows(config_text)),
                config_hash=infos.get("berth_config_hash", "unknown"),
                version=infos.get("ver_sw", "unknown"))

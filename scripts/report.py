@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from berth_log import InputError, read_log, read_summary
+from report_accuracy import accuracy_of
 from report_figure import build_figure
 from report_page import build_page
 
@@ -29,6 +30,9 @@ def parse_arguments():
     parser.add_argument("log", metavar="LOG", type=Path, help="a .ulg file written by `berth run`")
     parser.add_argument("--berth", type=Path, default=ROOT / "build" / "berth",
                         help="the host command, which tells the run's result from the log (default: build/berth)")
+    parser.add_argument("--accuracy", metavar="JSON", type=Path,
+                        help="what `berth accuracy RIG --json` printed, for a run with an arm (default: LOG with "
+                             ".accuracy.json instead of .ulg, if there is one)")
     return parser.parse_args()
 
 
@@ -37,7 +41,8 @@ def main():
     try:
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
-        reports = {".html": build_page(log, summary).encode(), ".png": build_figure(log, summary)}
+        page = build_page(log, summary, accuracy_of(log, arguments.accuracy))
+        reports = {".html": page.encode(), ".png": build_figure(log, summary)}
         for suffix, content in reports.items():
             path = arguments.log.with_suffix(suffix)
             write_whole(path, content)

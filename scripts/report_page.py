@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from plotly.offline import get_plotlyjs
 
+import report_accuracy
 import report_arm
 import report_signals as signals
 
@@ -313,8 +314,8 @@ def filled(template, parts):
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
 
 
-def build_page(log, summary):
-    """The whole page as text."""
+def build_page(log, summary, accuracy=None):
+    """The whole page as text. `accuracy`: what `berth accuracy` found of the run's arm, see report_accuracy."""
     page = Page(log)
     if len(log.tick_s):
         add_positions(page)
@@ -348,6 +349,7 @@ def build_page(log, summary):
         "style": (HERE / "report_page.css").read_text(encoding="utf-8"),
         "data": page.data(start_s, end_s),
         "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
+        "accuracy": report_accuracy.section(accuracy),
         "arm": script_safe(report_arm.scene(log)),
         "arm_script": script_safe((HERE / "report_arm.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),

@@ -304,7 +304,7 @@ rig rig_along(const rig &whole, std::size_t axis)
     along.robot.dead_time_ms = side.dead_time_ms;
     along.sensor.stiffness_N_per_m = side.sensor_stiffness;
     along.sensor.damping_ratio = side.sensor_damping_ratio;
-    along.object.kind = object_kind::gripped;
+    along.object = {};
     along.object.mass_kg = side.mass;
     along.object.stiffness_N_per_m = side.stiffness;
     along.object.damping_N_s_per_m = side.damping;

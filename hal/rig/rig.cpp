@@ -9,6 +9,7 @@
 #include "../../firmware/sensor_layout.h"
 #include "../../firmware/types.h"
 #include "axes.h"
+#include "beam.h"
 #include "hardware_model.h"
 #include "keys.h"
 #include "orders.h"
@@ -178,10 +179,10 @@ std::optional<rig_error> check_others(const rig &rig)
     if (ticks > 1e10) {
         return rig_error{"run.duration_s", "gives more than 1e10 ticks"};
     }
-    if (rig.object.kind != object_kind::gripped && rig.run.grip_release_s < never) {
+    if (rig.object.kind == object_kind::contact && rig.run.grip_release_s < never) {
         return rig_error{"run.grip_release_s", "needs object.kind = \"gripped\": nothing else can be let go"};
     }
-    if (rig.object.kind != object_kind::gripped && rig.run.grip_close_s > 0.0) {
+    if (rig.object.kind == object_kind::contact && rig.run.grip_close_s > 0.0) {
         return rig_error{"run.grip_close_s", "needs object.kind = \"gripped\": nothing else is gripped"};
     }
     if (rig.run.grip_close_s > 0.0 && rig.run.grip_release_s <= rig.run.grip_close_s) {
@@ -256,6 +257,12 @@ std::optional<rig_error> check_effects(const rig &rig)
 {
     std::size_t place = 0; /* effect_values has them in this order */
     for (const effect_key &key : effect_keys()) {
+        if (rig.object.further_mode_count > 0 && rig.effect_values[place] != 0.0 &&
+            key.path.substr(0, 7) == "object.") {
+            return rig_error{std::string(key.path),
+                             "is an effect of an object of one degree of freedom; it cannot be "
+                             "put into a beam of several modes, see object.modes"};
+        }
         if (rig.effect_values[place++] == 0.0 && !key.needed_with.empty()) {
             const rig_key &size = *find_key(key.needed_with);
             if (rig.effect_values[size.effect_value] != 0.0) {
@@ -323,6 +330,9 @@ std::optional<rig_error> complete_and_check(rig &rig)
         const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1.0 &&
                              rig.firmware.loop.rate_Hz <= 1e6;
         return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware) : "")};
+    }
+    if (auto beam_error = complete_beam(rig)) {
+        return beam_error;
     }
     for (const auto check : {check_sizes, check_bus, check_robot, check_sensor, check_target, check_others,
                              check_arm, check_orders, check_effects}) {

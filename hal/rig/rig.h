@@ -13,6 +13,7 @@
 
 #include "../../firmware/arm/guidance_order.h"
 #include "../../firmware/config.h"
+#include "cantilever.h"
 
 namespace berth
 {
@@ -22,7 +23,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 enum class interpolation : std::int32_t { linear, hold };
 enum class robot_clock : std::int32_t { locked, free };
-enum class object_kind : std::int32_t { gripped, contact };
+enum class object_kind : std::int32_t { gripped, contact, beam };
 enum class solver_kind : std::int32_t { fast, cvode };
 enum class profile_kind : std::int32_t { rest, step, ramp, minimum_jerk, chirp, multisine, triangle, pulses, file };
 
@@ -110,13 +111,28 @@ struct wrench_rig {
                                      0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1}; /* row-major */
 };
 
+/* A further mode of a beam, by what its first one has: an object that is heavier or stiffer is so in all modes. */
+struct mode_shares {
+    double mass;
+    double damping;
+    double stiffness;
+};
+
 /* [object] */
 struct object_rig {
     object_kind kind = object_kind::gripped;
-    double mass_kg = 100.0; /* gripped object, or the tool that meets the surface */
+    double mass_kg = 100.0; /* gripped object, a beam's first mode, or the tool that meets the surface */
     double stiffness_N_per_m = 0.0;
     double damping_N_s_per_m = 0.0;
     double surface_position_m = 0.0; /* contact: elastic material beyond this position */
+    cantilever beam;                 /* beam: a gripped object with several modes */
+    std::int64_t modes = 3;
+
+    /* What follows from `beam`, mass, damping and stiffness above included, and of which beam it is. */
+    std::array<mode_shares, beam_modes_max - 1> further_modes{};
+    std::int64_t further_mode_count = 0;
+    cantilever followed_beam;
+    std::int64_t followed_modes = 0;
 };
 
 /* [bus]: of both buses */

@@ -7,6 +7,7 @@
 
 #include "arm_table.h"
 #include "axes.h"
+#include "beam.h"
 #include "keys.h"
 #include "knowledge.h"
 #include "orders.h"
@@ -98,6 +99,24 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
     }
 }
 
+/* What would be passed over in silence. */
+void check_object_keys(const rig &rig, const key_places &places)
+{
+    const bool is_beam = rig.object.kind == object_kind::beam;
+    for (const auto &[path, where] : places) {
+        if (is_beam && follows_from_beam(path)) {
+            fail(where,
+                 {path, "follows from the beam with object.kind = \"beam\": leave it out, and change "
+                        "object.beam_mass_kg_per_m, object.beam_stiffness_N_m2 or object.beam_damping_ratio"});
+        }
+        if (!is_beam && belongs_to_beam(path)) {
+            fail(where,
+                 {path, "counts with object.kind = \"beam\" only: set that, or leave this out; one mode alone "
+                        "is object.modes = 1"});
+        }
+    }
+}
+
 void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
 {
     for (const robot_preset::setting &setting : robot.settings) {
@@ -170,6 +189,7 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
         apply_robot(rig, *robot, places);
     }
     apply_overrides(rig, overrides, places);
+    check_object_keys(rig, places);
     if (!rig.arm.empty()) {
         put_arm(rig, load_arm(rig.arm));
     }
@@ -221,6 +241,10 @@ std::string print_rig(const rig &rig)
     for (const rig_key &key : rig_keys()) {
         if (key.own_member == nullptr && rig.effect_values[key.effect_value] == 0.0) {
             continue; /* an effect that is not there */
+        }
+        const bool is_beam = rig.object.kind == object_kind::beam;
+        if (is_beam ? follows_from_beam(key.path) : belongs_to_beam(key.path)) {
+            continue;
         }
         if (key.path == arm_section && !rig.arm_text.empty()) {
             continue; /* it follows whole */

@@ -173,15 +173,31 @@ std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
     return found;
 }
 
-linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, double mass_kg,
-                       double damping_N_s_per_m, double stiffness_N_per_m)
+linear_arm arm_of(const manipulator_config &manipulator)
 {
-    const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
-    const Eigen::MatrixXd square = at_tool.transpose() * at_tool;
-    linear_arm both = arm;
-    both.inertia += mass_kg * square;
-    both.damping += damping_N_s_per_m * square;
-    both.stiffness += stiffness_N_per_m * square;
+    const auto number = [](double value) { return Eigen::MatrixXd::Constant(1, 1, value); };
+    return {number(manipulator.mass_kg), number(manipulator.damping_N_s_per_m),
+            number(manipulator.stiffness_N_per_m), Eigen::MatrixXd(0, 1), number(1.0)};
+}
+
+linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, const std::vector<beam_mode> &modes)
+{
+    const auto further = static_cast<Eigen::Index>(modes.size()) - 1;
+    const Eigen::Index count = arm.count() + further;
+    Eigen::MatrixXd old = Eigen::MatrixXd::Zero(arm.count(), count); /* q by the new coordinates */
+    old.leftCols(arm.count()).setIdentity();
+    linear_arm both = combined(arm, old);
+    Eigen::RowVectorXd way = direction.normalized().transpose() * both.tool_way;
+    way.tail(further).setConstant(-1.0);
+    for (std::size_t i = 0; i < modes.size(); i++) {
+        if (i > 0) {
+            way = Eigen::RowVectorXd::Unit(count, arm.count() + static_cast<Eigen::Index>(i) - 1);
+        }
+        const Eigen::MatrixXd square = way.transpose() * way;
+        both.inertia += modes[i].mass_kg * square;
+        both.damping += modes[i].damping_N_s_per_m * square;
+        both.stiffness += modes[i].stiffness_N_per_m * square;
+    }
     return both;
 }
 

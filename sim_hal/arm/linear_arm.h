@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "../../firmware/arm/arm_config.h"
+#include "../../firmware/config.h"
+#include "../../hal/rig/cantilever.h"
 
 namespace berth
 {
@@ -50,9 +52,12 @@ arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
 std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm);
 
-/* A body with this mass, damper and spring to the world, fixed to the tool along the direction. */
-linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, double mass_kg,
-                       double damping_N_s_per_m, double stiffness_N_per_m);
+/* A manipulator of one degree of freedom as an arm: its tool moves along one direction. */
+linear_arm arm_of(const manipulator_config &manipulator);
+
+/* An object of these modes fixed to the tool along the direction: the first moves as the tool less the others, each
+ * of which is a coordinate more. */
+linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, const std::vector<beam_mode> &modes);
 
 } // namespace berth
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/arm_file.h"
+#include "../../hal/rig/beam.h"
 #include "../../hal/rig/rig_file.h"
 #include "../../hal/rig/toml_file.h"
 #include "../arm/accuracy.h"
@@ -43,8 +44,16 @@ nlohmann::json finite(double value)
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
 }
 
-nlohmann::json as_json(const arm_description &arm, const accuracy &found, const accuracy_arguments &arguments)
+/* What is measured: an arm with a usual object, or a rig's own. */
+struct measured_arm {
+    arm_description arm;
+    std::string text; /* as a run with this arm has it in its log: tells a report whether it is about the same one */
+    berthing_plan plan;
+};
+
+nlohmann::json as_json(const measured_arm &measured, const accuracy &found, const accuracy_arguments &arguments)
 {
+    const arm_description &arm = measured.arm;
     nlohmann::json rows = nlohmann::json::array();
     for (const accuracy_row &row : found.rows) {
         nlohmann::json entry = {{"integrator", name_of(row.integrator)},
@@ -66,6 +75,7 @@ nlohmann::json as_json(const arm_description &arm, const accuracy &found, const 
     }
     const auto integrator = static_cast<arm_integrator>(arm.config.integrator);
     return {{"arm", arm.name},
+            {"arm_hash", text_hash(measured.text)},
             {"integrator", name_of(integrator)},
             {"step_ms", arguments.step_ms},
             {"repeatability_m", 1e-6 * arguments.repeatability_um},
@@ -131,12 +141,6 @@ void print_report(const arm_description &arm, const accuracy &found, const accur
                 arguments.repeatability_um, tool_um(berthing_force::held), tool_um(berthing_force::led));
 }
 
-/* What is measured: an arm with a usual object, or a rig's own. */
-struct measured_arm {
-    arm_description arm;
-    berthing_plan plan;
-};
-
 bool names_rig(const std::string &name_or_path)
 {
     const auto is_it = [&](const shipped_file &file) { return name_or_path == file.name; };
@@ -152,15 +156,18 @@ bool names_rig(const std::string &name_or_path)
 measured_arm measured_for(const std::string &name_or_path)
 {
     if (!names_rig(name_or_path)) {
-        return {load_arm(name_or_path), {}};
+        const arm_description arm = load_arm(name_or_path);
+        return {arm, print_arm(arm, "manipulator.arm"), {}};
     }
     const rig rig = load_rig(name_or_path);
     if (rig.firmware.arm.kind == ARM_NONE) {
         throw input_error(name_or_path + ": manipulator.arm: is missing; accuracy is about an arm");
     }
+    refuse_beam(rig);
     measured_arm measured;
     measured.arm.name = rig.name;
     measured.arm.config = rig.firmware.arm;
+    measured.text = rig.arm_text;
     const manipulator_config &manipulator = rig.firmware.manipulator;
     measured.plan.direction =
         Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z).normalized();
@@ -174,7 +181,7 @@ measured_arm measured_for(const std::string &name_or_path)
 
 int accuracy_command(const accuracy_arguments &arguments)
 {
-    const auto [arm, plan] = measured_for(arguments.arm);
+    const measured_arm measured = measured_for(arguments.arm);
     if (std::find(accuracy_steps_ms.begin(), accuracy_steps_ms.end(), arguments.step_ms) ==
         accuracy_steps_ms.end()) {
         std::string steps;
@@ -186,14 +193,14 @@ int accuracy_command(const accuracy_arguments &arguments)
         throw input_error("--step-ms: must be one of " + steps);
     }
     const progress_line progress;
-    const accuracy found = find_accuracy(arm.config, plan, [&](double share) {
+    const accuracy found = find_accuracy(measured.arm.config, measured.plan, [&](double share) {
         progress.show("accuracy: " + std::to_string(static_cast<int>(100.0 * share)) + " %");
     });
     progress.show("");
     if (arguments.json) {
-        print_json(as_json(arm, found, arguments));
+        print_json(as_json(measured, found, arguments));
     } else {
-        print_report(arm, found, arguments);
+        print_report(measured.arm, found, arguments);
     }
     return 0;
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "../../hal/rig/beam.h"
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
 #include "../stability/arm_loop.h"
@@ -340,6 +341,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     request.standstill = arguments.standstill;
     request.rig = load_rig(arguments.rig, arguments.overrides);
     refuse_arm(request.rig);
+    refuse_beam(request.rig);
     for (const std::string &name : arguments.without) {
         if (find_effect(name) == nullptr) {
             throw input_error("--without " + name + ": there is no such effect; see berth effects");

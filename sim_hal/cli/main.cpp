@@ -355,7 +355,7 @@ int run(int argc, char **argv)
 
     berth::reduce_arguments reduce;
     CLI::App *reduce_app = app.add_subcommand(
-        "reduce", "a whole arm at a pose reduced to one degree of freedom, and what that leaves out");
+        "reduce", "a whole arm at a pose, and a beam, reduced to one degree of freedom, and what that leaves out");
     add_reduce_options(*reduce_app, reduce);
     reduce_app->callback([&] { exit_code = berth::reduce_command(reduce); });
 

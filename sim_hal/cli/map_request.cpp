@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../hal/rig/beam.h"
 #include "../compensation/measured_map.h"
 #include "../stability/compensation_states.h"
 #include "../stability/loop_timeline.h"
@@ -199,6 +200,21 @@ told_model told_by(const map_arguments &arguments, const rig &base)
                                              : told_model::of_the_point;
 }
 
+/* What would be passed over in silence. */
+void check_object_axes(const map_request &request, const rig &base)
+{
+    const bool is_beam = base.object.kind == object_kind::beam;
+    for (const auto *const axis : {&request.x, &request.y}) {
+        const map_axis &other = axis == &request.x ? request.y : request.x;
+        if (belongs_to_beam(axis->name) && !is_beam) {
+            throw input_error("map: " + axis->name + " counts with object.kind = \"beam\" only");
+        }
+        if (belongs_to_beam(axis->name) && follows_from_beam(other.name)) {
+            throw input_error("map: " + other.name + " follows from " + axis->name + ": vary one of them");
+        }
+    }
+}
+
 } // namespace
 
 bool is_measured(const map_arguments &arguments, const rig &rig)
@@ -246,6 +262,7 @@ map_request make_map_request(const map_arguments &arguments, rig base)
         if (request.x.name == request.y.name) {
             throw input_error("--y: " + request.y.name + " is the x axis already");
         }
+        check_object_axes(request, base);
         request.rig = std::move(base);
     }
     request.told = told;

@@ -101,22 +101,42 @@ nlohmann::json as_json(const arm_loop_growth &growth)
             {"frequency_Hz", growth.frequency_Hz}};
 }
 
+nlohmann::json as_json(const std::optional<double> &limit)
+{
+    return limit ? nlohmann::json(*limit) : nlohmann::json();
+}
+
 nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
 {
     nlohmann::json modes = nlohmann::json::array();
     for (const arm_mode &mode : found.modes) {
         modes.push_back(as_json(mode));
     }
-    const auto limit = [](const std::optional<double> &factor) {
-        return factor ? nlohmann::json(*factor) : nlohmann::json();
-    };
     return {{"pose_rad", std::vector<double>(pose_rad.begin(), pose_rad.end())},
             {"reduced", as_json(found.reduced)},
             {"modes", modes},
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
             {"object_limit",
-             {{"reduced", limit(found.object_limit_reduced)}, {"full", limit(found.object_limit_full)}}}};
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}}};
+}
+
+nlohmann::json as_json(const object_reduction &found)
+{
+    nlohmann::json modes = nlohmann::json::array();
+    for (const beam_mode &mode : found.modes) {
+        modes.push_back({{"frequency_Hz", mode.frequency_Hz},
+                         {"mass_kg", mode.mass_kg},
+                         {"damping_N_s_per_m", mode.damping_N_s_per_m},
+                         {"stiffness_N_per_m", mode.stiffness_N_per_m}});
+    }
+    return {{"reduced", modes.front()},
+            {"modes", modes},
+            {"compliance_share", found.compliance_share},
+            {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
+            {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
+            {"object_limit",
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}}};
 }
 
 std::string limit_text(const std::optional<double> &factor)
@@ -124,6 +144,31 @@ std::string limit_text(const std::optional<double> &factor)
     char text[32];
     std::snprintf(text, sizeof text, "%.4g", factor.value_or(0.0));
     return factor ? text : "> 1e4";
+}
+
+/* What an arm's and a beam's reduction have in common. */
+template <typename reduction_type>
+void print_comparison(const char *full_title, const char *coupled_title, const reduction_type &found)
+{
+    const auto line = [](const char *what, const std::string &reduced, const std::string &full) {
+        std::printf("  %-44s %12s %12s\n", what, reduced.c_str(), full.c_str());
+    };
+    const auto text = [](const char *format, double value) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, format, value);
+        return std::string(buffer);
+    };
+    line("", "reduced", full_title);
+    line(coupled_title, text("%.4f", found.coupled_reduced.frequency_Hz),
+         text("%.4f", found.coupled_full.frequency_Hz));
+    line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
+         text("%.5f", found.coupled_full.damping_ratio));
+    line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
+         text("%+.5f", found.loop_full.growth_per_s));
+    line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
+         text("%.4f", found.loop_full.frequency_Hz));
+    line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
+         limit_text(found.object_limit_full));
 }
 
 void print_one(const reduction &found)
@@ -137,25 +182,25 @@ void print_one(const reduction &found)
         std::printf("    %10.4f %10.4f %9.2f%% %12.5g\n", mode.frequency_Hz, mode.damping_ratio, 100.0 * mode.share,
                     mode.mass_kg);
     }
-    std::printf("  %-44s %12s %12s\n", "", "reduced", "full arm");
-    const auto line = [](const char *what, const std::string &reduced, const std::string &full) {
-        std::printf("  %-44s %12s %12s\n", what, reduced.c_str(), full.c_str());
-    };
-    const auto text = [](const char *format, double value) {
-        char buffer[32];
-        std::snprintf(buffer, sizeof buffer, format, value);
-        return std::string(buffer);
-    };
-    line("with the object, no dead time: Hz", text("%.4f", found.coupled_reduced.frequency_Hz),
-         text("%.4f", found.coupled_full.frequency_Hz));
-    line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
-         text("%.5f", found.coupled_full.damping_ratio));
-    line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
-         text("%+.5f", found.loop_full.growth_per_s));
-    line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
-         text("%.4f", found.loop_full.frequency_Hz));
-    line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
-         limit_text(found.object_limit_full));
+    print_comparison("full arm", "with the object, no dead time: Hz", found);
+}
+
+void print_object(const rig &rig, const object_reduction &found)
+{
+    const beam_mode &first = found.modes.front();
+    std::printf("the beam of %s, %d modes\n", rig.name.c_str(), static_cast<int>(found.modes.size()));
+    std::printf(
+        "  reduced to one degree of freedom: m = %.6g kg, d = %.6g N s/m, k = %.6g N/m (%.4f Hz), %.2f %% of "
+        "the compliance\n",
+        first.mass_kg, first.damping_N_s_per_m, first.stiffness_N_per_m, first.frequency_Hz,
+        100.0 * found.compliance_share);
+    std::printf("  modes at the tip\n    %10s %12s %14s\n", "Hz", "mass kg", "stiffness N/m");
+    for (const beam_mode &mode : found.modes) {
+        std::printf("    %10.4f %12.5g %14.6g\n", mode.frequency_Hz, mode.mass_kg, mode.stiffness_N_per_m);
+    }
+    print_comparison("all modes", "with the manipulator, no dead time: Hz", found);
+    std::printf("  the first coupled frequency with one mode is off by %+.3f %%\n",
+                100.0 * (found.coupled_reduced.frequency_Hz / found.coupled_full.frequency_Hz - 1.0));
 }
 
 void print_row(double angle_rad, const reduction &found)
@@ -178,6 +223,13 @@ arm_description arm_for(const reduce_arguments &arguments, const rig &rig)
     return own;
 }
 
+/* A beam has a reduction of its own to show. */
+bool asks_for_arm(const reduce_arguments &arguments, const rig &rig)
+{
+    return rig.firmware.arm.kind != ARM_NONE || !arguments.arm.empty() || !arguments.pose.empty() ||
+           !arguments.direction.empty() || !arguments.sweep.empty() || arguments.is_held || arguments.is_unguided;
+}
+
 Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig, Eigen::Index dimensions)
 {
     if (arguments.direction.empty()) {
@@ -197,6 +249,23 @@ Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig,
 int reduce_command(const reduce_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
+    nlohmann::json object;
+    if (chosen.rig.object.kind == object_kind::beam) {
+        const object_reduction found = reduce_object(chosen.rig);
+        object = as_json(found);
+        if (!arguments.json) {
+            print_object(chosen.rig, found);
+        }
+        if (!asks_for_arm(arguments, chosen.rig)) {
+            if (arguments.json) {
+                print_json({{"rig", chosen.rig.name},
+                            {"arm", nullptr},
+                            {"poses", nlohmann::json::array()},
+                            {"object", object}});
+            }
+            return 0;
+        }
+    }
     arm_description arm = arm_for(arguments, chosen.rig);
     const Eigen::Index joints = arm.config.joint_count;
     if (arguments.is_held) {
@@ -239,7 +308,7 @@ int reduce_command(const reduce_arguments &arguments)
         }
     }
     if (arguments.json) {
-        print_json({{"rig", chosen.rig.name}, {"arm", arm.name}, {"poses", poses}});
+        print_json({{"rig", chosen.rig.name}, {"arm", arm.name}, {"poses", poses}, {"object", object}});
     }
     return 0;
 }

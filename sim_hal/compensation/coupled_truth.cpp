@@ -73,7 +73,7 @@ void coupled_truth::start(double position_m, double velocity_m_per_s, double tim
 {
     time_s_ = time_s;
     arm_ << position_m, velocity_m_per_s;
-    hardware_ = plant_.at_rest(position_m);
+    hardware_ = plant_.at_rest<plant_state>(position_m);
     hardware_(object_velocity) = velocity_m_per_s;
 }
 

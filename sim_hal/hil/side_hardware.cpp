@@ -5,7 +5,7 @@ namespace berth
 
 side_hardware::side_hardware(const rig &rig, std::size_t axis)
     : axis_(axis), robot_(rig_along(rig, axis), side_setpoint_id(axis)), equations_(rig_along(rig, axis)),
-      solver_(make_solver(rig_along(rig, axis))), state_(equations_.at_rest(0.0))
+      solver_(make_solver(rig_along(rig, axis))), state_(equations_.at_rest<beam_state>(0.0))
 {
 }
 

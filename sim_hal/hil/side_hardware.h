@@ -35,7 +35,7 @@ class side_hardware
     berth::robot robot_;
     plant equations_;
     std::unique_ptr<solver> solver_;
-    plant_state state_;
+    beam_state state_;
     std::int64_t now_ns_ = 0;
 };
 

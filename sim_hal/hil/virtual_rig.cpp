@@ -1,18 +1,26 @@
 #include "virtual_rig.h"
 
+#include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
+
 namespace berth
 {
 
 virtual_rig::virtual_rig(const rig &rig) : events_(rig), hardware_{plant(rig), make_solver(rig), {}, {}}
 {
     const double reference_m = events_.robot().line(0).position_m;
-    hardware_.state = hardware_.equations.at_rest(reference_m);
+    hardware_.state = hardware_.equations.at_rest<beam_state>(reference_m);
     if (has_hardware_effects(rig)) {
+        if (rig.object.further_mode_count > 0) {
+            throw input_error("object.modes: a beam of several modes has been gripped before the run, and knows no "
+                              "effects beside it: leave out run.grip_close_s, run.grip_release_s and " +
+                              (effect_names(rig, is_hardware_effect) + ", ") + "or set object.modes = 1");
+        }
         hardware_.effects = std::make_unique<effect_solver>(rig, reference_m);
     }
 }
 
-void virtual_rig::set_state(const plant_state &state)
+void virtual_rig::set_state(const beam_state &state)
 {
     hardware_.state = state;
     if (hardware_.effects) {
@@ -24,12 +32,12 @@ rig_truth virtual_rig::truth() const
 {
     if (hardware_.effects) {
         const effect_solver &effects = *hardware_.effects;
-        const plant_state state = effects.state();
+        const beam_state state = effects.state();
         return {state(robot_position),  state(robot_velocity),    state(object_position),
                 state(object_velocity), effects.spring_force_N(), effects.measured_force_N()};
     }
     const plant &equations = hardware_.equations;
-    const plant_state &state = hardware_.state;
+    const beam_state &state = hardware_.state;
     const reference_line line = events_.robot().line(now_ns());
     return {equations.robot_position_m(state, line),
             equations.robot_velocity_m_per_s(state, line),

@@ -37,14 +37,14 @@ class virtual_rig
     void receive_from_loop(const hal_frame &frame) { events_.receive_from_loop(frame); }
 
     rig_truth truth() const;
-    plant_state state() const { return hardware_.effects ? hardware_.effects->state() : hardware_.state; }
+    beam_state state() const { return hardware_.effects ? hardware_.effects->state() : hardware_.state; }
     const plant &equations() const { return hardware_.equations; }
 
     /* For tests: as advance_to(), but what happens at `now_ns` itself is still to come. */
     void approach(std::int64_t now_ns) { events_.approach(now_ns, hardware_); }
 
     /* For tests: puts the plant into another state, here and now. */
-    void set_state(const plant_state &state);
+    void set_state(const beam_state &state);
 
     /* For tests and demonstrations: pull a plug, push a button. */
     void set_robot_silent(bool silent) { events_.set_robot_silent(silent); }
@@ -57,7 +57,7 @@ class virtual_rig
     struct hardware {
         plant equations;
         std::unique_ptr<berth::solver> solver;
-        plant_state state;
+        beam_state state;
         std::unique_ptr<effect_solver> effects; /* nullptr: none between reference and sample */
 
         void travel(const robot &robot, std::int64_t now_ns, std::int64_t duration_ns)

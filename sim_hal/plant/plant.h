@@ -8,6 +8,7 @@
  *   sensor spring      F = k_S (r - x) + d_S (r' - x')
  *   gripped object     m x'' = F - d x' - k x + C
  *   tool in contact    m x'' = F - max(0, k (x - s) + d x') + C where x > s, else m x'' = F + C
+ *   beam               x = q1 + q2 + ...; m_i q_i'' = F - d_i q_i' - k_i q_i, the first with m, d and k
  *   mass that hangs on it  m2 x2'' = -C = -m2 (w2^2 (x2 - x) + 2 z2 w2 (x2' - x'))   (or C = 0)
  *   force low-pass     y'' = w_L^2 (F - y) - 2 z_L w_L y'    (order 2)
  *                      y'  = w_L (F - y)                     (order 1)
@@ -45,6 +46,20 @@ enum plant_index {
 
 using plant_state = Eigen::Matrix<double, plant_state_count, 1>;
 
+/* The same and, behind it, q_i and q_i' of a beam's further modes: x stays what the gripper feels, and the first
+ * mode is what is left of it. */
+constexpr int beam_state_count = plant_state_count + 2 * (beam_modes_max - 1);
+using beam_state = Eigen::Matrix<double, beam_state_count, 1>;
+
+/* Place of the position of a further mode, counted from 0. */
+constexpr Eigen::Index further_position(Eigen::Index i)
+{
+    return plant_state_count + 2 * i;
+}
+
+template <typename state_type>
+constexpr bool has_room_for_beam = state_type::RowsAtCompileTime == beam_state_count;
+
 /* A straight line: position_m at the start of the interval, then with velocity_m_per_s. */
 struct reference_line {
     double position_m = 0.0;
@@ -76,59 +91,90 @@ struct plant {
     double second_w; /* rad/s */
     double second_z;
 
+    struct further_mode {
+        double mass_kg;
+        double damping_N_s_per_m;
+        double stiffness_N_per_m;
+    };
+    std::array<further_mode, beam_modes_max - 1> further_modes{};
+    int further_mode_count = 0;
+
     bool has_linear_effects() const { return robot_lag_s > 0.0 || sensor_lag_s > 0.0 || second_mass_kg > 0.0; }
 
     /* The robot is where it is told to be, the force as it leaves the low-pass, the object alone. */
     void leave_out_linear_effects() { robot_lag_s = sensor_lag_s = second_mass_kg = 0.0; }
 
+    /* States in use of a beam_state: what a rig without further modes has, or those as well. */
+    int state_count() const { return plant_state_count + 2 * further_mode_count; }
+
+    /* What follows takes a plant_state, where there are no further modes, or a beam_state. */
+
     /* What each state reaches where the object swings by 1 m on the sensor spring: units in which the equations are
      * of one size. */
-    plant_state natural_scales() const;
+    template <typename state_type>
+    state_type natural_scales() const;
 
     /* Everything at rest with the robot at `position_m`, spring forces in balance, low-pass settled. */
-    plant_state at_rest(double position_m) const;
+    template <typename state_type>
+    state_type at_rest(double position_m) const;
 
     /* Robot position (m) and velocity (m/s) in a state, the reference being on `line`. */
-    double robot_position_m(const plant_state &state, const reference_line &line) const;
-    double robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const;
+    template <typename state_type>
+    double robot_position_m(const state_type &state, const reference_line &line) const;
+    template <typename state_type>
+    double robot_velocity_m_per_s(const state_type &state, const reference_line &line) const;
 
     /* F, N, before the low-pass. */
-    double spring_force_N(const plant_state &state, const reference_line &line) const;
+    template <typename state_type>
+    double spring_force_N(const state_type &state, const reference_line &line) const;
 
     /* C, N. */
-    double second_force_N(const plant_state &state) const;
+    template <typename state_type>
+    double second_force_N(const state_type &state) const;
 
     /* s, N: what the sensor samples. */
-    double measured_force_N(const plant_state &state, const reference_line &line) const;
+    template <typename state_type>
+    double measured_force_N(const state_type &state, const reference_line &line) const;
 
     /* Force of the elastic material or of the object's spring and damper on the mass, N; never pulls if one-sided.
      */
-    double object_force_N(const plant_state &state) const;
+    template <typename state_type>
+    double object_force_N(const state_type &state) const;
 
-    contact_mode mode(const plant_state &state) const;
+    template <typename state_type>
+    contact_mode mode(const state_type &state) const
+    {
+        return !one_sided || object_force_N(state) > 0.0 ? contact_mode::attached : contact_mode::free;
+    }
 
     /* d(state)/dt with the reference on `line`. */
-    plant_state derivative(const plant_state &state, const reference_line &line) const;
+    template <typename state_type>
+    state_type derivative(const state_type &state, const reference_line &line) const;
 
     /* The reference jumps by `jump_m` ("hold"): without transfer behaviour and lag the sensor's damper makes an
      * impulse of it, d_S jump, which changes the object's velocity and the low-pass at once. */
-    void apply_reference_jump(plant_state &state, double jump_m) const;
+    template <typename state_type>
+    void apply_reference_jump(state_type &state, double jump_m) const;
 
   private:
-    void add_linear_effects(plant_state &rate, const plant_state &state, const reference_line &line,
+    template <typename state_type>
+    void add_linear_effects(state_type &rate, const state_type &state, const reference_line &line,
                             double force_N) const;
+    void add_further_modes(beam_state &rate, const beam_state &state, double force_N) const;
 };
 
 /* Inline, so that only what differs from 0 is left where they are asked for unit vectors. */
 
-inline double plant::robot_position_m(const plant_state &state, const reference_line &line) const
+template <typename state_type>
+double plant::robot_position_m(const state_type &state, const reference_line &line) const
 {
     return robot_lag_s > 0.0        ? state(lagged_position)
            : has_transfer_behaviour ? state(robot_position)
                                     : line.position_m;
 }
 
-inline double plant::robot_velocity_m_per_s(const plant_state &state, const reference_line &line) const
+template <typename state_type>
+double plant::robot_velocity_m_per_s(const state_type &state, const reference_line &line) const
 {
     if (robot_lag_s > 0.0) {
         const double goal_m = has_transfer_behaviour ? state(robot_position) : line.position_m;
@@ -137,36 +183,41 @@ inline double plant::robot_velocity_m_per_s(const plant_state &state, const refe
     return has_transfer_behaviour ? state(robot_velocity) : line.velocity_m_per_s;
 }
 
-inline double plant::spring_force_N(const plant_state &state, const reference_line &line) const
+template <typename state_type>
+double plant::spring_force_N(const state_type &state, const reference_line &line) const
 {
     return sensor_stiffness_N_per_m * (robot_position_m(state, line) - state(object_position)) +
            sensor_damping_N_s_per_m * (robot_velocity_m_per_s(state, line) - state(object_velocity));
 }
 
-inline double plant::measured_force_N(const plant_state &state, const reference_line &line) const
+template <typename state_type>
+double plant::measured_force_N(const state_type &state, const reference_line &line) const
 {
     return sensor_lag_s > 0.0 ? state(lagged_force)
            : filter_order > 0 ? state(filter_output)
                               : spring_force_N(state, line);
 }
 
-inline double plant::second_force_N(const plant_state &state) const
+template <typename state_type>
+double plant::second_force_N(const state_type &state) const
 {
     return second_mass_kg * (second_w * second_w * (state(second_position) - state(object_position)) +
                              2.0 * second_z * second_w * (state(second_velocity) - state(object_velocity)));
 }
 
-inline double plant::object_force_N(const plant_state &state) const
+template <typename state_type>
+double plant::object_force_N(const state_type &state) const
 {
     const double depth_m = state(object_position) - surface_m;
     const double force_N = stiffness_N_per_m * depth_m + damping_N_s_per_m * state(object_velocity);
     return !one_sided ? force_N : depth_m > 0.0 ? std::max(0.0, force_N) : 0.0;
 }
 
-inline plant_state plant::derivative(const plant_state &state, const reference_line &line) const
+template <typename state_type>
+state_type plant::derivative(const state_type &state, const reference_line &line) const
 {
     const double force_N = spring_force_N(state, line);
-    plant_state rate = plant_state::Zero();
+    state_type rate = state_type::Zero();
     rate(object_position) = state(object_velocity);
     rate(object_velocity) = (force_N - object_force_N(state)) / mass_kg;
     if (filter_order == 2) {
@@ -183,6 +234,11 @@ inline plant_state plant::derivative(const plant_state &state, const reference_l
     }
     if (has_linear_effects()) {
         add_linear_effects(rate, state, line, force_N);
+    }
+    if constexpr (has_room_for_beam<state_type>) {
+        if (further_mode_count > 0) {
+            add_further_modes(rate, state, force_N);
+        }
     }
     return rate;
 }

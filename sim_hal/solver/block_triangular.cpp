@@ -3,10 +3,14 @@
 namespace berth
 {
 
-block_triangular<7> operator*(const block_triangular<7> &a, const block_triangular<7> &b)
+namespace
 {
-    block_triangular<7> product;
-    for (int column = 0; column < 7; column++) {
+
+template <int count>
+block_triangular<count> product_of(const block_triangular<count> &a, const block_triangular<count> &b)
+{
+    block_triangular<count> product;
+    for (int column = 0; column < count; column++) {
         for (int row = 0; row <= column; row++) {
             block sum{};
             for (int k = row; k <= column; k++) {
@@ -17,6 +21,18 @@ block_triangular<7> operator*(const block_triangular<7> &a, const block_triangul
         }
     }
     return product;
+}
+
+} // namespace
+
+block_triangular<7> operator*(const block_triangular<7> &a, const block_triangular<7> &b)
+{
+    return product_of(a, b);
+}
+
+block_triangular<13> operator*(const block_triangular<13> &a, const block_triangular<13> &b)
+{
+    return product_of(a, b);
 }
 
 } // namespace berth

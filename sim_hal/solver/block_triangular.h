@@ -75,8 +75,9 @@ block_triangular<count> operator*(const block_triangular<count> &a, const block_
     return product;
 }
 
-/* The same for a long chain, not unrolled: it is rare, and takes minutes to compile otherwise. */
+/* The same for long chains, not unrolled: they are rare, and take minutes to compile otherwise. */
 block_triangular<7> operator*(const block_triangular<7> &a, const block_triangular<7> &b);
+block_triangular<13> operator*(const block_triangular<13> &a, const block_triangular<13> &b);
 
 /* Largest sum of a column's magnitudes. */
 template <int count>

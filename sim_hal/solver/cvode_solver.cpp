@@ -28,14 +28,15 @@ class cvode_solver final : public solver
     explicit cvode_solver(const rig &rig) : plant_(rig)
     {
         require(SUNContext_Create(nullptr, &context_), "SUNContext_Create");
-        vector_ = N_VNew_Serial(plant_state_count, context_);
+        vector_ = N_VNew_Serial(plant_.state_count(), context_);
         N_VConst(0.0, vector_);
         memory_ = CVodeCreate(CV_ADAMS, context_);
         require(CVodeSetErrFile(memory_, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
         /* None of the states is held to more than the others when it passes through zero. */
         tolerances_ = N_VClone(vector_);
-        state_of(tolerances_) = rig.solver.absolute_tolerance_m * plant_.natural_scales();
+        values_of(tolerances_) =
+            rig.solver.absolute_tolerance_m * plant_.natural_scales<beam_state>().head(plant_.state_count());
         require(CVodeSVtolerances(memory_, rig.solver.relative_tolerance, tolerances_), "CVodeSVtolerances");
         iteration_ = SUNNonlinSol_FixedPoint(vector_, 0, context_);
         require(CVodeSetNonlinearSolver(memory_, iteration_), "CVodeSetNonlinearSolver");
@@ -55,27 +56,37 @@ class cvode_solver final : public solver
         SUNContext_Free(&context_);
     }
 
-    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) override
     {
         const double end_s = static_cast<double>(duration_ns) * 1e-9;
         line_ = line;
-        state_of(vector_) = state;
+        values_of(vector_) = state.head(plant_.state_count());
         require(CVodeReInit(memory_, 0.0, vector_), "CVodeReInit");
         require(CVodeSetStopTime(memory_, end_s), "CVodeSetStopTime");
         double reached_s = 0.0;
         require(CVode(memory_, end_s, vector_, &reached_s, CV_NORMAL), "CVode");
-        state = state_of(vector_);
+        state.head(plant_.state_count()) = values_of(vector_);
     }
 
   private:
-    static Eigen::Map<plant_state> state_of(N_Vector vector) { return Eigen::Map<plant_state>(NV_DATA_S(vector)); }
+    static Eigen::Map<Eigen::VectorXd> values_of(N_Vector vector)
+    {
+        return {NV_DATA_S(vector), static_cast<Eigen::Index>(NV_LENGTH_S(vector))};
+    }
 
     static int right_hand_side(double time_s, N_Vector state, N_Vector rate, void *self)
     {
         const auto &solver = *static_cast<const cvode_solver *>(self);
         const reference_line &start = solver.line_;
         const reference_line now{start.position_m + start.velocity_m_per_s * time_s, start.velocity_m_per_s};
-        state_of(rate) = solver.plant_.derivative(state_of(state), now);
+        if (solver.plant_.further_mode_count > 0) {
+            beam_state all = beam_state::Zero();
+            all.head(solver.plant_.state_count()) = values_of(state);
+            values_of(rate) = solver.plant_.derivative(all, now).head(solver.plant_.state_count());
+        } else {
+            using plain = Eigen::Map<plant_state>;
+            plain(NV_DATA_S(rate)) = solver.plant_.derivative(plant_state(plain(NV_DATA_S(state))), now);
+        }
         return 0;
     }
 

@@ -70,16 +70,16 @@ const object_steps::step_maps &effect_solver::maps_for(std::int64_t duration_ns)
     return made.maps;
 }
 
-plant_state effect_solver::state() const
+beam_state effect_solver::state() const
 {
-    plant_state full = plant_state::Zero();
+    beam_state full = beam_state::Zero();
     std::copy(object_.state().begin(), object_.state().end(), full.data());
     full(robot_position) = robot_position_m();
     full(robot_velocity) = robot_velocity_m_per_s();
     return full;
 }
 
-void effect_solver::set_state(const plant_state &state)
+void effect_solver::set_state(const beam_state &state)
 {
     object_steps::body_state body;
     std::copy(state.data(), state.data() + body.size(), body.begin());

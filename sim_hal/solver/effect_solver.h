@@ -32,8 +32,8 @@ class effect_solver
     double measured_force_N() const { return force_N_; }
 
     /* Object, low-pass and robot, as plant_index. */
-    plant_state state() const;
-    void set_state(const plant_state &state); /* of object and low-pass; the robot stays where it is */
+    beam_state state() const;
+    void set_state(const beam_state &state); /* of object and low-pass; the robot stays where it is */
 
   private:
     void step(double reference_m, std::int64_t duration_ns);

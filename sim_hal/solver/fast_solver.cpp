@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "exponential.h"
 #include "generator.h"
@@ -15,6 +16,10 @@ namespace
 /* Of object, low-pass and transfer behaviour. */
 constexpr int base_state_count = second_position;
 
+/* Room for no more than the rows need. */
+template <int rows>
+using state_of = std::conditional_t<(rows > plant_state_count), beam_state, plant_state>;
+
 /* state(t + dt) = columns * (state, u, u', 1), with only the first `rows` states in use. */
 template <int rows>
 struct transition {
@@ -28,7 +33,7 @@ class exact_steps
   public:
     exact_steps(const plant &plant, contact_mode mode) : generator_(smallest_generator(plant, mode)) {}
 
-    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns)
+    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns)
     {
         const transition<rows> &step = for_duration(duration_ns);
         double in[rows + plant_input_count];
@@ -78,11 +83,12 @@ class exact_steps
     /* Without the states that no effect uses. */
     static Eigen::MatrixXd smallest_generator(const plant &plant, contact_mode mode)
     {
-        const plant_generator full = make_generator(plant, mode);
+        const Eigen::MatrixXd full = make_generator<state_of<rows>>(plant, mode);
+        constexpr int full_states = state_of<rows>::RowsAtCompileTime;
         constexpr int states = std::max<int>(rows, base_state_count);
         Eigen::MatrixXd a = Eigen::MatrixXd::Zero(states + plant_input_count, states + plant_input_count);
         a.topLeftCorner(states, states) = full.topLeftCorner(states, states);
-        a.topRightCorner(states, plant_input_count) = full.block(0, plant_state_count, states, plant_input_count);
+        a.topRightCorner(states, plant_input_count) = full.block(0, full_states, states, plant_input_count);
         a.bottomRightCorner(plant_input_count, plant_input_count) =
             full.bottomRightCorner<plant_input_count, plant_input_count>();
         return a;
@@ -93,14 +99,15 @@ class exact_steps
     std::size_t next_ = 0;
 };
 
-/* Rows: 4 without the robot's transfer behaviour, else 6; all with linear effects. */
+/* Rows: 4 without the robot's transfer behaviour, else 6; all of a plant_state with linear effects, and of a
+ * beam_state with further modes. */
 template <int rows>
 class linear_solver final : public solver
 {
   public:
     explicit linear_solver(const rig &rig) : steps_(plant(rig), contact_mode::attached) {}
 
-    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) override
     {
         steps_.advance(state, line, duration_ns);
     }
@@ -119,7 +126,7 @@ class contact_solver final : public solver
     {
     }
 
-    void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) override
+    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) override
     {
         reference_line here = line;
         std::int64_t left_ns = duration_ns;
@@ -135,10 +142,10 @@ class contact_solver final : public solver
   private:
     /* Exact within a mode. A step in which the mode changes is halved until the change lies in the last nanosecond:
      * what is left of it there, the wrong mode for so short a time, is all the error there is. */
-    void substep(plant_state &state, const reference_line &line, std::int64_t step_ns)
+    void substep(beam_state &state, const reference_line &line, std::int64_t step_ns)
     {
         const contact_mode before = plant_.mode(state);
-        plant_state tried = state;
+        beam_state tried = state;
         (before == contact_mode::free ? free_ : attached_).advance(tried, line, step_ns);
         if (step_ns == 1 || plant_.mode(tried) == before) {
             state = tried;
@@ -169,7 +176,11 @@ std::unique_ptr<solver> make(const rig &rig)
 
 std::unique_ptr<solver> make_fast_solver(const rig &rig)
 {
-    if (plant(rig).has_linear_effects()) {
+    const plant plant(rig);
+    if (plant.further_mode_count > 0) {
+        return std::make_unique<linear_solver<beam_state_count>>(rig);
+    }
+    if (plant.has_linear_effects()) {
         return make<plant_state_count>(rig);
     }
     return rig.has_transfer_behaviour() ? make<base_state_count>(rig) : make<4>(rig);

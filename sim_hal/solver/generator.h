@@ -9,14 +9,13 @@ namespace berth
 
 /* Inputs: u at the start of the interval, its slope, and 1 (the surface's position enters as a constant). */
 constexpr int plant_input_count = 3;
-constexpr int plant_augmented_count = plant_state_count + plant_input_count;
 
-/* d/dt (state, u, u', 1); its exponential advances them together. */
-using plant_generator = Eigen::Matrix<double, plant_augmented_count, plant_augmented_count>;
-
-/* The right-hand side is affine in (state, u, u') within a contact mode: its matrix is found by asking it for unit
+/* d/dt (state, u, u', 1) as a matrix; its exponential advances them together.
+ *
+ * The right-hand side is affine in (state, u, u') within a contact mode: its matrix is found by asking it for unit
  * vectors, so that the equations stand in one place only. */
-plant_generator make_generator(const plant &plant, contact_mode mode);
+template <typename state_type>
+Eigen::MatrixXd make_generator(const plant &plant, contact_mode mode);
 
 } // namespace berth
 

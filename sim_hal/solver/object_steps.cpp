@@ -30,7 +30,8 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
         plant.sensor_damping_N_s_per_m = 0.0;
     }
     const bool is_free = grip == object_steps::grip::free_of_material;
-    const plant_generator full = make_generator(plant, is_free ? contact_mode::free : contact_mode::attached);
+    const Eigen::MatrixXd full =
+        make_generator<plant_state>(plant, is_free ? contact_mode::free : contact_mode::attached);
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(columns, columns);
     a.topLeftCorner<rows, rows>() = full.topLeftCorner<rows, rows>();
     a.block<rows, 3>(0, rows) = full.block<rows, 3>(0, plant_state_count);
@@ -85,7 +86,7 @@ void object_steps::start(const rig &rig, double position_m, double time_s)
 {
     is_open_ = grip_close_s_ > 0.0;
     gripped_at_m_ = is_open_ ? position_m : 0.0;
-    const plant_state rest = plant_.at_rest(position_m - gripped_at_m_);
+    const plant_state rest = plant_.at_rest<plant_state>(position_m - gripped_at_m_);
     std::copy(rest.data(), rest.data() + rows, state_.begin());
     line_ = {position_m - gripped_at_m_, 0.0};
     forces_ = active_stages(rig, &effect::on_body, "object");

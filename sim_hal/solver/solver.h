@@ -18,7 +18,7 @@ class solver
     virtual ~solver() = default;
 
     /* Advances `state` by `duration_ns`; `line` is the reference, its position that at the start. */
-    virtual void advance(plant_state &state, const reference_line &line, std::int64_t duration_ns) = 0;
+    virtual void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) = 0;
 };
 
 /* Exact discretisation where the plant is linear. With contact: exact in each mode over fixed sub-steps, and a

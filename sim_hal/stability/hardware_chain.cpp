@@ -1,7 +1,8 @@
 #include "hardware_chain.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
@@ -9,31 +10,37 @@
 namespace berth
 {
 
-namespace
-{
-
 /* Orthogonal q, so that q^T a q is block upper triangular, of 2x2 blocks. Schur's form is, unless a pair of complex
- * eigenvalues comes to stand in its middle, between two real ones: then the pair's own plane comes first. */
-Eigen::Matrix4d block_triangular_basis(const Eigen::Matrix4d &a)
+ * eigenvalues comes to stand across two of them, after a real one: then the pair's own plane comes first, and what
+ * is behind it is looked at anew. */
+hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_matrix &a)
 {
-    const Eigen::RealSchur<Eigen::Matrix4d> schur(a);
-    const Eigen::Matrix4d &t = schur.matrixT();
-    if (t(2, 1) == 0.0) {
-        return schur.matrixU();
+    const Eigen::Index count = a.rows();
+    body_matrix basis = body_matrix::Identity(count, count);
+    body_matrix rest = a;
+    for (Eigen::Index first = 0; first + 2 < count; first += 2) {
+        const Eigen::Index left = count - first;
+        const Eigen::RealSchur<body_matrix> schur(rest);
+        const body_matrix &t = schur.matrixT();
+        body_matrix turned = schur.matrixU();
+        if (t(2, 1) != 0.0) { /* t (x, 1)' = (x, 1)' pair in the first three */
+            const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
+            const Eigen::Matrix2d apart = pair - t(0, 0) * Eigen::Matrix2d::Identity();
+            Eigen::Matrix<double, 3, 2> plane;
+            plane << t.block<1, 2>(0, 1) * apart.inverse(), Eigen::Matrix2d::Identity();
+            const Eigen::Matrix3d first_three =
+                Eigen::HouseholderQR<Eigen::Matrix<double, 3, 2>>(plane).householderQ();
+            turned.leftCols<3>() = (turned.leftCols<3>() * first_three).eval();
+        }
+        basis.rightCols(left) = (basis.rightCols(left) * turned).eval();
+        const body_matrix after = turned.transpose() * rest * turned;
+        rest = after.bottomRightCorner(left - 2, left - 2);
     }
-    const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
-    const Eigen::Matrix4d vanishes_there =
-        a * a - pair.trace() * a + pair.determinant() * Eigen::Matrix4d::Identity();
-    const Eigen::JacobiSVD<Eigen::Matrix4d> svd(vanishes_there, Eigen::ComputeFullV);
-    Eigen::Matrix4d basis;
-    basis << svd.matrixV().rightCols<2>(), svd.matrixV().leftCols<2>();
     return basis;
 }
 
-} // namespace
-
 hardware_chain::hardware_chain(const rig &rig)
-    : plant_(rig), gain_(gain_when_small(rig)), scales_(plant_.natural_scales())
+    : plant_(rig), gain_(gain_when_small(rig)), scales_(plant_.natural_scales<beam_state>())
 {
     if (rig.object.kind == object_kind::contact) {
         throw input_error(
@@ -57,7 +64,16 @@ hardware_chain::hardware_chain(const rig &rig)
     if (plant_.second_mass_kg > 0.0) {
         use(second_position, 2);
         link(second_pair);
-        separate_second_mass();
+        has_second_mass_ = true;
+        body_state_count_ = 4;
+    }
+    for (int i = 0; i < plant_.further_mode_count; i++) {
+        use(static_cast<int>(further_position(i)), 2);
+        link(static_cast<int>(further_position(i)) / 2);
+        body_state_count_ += 2;
+    }
+    if (body_state_count_ > 2) {
+        separate_bodies();
     }
     if (plant_.robot_lag_s > 0.0) {
         use(lagged_position, 1);
@@ -74,49 +90,50 @@ hardware_chain::hardware_chain(const rig &rig)
 }
 
 /* In natural units, which the links' states keep. */
-void hardware_chain::separate_second_mass()
+void hardware_chain::separate_bodies()
 {
-    constexpr std::array<int, 4> places{object_position, object_velocity, second_position, second_velocity};
-    Eigen::Matrix4d a;
-    Eigen::Vector4d scales;
-    for (int column = 0; column < 4; column++) {
-        const plant_state rate = plant_.derivative(plant_state::Unit(places[static_cast<std::size_t>(column)]), {});
-        scales(column) = scales_(places[static_cast<std::size_t>(column)]);
-        for (int row = 0; row < 4; row++) {
-            a(row, column) = rate(places[static_cast<std::size_t>(row)]);
+    const int count = body_state_count_;
+    body_matrix a(count, count);
+    body_vector scales(count);
+    for (int column = 0; column < count; column++) {
+        const beam_state rate = plant_.derivative(beam_state(beam_state::Unit(body_place(column))), {});
+        scales(column) = scales_(body_place(column));
+        for (int row = 0; row < count; row++) {
+            a(row, column) = rate(body_place(row));
         }
     }
-    const Eigen::Matrix4d basis =
-        block_triangular_basis(scales.cwiseInverse().asDiagonal() * a * scales.asDiagonal());
+    const body_matrix basis = block_triangular_basis(scales.cwiseInverse().asDiagonal() * a * scales.asDiagonal());
     into_links_ = basis.transpose() * scales.cwiseInverse().asDiagonal();
     out_of_links_ = scales.asDiagonal() * basis;
-    for (const int place : places) {
-        scales_(place) = 1.0;
+    for (int i = 0; i < count; i++) {
+        scales_(body_place(i)) = 1.0;
     }
-    has_second_mass_ = true;
 }
 
 void hardware_chain::set_transition(transition &made, double duration_s) const
 {
+    if (plant_.further_mode_count > 0) {
+        return set_blocks<links_max + 1, beam_state>(made, duration_s);
+    }
     switch (link_count_) {
     case 1:
-        return set_blocks<2>(made, duration_s);
+        return set_blocks<2, plant_state>(made, duration_s);
     case 2:
-        return set_blocks<3>(made, duration_s);
+        return set_blocks<3, plant_state>(made, duration_s);
     case 3:
-        return set_blocks<4>(made, duration_s);
+        return set_blocks<4, plant_state>(made, duration_s);
     default:
-        return set_blocks<links_max + 1>(made, duration_s);
+        return set_blocks<plain_links_max + 1, plant_state>(made, duration_s);
     }
 }
 
 /* exp of the plant's equations, asked for unit vectors so that they stand in one place only, in natural units, so
  * that no digits are lost between metres and newtons. */
-template <int count>
+template <int count, typename state_type>
 void hardware_chain::set_blocks(transition &made, double duration_s) const
 {
     const int inputs = count <= 4 ? count - 1 : link_count_; /* what comes behind them stays 0 */
-    const plant_state zero = plant_state::Zero();
+    const state_type zero = state_type::Zero();
     std::array<pair_vector, count> scales;
     scales.fill(pair_vector{1.0, 1.0});
     for (int i = 0; i < inputs; i++) {
@@ -126,19 +143,21 @@ void hardware_chain::set_blocks(transition &made, double duration_s) const
         pair_vector{1.0, 1.0 / duration_s}; /* the slope counts in metres per part */
 
     block_triangular<count> generator{};
-    const auto set_column = [&](int column, int side, const plant_state &rate) {
+    const auto set_column = [&](int column, int side, state_type rate) {
+        turn(rate, into_links_);
         for (int row = 0; row <= std::min(column, inputs - 1); row++) {
             generator.at(row, column).columns[static_cast<std::size_t>(side)] = pair_of(rate, link_pair(row));
         }
     };
     for (int i = 0; i < inputs; i++) {
         for (int side = 0; side < 2; side++) {
-            const plant_state state = out_of_links(plant_state::Unit(first_state(link_pair(i)) + side));
-            set_column(i, side, in_links(plant_.derivative(state, {})));
+            state_type state = state_type::Unit(first_state(link_pair(i)) + side);
+            turn(state, out_of_links_);
+            set_column(i, side, plant_.derivative(state, {}));
         }
     }
-    set_column(inputs, 0, in_links(plant_.derivative(zero, {1.0, 0.0})));
-    set_column(inputs, 1, in_links(plant_.derivative(zero, {0.0, 1.0})));
+    set_column(inputs, 0, plant_.derivative(zero, {1.0, 0.0}));
+    set_column(inputs, 1, plant_.derivative(zero, {0.0, 1.0}));
     generator.at(inputs, inputs) = {pair_vector{0.0, 0.0}, pair_vector{1.0, 0.0}}; /* u grows by its slope */
 
     std::array<pair_vector, count> inverse_scales;

@@ -1,6 +1,7 @@
 /* The hardware between events as a chain of links of up to two states, sensor first, each driven by those after it:
- * the plant's equations, solved exactly for one straight line of the reference. A mass that hangs on the object
- * makes two links with it that drive each other: they are turned so that only one drives the other. */
+ * the plant's equations, solved exactly for one straight line of the reference. The modes of a beam, or a mass that
+ * hangs on the object, make links with it that drive each other: they are turned so that each drives only those
+ * before it. */
 #ifndef SIM_HAL_STABILITY_HARDWARE_CHAIN_H
 #define SIM_HAL_STABILITY_HARDWARE_CHAIN_H
 
@@ -15,7 +16,8 @@ namespace berth
 class hardware_chain
 {
   public:
-    static constexpr int links_max = 6;
+    static constexpr int plain_links_max = 6;
+    static constexpr int links_max = plain_links_max - 1 + beam_modes_max - 1; /* no second mass on a beam */
 
     /* Change of the links over a duration, driven by each other and by (u, u') behind the last link. */
     using transition = block_triangular<links_max + 1>;
@@ -42,7 +44,7 @@ class hardware_chain
 
     void set_transition(transition &made, double duration_s) const;
 
-    void advance(plant_state &state, const transition &change, const reference_line &line) const
+    void advance(beam_state &state, const transition &change, const reference_line &line) const
     {
         const pair_vector inputs{line.position_m, line.velocity_m_per_s};
         turn(state, into_links_);
@@ -55,22 +57,22 @@ class hardware_chain
     }
 
     /* The plant's states as states of the links, each pair in its place, and back. */
-    plant_state in_links(plant_state state) const
+    beam_state in_links(beam_state state) const
     {
         turn(state, into_links_);
         return state;
     }
-    plant_state out_of_links(plant_state links) const
+    beam_state out_of_links(beam_state links) const
     {
         turn(links, out_of_links_);
         return links;
     }
 
     /* By how much the links' states change. */
-    plant_state change_of_links(const plant_state &links, const transition &change, const reference_line &line) const
+    beam_state change_of_links(const beam_state &links, const transition &change, const reference_line &line) const
     {
         const pair_vector inputs{line.position_m, line.velocity_m_per_s};
-        plant_state changed = plant_state::Zero();
+        beam_state changed = beam_state::Zero();
         for (int row = 0; row < link_count_; row++) {
             const pair_vector sum = change_of_link(row, links, change, inputs);
             changed.segment<2>(first_state(link_pair(row))) << sum[0], sum[1];
@@ -90,20 +92,39 @@ class hardware_chain
     static constexpr int robot_lag_pair = lagged_position / 2;
     static constexpr int sensor_lag_pair = lagged_force / 2;
 
-    /* Object and second mass, from the plant's states into those of the links or back. */
-    void turn(plant_state &state, const Eigen::Matrix4d &turned) const
+    /* Object, and its further modes or a second mass. */
+    static constexpr int body_states_max = 2 * beam_modes_max;
+    using body_matrix =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, body_states_max, body_states_max>;
+    using body_vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, body_states_max, 1>;
+
+    static body_matrix block_triangular_basis(const body_matrix &a);
+
+    /* From the plant's states into those of the links or back. */
+    template <typename state_type>
+    void turn(state_type &state, const body_matrix &turned) const
     {
-        if (has_second_mass_) {
-            Eigen::Vector4d both;
-            both << state.segment<2>(object_position), state.segment<2>(second_position);
-            both = (turned * both).eval();
-            state.segment<2>(object_position) = both.head<2>();
-            state.segment<2>(second_position) = both.tail<2>();
+        if (body_state_count_ > 2) {
+            body_vector all(body_state_count_);
+            for (int i = 0; i < body_state_count_; i++) {
+                all(i) = state(body_place(i));
+            }
+            const body_vector after = turned * all;
+            for (int i = 0; i < body_state_count_; i++) {
+                state(body_place(i)) = after(i);
+            }
         }
     }
-    void separate_second_mass();
+    void separate_bodies();
 
-    pair_vector change_of_link(int row, const plant_state &links, const transition &change, pair_vector inputs) const
+    /* In plant_index, or behind it. */
+    Eigen::Index body_place(int i) const
+    {
+        const Eigen::Index further = has_second_mass_ ? Eigen::Index{second_position} : further_position(0);
+        return i < 2 ? object_position + i : further + i - 2;
+    }
+
+    pair_vector change_of_link(int row, const beam_state &links, const transition &change, pair_vector inputs) const
     {
         pair_vector sum = change.at(row, link_count_) * inputs;
         for (int column = row; column < link_count_; column++) {
@@ -114,24 +135,26 @@ class hardware_chain
 
     int link_pair(int link) const { return pairs_[static_cast<std::size_t>(link)]; }
     static Eigen::Index first_state(int pair) { return 2 * static_cast<Eigen::Index>(pair); }
-    static pair_vector pair_of(const plant_state &state, int pair)
+    template <typename state_type>
+    static pair_vector pair_of(const state_type &state, int pair)
     {
         return pair_vector{state(first_state(pair)), state(first_state(pair) + 1)};
     }
 
-    template <int count>
+    template <int count, typename state_type>
     void set_blocks(transition &made, double duration_s) const;
 
     plant plant_;
     double gain_; /* of setpoints and samples together */
-    std::array<int, plant_state_count> states_{};
+    std::array<int, beam_state_count> states_{};
     int state_count_ = 0;
     std::array<int, links_max> pairs_{};
     int link_count_ = 0;
     bool has_second_mass_ = false;
-    Eigen::Matrix4d into_links_;
-    Eigen::Matrix4d out_of_links_;
-    plant_state scales_; /* of the links' states */
+    int body_state_count_ = 2;
+    body_matrix into_links_;
+    body_matrix out_of_links_;
+    beam_state scales_; /* of the links' states */
 };
 
 } // namespace berth

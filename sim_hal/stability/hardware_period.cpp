@@ -87,7 +87,7 @@ void hardware_period::pass(const setpoint_window &setpoints, const sample &take_
     }
 }
 
-double hardware_period::advance(plant_state &state, const setpoint_window &setpoints) const
+double hardware_period::advance(beam_state &state, const setpoint_window &setpoints) const
 {
     double sample_N = 0.0;
     pass(
@@ -99,17 +99,17 @@ double hardware_period::advance(plant_state &state, const setpoint_window &setpo
     return chain_.sampled_N(sample_N);
 }
 
-hardware_period::change hardware_period::change_of(const plant_state &links, const setpoint_window &setpoints) const
+hardware_period::change hardware_period::change_of(const beam_state &links, const setpoint_window &setpoints) const
 {
-    change made{plant_state::Zero(), 0.0};
+    change made{beam_state::Zero(), 0.0};
     pass(
         setpoints,
         [&](const reference_line &line) {
-            const plant_state state = chain_.out_of_links(links + made.links);
+            const beam_state state = chain_.out_of_links(links + made.links);
             made.sample_N = chain_.sampled_N(chain_.equations().measured_force_N(state, line));
         },
         [&](double way_m) {
-            plant_state jumped = plant_state::Zero();
+            beam_state jumped = beam_state::Zero();
             chain_.equations().apply_reference_jump(jumped, way_m);
             made.links += chain_.in_links(jumped);
         },

@@ -24,14 +24,14 @@ class hardware_period
     explicit hardware_period(const rig &rig);
 
     /* One period ahead; returns the force sample taken in it, in N. */
-    double advance(plant_state &state, const setpoint_window &setpoints) const;
+    double advance(beam_state &state, const setpoint_window &setpoints) const;
 
     /* By how much the links' states change, kept apart from them: what changes little keeps its digits. */
     struct change {
-        plant_state links;
+        beam_state links;
         double sample_N;
     };
-    change change_of(const plant_state &links, const setpoint_window &setpoints) const;
+    change change_of(const beam_state &links, const setpoint_window &setpoints) const;
 
     /* See hardware_chain. Its eigenvalues are those of its links. */
     int state_count() const { return chain_.state_count(); }

@@ -109,7 +109,7 @@ class linear_loop
     app_config firmware_;
     manipulator manipulator_;
     inverse_filter filter_;
-    plant_state state_ = plant_state::Zero();
+    beam_state state_ = beam_state::Zero();
     value_memory setpoints_;
     value_memory samples_;
     std::int32_t next_setpoint_;

@@ -79,7 +79,7 @@ short_polynomial hardware_zeros(const hardware_period &hardware, const short_fac
 {
     short_polynomial zeros;
     zeros.degree = hardware.state_count() + 2;
-    plant_state state = plant_state::Zero();
+    beam_state state = beam_state::Zero();
     for (int n = 0; n <= zeros.degree; n++) {
         zeros.coefficients[static_cast<std::size_t>(n)] =
             hardware.advance(state, {n == 0 ? 1.0 : 0.0, n == 1 ? 1.0 : 0.0, n == 2 ? 1.0 : 0.0});

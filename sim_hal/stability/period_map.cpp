@@ -49,7 +49,7 @@ Eigen::VectorXd period_map::advance(const Eigen::VectorXd &state) const
         next.segment<2>(layout_.filter + 2) = Eigen::Map<Eigen::Vector2d>(filter.output_m);
     }
 
-    plant_state hardware = plant_state::Zero();
+    beam_state hardware = beam_state::Zero();
     for (int i = 0; i < hardware_.state_count(); i++) {
         hardware(hardware_.state(i)) = state(layout_.plant + i);
     }

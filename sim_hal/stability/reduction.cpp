@@ -1,5 +1,6 @@
 #include "reduction.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -81,10 +82,8 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     result.modes = modes_along(arm, choice.direction);
     result.reduced = dominant_mode(result.modes);
     result.coupled_reduced = coupled_of(rig, result.reduced);
-    const object_rig &object = rig.object;
-    result.coupled_full = nearest(
-        with_object(arm, choice.direction, object.mass_kg, object.damping_N_s_per_m, object.stiffness_N_per_m),
-        result.coupled_reduced);
+    result.coupled_full =
+        nearest(with_object(arm, choice.direction, object_modes(rig.object)), result.coupled_reduced);
     const double period_s = config_period_s(&rig.firmware);
     const auto full = [&](const berth::rig &at) {
         return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);
@@ -97,6 +96,42 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     result.loop_reduced = reduced(rig);
     result.object_limit_full = stiffest(rig, [&](const berth::rig &at) { return full(at).growth_per_s; });
     result.object_limit_reduced = stiffest(rig, [&](const berth::rig &at) { return reduced(at).growth_per_s; });
+    return result;
+}
+
+object_reduction reduce_object(const rig &rig)
+{
+    berth::rig full = rig;
+    full.firmware.arm.kind = ARM_NONE;
+    berth::rig first = full;
+    first.object.further_mode_count = 0;
+
+    object_reduction result = {};
+    result.modes = object_modes(full.object);
+    double compliance_m_per_N = 0.0;
+    for (const beam_mode &mode : result.modes) {
+        compliance_m_per_N += 1.0 / mode.stiffness_N_per_m;
+    }
+    result.compliance_share = 1.0 / (result.modes.front().stiffness_N_per_m * compliance_m_per_N);
+    const auto coupled = [&](const berth::rig &at) {
+        const linear_arm both =
+            with_object(arm_of(at.firmware.manipulator), Eigen::VectorXd::Ones(1), object_modes(at.object));
+        const std::vector<std::complex<double>> found = eigenvalues_of(both); /* by rising size */
+        const auto swings =
+            std::find_if(found.begin(), found.end(), [](const std::complex<double> &s) { return s.imag() > 0.0; });
+        return swings == found.end() ? swing{0.0, 1.0} : swing_of(*swings);
+    };
+    result.coupled_reduced = coupled(first);
+    result.coupled_full = coupled(full);
+    const auto in_loop = [](const berth::rig &at) {
+        const spectrum found = loop_spectrum(at);
+        return arm_loop_growth{found.spectral_radius, found.growth_per_s, found.modes.front().frequency_Hz};
+    };
+    result.loop_reduced = in_loop(first);
+    result.loop_full = in_loop(full);
+    const auto growth = [&](const berth::rig &at) { return std::log(spectral_radius_of(at)); };
+    result.object_limit_reduced = stiffest(first, growth);
+    result.object_limit_full = stiffest(full, growth);
     return result;
 }
 

@@ -1,10 +1,11 @@
-/* From a whole arm to one degree of freedom, and what that leaves out. */
+/* From a whole arm, or a beam, to one degree of freedom, and what that leaves out. */
 #ifndef SIM_HAL_STABILITY_REDUCTION_H
 #define SIM_HAL_STABILITY_REDUCTION_H
 
 #include <complex>
 #include <optional>
 
+#include "../../hal/rig/beam.h"
 #include "arm_loop.h"
 
 namespace berth
@@ -34,6 +35,24 @@ struct reduction_choice {
     Eigen::VectorXd direction;
     bool is_guided = true; /* else the tool moves as it likes */
 };
+
+/* A beam reduced to its first mode, at the manipulator of one degree of freedom. */
+struct object_reduction {
+    std::vector<beam_mode> modes; /* the first is the object of one degree of freedom */
+    double compliance_share;      /* what the first mode has of the compliance of all */
+    /* With the manipulator fixed to it, without dead time: the first that swings. */
+    swing coupled_reduced;
+    swing coupled_full;
+    /* In the rig's loop. */
+    arm_loop_growth loop_reduced;
+    arm_loop_growth loop_full;
+    /* As of an arm. */
+    std::optional<double> object_limit_reduced;
+    std::optional<double> object_limit_full;
+};
+
+/* Of a rig whose object is a beam. Throws input_error for a rig without one-period map. */
+object_reduction reduce_object(const rig &rig);
 
 /* Throws input_error for a rig without one-period map, or a pose at which nothing springy moves along the direction.
  */

@@ -10,7 +10,7 @@ namespace berth
 
 /* Coefficients by rising powers. */
 struct short_polynomial {
-    static constexpr int capacity = 16;
+    static constexpr int capacity = 28;
     std::array<double, capacity> coefficients{};
     int degree = 0;
 };

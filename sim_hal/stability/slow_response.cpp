@@ -78,7 +78,7 @@ short_polynomial slow_response(const hardware_period &hardware)
         add(sample, by.sample_N, p);
     };
     for (const input &part : inputs) {
-        drive(hardware.link_count(), hardware.change_of(plant_state::Zero(), part.setpoints),
+        drive(hardware.link_count(), hardware.change_of(beam_state::Zero(), part.setpoints),
               polynomial_of(part.share));
     }
     for (int link = hardware.link_count() - 1; link >= 0; link--) {
@@ -92,7 +92,7 @@ short_polynomial slow_response(const hardware_period &hardware)
             multiply(driven[static_cast<std::size_t>(i)][1], poles);
         }
         for (int side = 0; side < (has_two_states ? 2 : 1); side++) {
-            const plant_state unit = plant_state::Unit(hardware.link_place(link) + side);
+            const beam_state unit = beam_state::Unit(hardware.link_place(link) + side);
             drive(link, hardware.change_of(unit, {}), x[static_cast<std::size_t>(side)]);
         }
     }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../../hal/rig/beam.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
 #include "arm_loop.h"
@@ -157,8 +158,20 @@ spectrum coupled_spectrum(const rig &rig)
 {
     const manipulator_config &m = rig.firmware.manipulator;
     const object_rig &o = rig.object;
+    const double period_s = config_period_s(&rig.firmware);
+    if (o.further_mode_count > 0) {
+        const linear_arm both = with_object(arm_of(m), Eigen::VectorXd::Ones(1), object_modes(o));
+        std::vector<std::complex<double>> eigenvalues;
+        for (const std::complex<double> &s : eigenvalues_of(both)) {
+            eigenvalues.push_back(std::exp(s * period_s));
+            if (s.imag() > 0.0) {
+                eigenvalues.push_back(std::exp(std::conj(s) * period_s));
+            }
+        }
+        return make_spectrum(eigenvalues, period_s);
+    }
     return oscillator_spectrum(m.mass_kg + o.mass_kg, m.damping_N_s_per_m + o.damping_N_s_per_m,
-                               m.stiffness_N_per_m + o.stiffness_N_per_m, config_period_s(&rig.firmware));
+                               m.stiffness_N_per_m + o.stiffness_N_per_m, period_s);
 }
 
 map_point map_point_of(const rig &rig)

@@ -66,10 +66,11 @@ class Loop:
         """Phi, g, h: z(t + duration) = Phi z + g u + h u', u' constant."""
         if duration_s not in self.steps:
             A, b = self.plant()
-            G = np.zeros((6, 6))
-            G[:4, :4], G[:4, 4], G[4, 5] = A, b, 1.0
+            n = len(b)
+            G = np.zeros((n + 2, n + 2))
+            G[:n, :n], G[:n, n], G[n, n + 1] = A, b, 1.0
             E = expm(G * duration_s)
-            self.steps[duration_s] = E[:4, :4], E[:4, 4], E[:4, 5]
+            self.steps[duration_s] = E[:n, :n], E[:n, n], E[:n, n + 1]
         return self.steps[duration_s]
 
     def advance(self, z, u_from, u_to, duration_s, line_s):

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "hal/rig/cantilever.h"
 #include "hal/rig/rig_file.h"
-#include "sim_hal/arm/cantilever.h"
 
 using namespace berth;
 

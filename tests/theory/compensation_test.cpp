@@ -136,7 +136,7 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
         const hardware_period hardware(rig);
         const auto twin = std::make_unique<hardware_twin>();
         hardware_twin_start(twin.get(), &rig.firmware.hardware, config_period_s(&rig.firmware), 0.0);
-        plant_state state = plant_state::Zero();
+        beam_state state = beam_state::Zero();
         std::vector<double> setpoints(40, 0.0);
         std::vector<double> samples(40, 0.0);
         double largest_N = 0.0;

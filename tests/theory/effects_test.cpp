@@ -98,7 +98,7 @@ std::vector<double> free_object(const std::vector<std::string> &overrides, doubl
                                  "object.damping_N_s_per_m=0", "object.stiffness_N_per_m=3947.8417604357432"};
     all.insert(all.end(), overrides.begin(), overrides.end()); /* 1 Hz */
     virtual_rig hardware(ess(all));
-    plant_state state = hardware.state();
+    beam_state state = hardware.state();
     state(object_position) = 0.1;
     state(second_position) = 0.1;
     hardware.set_state(state);

@@ -105,7 +105,7 @@ std::string figures(const comparison &result)
 
 TEST_CASE("the solvers agree to 1e-8 on the linear rig over 60 s")
 {
-    for (const std::string rig : {"ess", "ess-50hz", "ess-half-dead-time"}) {
+    for (const std::string rig : {"ess", "ess-50hz", "ess-half-dead-time", "ess-beam"}) {
         CAPTURE(rig);
         check_below(same_frames(rig), 1e-8);
     }
@@ -124,6 +124,20 @@ TEST_CASE("the solvers agree with transfer behaviour, hold and low-passes of ord
         CAPTURE(overrides.front());
         overrides.push_back("run.duration_s=10");
         check_below(same_frames("ess", overrides), 1e-8);
+    }
+}
+
+TEST_CASE("the solvers agree on a beam, with any number of modes")
+{
+    const std::vector<std::string> variants[] = {
+        {"object.modes=8", "robot.transfer_frequency_Hz=8"},
+        {"object.modes=2", "robot.interpolation=hold", "robot.dead_time_ms=17.3"},
+        {"object.modes=5", "object.beam_root_stiffness_N_m_per_rad=1e5", "sensor.low_pass_order=1"},
+    };
+    for (std::vector<std::string> overrides : variants) {
+        CAPTURE(overrides.front());
+        overrides.push_back("run.duration_s=10");
+        check_below(same_frames("ess-beam", overrides), 1e-8);
     }
 }
 

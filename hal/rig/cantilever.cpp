@@ -1,8 +1,9 @@
 #include "cantilever.h"
 
 #include <cmath>
+#include <string>
 
-#include "../../hal/rig/rig_file.h"
+#include "rig_file.h"
 
 namespace berth
 {

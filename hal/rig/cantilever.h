@@ -1,7 +1,7 @@
 /* A solar generator as what it is: an Euler-Bernoulli beam with a spring at its root, as a sum of modes at its tip.
  */
-#ifndef SIM_HAL_ARM_CANTILEVER_H
-#define SIM_HAL_ARM_CANTILEVER_H
+#ifndef HAL_RIG_CANTILEVER_H
+#define HAL_RIG_CANTILEVER_H
 
 #include <limits>
 #include <vector>
@@ -15,6 +15,13 @@ struct cantilever {
     double bending_stiffness_N_m2 = 0.0;                               /* E I */
     double root_N_m_per_rad = std::numeric_limits<double>::infinity(); /* infinite: clamped */
     double damping_ratio = 0.0;                                        /* of every mode */
+
+    bool operator==(const cantilever &other) const
+    {
+        return length_m == other.length_m && mass_kg_per_m == other.mass_kg_per_m &&
+               bending_stiffness_N_m2 == other.bending_stiffness_N_m2 &&
+               root_N_m_per_rad == other.root_N_m_per_rad && damping_ratio == other.damping_ratio;
+    }
 };
 
 /* What a mode is at the tip: a mass on spring and damper. The tip's way is the sum of all modes' ways, each of which
@@ -28,6 +35,10 @@ struct beam_mode {
 };
 
 constexpr int beam_modes_max = 8;
+
+/* What a root must have against the beam, root L / (E I): a softer one is a hinge that digits do not tell from none.
+ */
+constexpr double softest_root = 1e-6;
 
 /* The first `count`, 1 to beam_modes_max, from k (1 + cos b cosh b) + b (cos b sinh b - sin b cosh b) = 0 with
  * k = root L / (E I). Throws input_error for a beam that is none. */
