@@ -128,7 +128,8 @@ struct hardware_model {
     double robot_damping_ratio;
     double robot_lag_ms;
     double sensor_lag_ms;
-    double gain; /* of setpoints and force samples together */
+    double robot_gain;  /* of the robot's motion over its setpoints */
+    double sensor_gain; /* of what the sensor shows over the force */
     double sensor_stiffness_N_per_m;
     double sensor_damping_N_s_per_m;
     double mass_kg;

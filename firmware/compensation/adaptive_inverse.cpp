@@ -134,7 +134,7 @@ inverse_settings inverse_settings_of(const app_config *config)
     double *const a = settings.told;
     const double held_s = m.holds ? 0.5 * settings.period_s : 0.0;
     const double dead_s = 1e-3 * m.setpoint_to_motion_ms + held_s;
-    a[0] = 1.0;
+    a[0] = 1.0 / m.robot_gain;
     multiply(a, dead_s, 0.5 * dead_s * dead_s);
     if (m.robot_w_rad_per_s > 0.0) {
         multiply(a, 2.0 * m.robot_damping_ratio / m.robot_w_rad_per_s,

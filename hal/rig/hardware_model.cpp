@@ -25,7 +25,8 @@ void set_lags(hardware_model &model, const rig &rig)
     static const effect_place sensor_gain("sensor.gain_error");
     model.robot_lag_ms = robot_lag.in(rig);
     model.sensor_lag_ms = sensor_lag.in(rig);
-    model.gain = (1.0 + robot_gain.in(rig)) * (1.0 + sensor_gain.in(rig));
+    model.robot_gain = 1.0 + robot_gain.in(rig);
+    model.sensor_gain = 1.0 + sensor_gain.in(rig);
 }
 
 double loop_delay_ms(const hardware_model &model, const rig &rig)

@@ -123,6 +123,9 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
         {"sensor.low_pass_order=1", "robot.dead_time_ms=8.8"},
         {"sensor.low_pass_order=1", "sensor.lag_ms=6", "robot.lag_ms=3"},
         {"sensor.low_pass_order=0", "robot.dead_time_ms=8.8"},
+        {"sensor.low_pass_order=0"},
+        hold + overrides{"sensor.low_pass_order=0"},
+        hold + overrides{"sensor.low_pass_order=1"},
         hold + overrides{"sensor.low_pass_order=0", "sensor.lag_ms=2", "robot.dead_time_ms=8.8"},
         {"sensor.gain_error=-0.2", "robot.gain_error=0.1"},
         {"sensor.sample_phase_ms=1.2", "robot.dead_time_ms=8.8"},
@@ -132,7 +135,6 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
     for (const overrides &own : cases) {
         CAPTURE(own.empty() ? std::string("ess") : own.back());
         const rig rig = load_rig("ess", own + overrides{"manipulator.initial_position_m=0"});
-        const double gain = rig.firmware.hardware.gain;
         const hardware_period hardware(rig);
         const auto twin = std::make_unique<hardware_twin>();
         hardware_twin_start(twin.get(), &rig.firmware.hardware, config_period_s(&rig.firmware), 0.0);
