@@ -141,7 +141,7 @@ struct hardware_model {
 /* [extrapolation]: of the setpoints, over the dead time */
 struct extrapolation_config {
     int64_t order;   /* 1 to 3; 0: none */
-    double delay_ms; /* 0: all that the loop has */
+    double delay_ms; /* 0: what other units leave of all that the loop has */
 };
 
 /* [adaptive_inverse]: of the robot's motion */
