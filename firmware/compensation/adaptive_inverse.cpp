@@ -171,7 +171,7 @@ void adaptive_inverse_start(adaptive_inverse *inverse, const inverse_settings *s
 void adaptive_inverse_rest_at(adaptive_inverse *inverse, double position_m)
 {
     open_bands(*inverse, position_m, position_m);
-    inverse->before_m[0] = inverse->before_m[1] = position_m;
+    inverse->before_m[0] = inverse->before_m[1] = inverse->wanted_slow_m = position_m;
     for (uint32_t i = 0; i < INVERSE_TERMS_MAX; i++) {
         inverse->share[i] = 0.0;
         inverse->coefficient[i] = inverse->settings.told[i];
@@ -185,8 +185,10 @@ void adaptive_inverse_rest_at(adaptive_inverse *inverse, double position_m)
 double adaptive_inverse_step(adaptive_inverse *inverse, const double *derivatives)
 {
     const inverse_settings &s = inverse->settings;
-    double wanted_m = 0.0;
-    for (uint32_t i = 0; i < s.terms; i++) {
+    const double motion_m = derivatives[0] - inverse->wanted_slow_m;
+    inverse->wanted_slow_m += inverse->slow_share * motion_m;
+    double wanted_m = s.told[0] * derivatives[0] + (inverse->coefficient[0] - s.told[0]) * motion_m;
+    for (uint32_t i = 1; i < s.terms; i++) {
         wanted_m += inverse->coefficient[i] * derivatives[i];
     }
     const double correction_m = wanted_m - derivatives[0];
