@@ -164,6 +164,24 @@ def test_what_is_recommended_held_on_every_rig_that_was_tried():
     assert all(method["worst_error"] >= worst for method in result["methods"] if method["robust"])
 
 
+@pytest.mark.parametrize("option", ["--dead-time", "--stiffness", "--mass", "--noise", "--margin-ms", "--margin-dB", "--duration"])
+@pytest.mark.parametrize("value", ["nan", "-1", "1e9"])
+def test_what_is_no_tolerance_is_refused(option, value):
+    done = command("compensate", "ess", option, value)
+    assert done.returncode == EXIT_INPUT and option.encode() in done.stderr
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_where_zero_lies_changes_nothing(unit, tmp_path):
+    """Tool, material and operator all half a metre further on."""
+    def motion(place_m):
+        changes = {"object.surface_position_m": place_m, "profile.offset_m": place_m - 0.02, "run.duration_s": 4,
+                   "manipulator.initial_position_m": place_m - 0.02, "profile.duration_s": 1}
+        log = run_json("concept-copper", tmp_path, *settings(changes | UNITS[unit]))["log"]
+        return topic(log)["manipulator_position_m"] - place_m
+    assert np.abs(motion(0.5) - motion(0)).max() < 1e-6
+
+
 def test_the_recommended_settings_run(tmp_path):
     result = chosen("ess", *settings(STIFF))
     best = next(method for method in result["methods"] if method["method"] == result["recommended"])
