@@ -228,6 +228,12 @@ def test_identification_corrects_a_stiffness_that_is_wrong_by_half_during_the_im
     assert abs(identified - ideal) < 0.05 < 0.2 < abs(told - ideal)
 
 
+@pytest.mark.parametrize("words", [("--seeds", "0"), ("--noise", "nan"), ("--stiffness", "-0.5"), ("--dead-time", "1")])
+def test_restitution_of_no_runs_or_no_share_is_refused(words):
+    done = command(ROOT / "scripts" / "restitution.py", *words, program=(sys.executable,))
+    assert done.returncode == EXIT_INPUT and words[0].encode() in done.stderr
+
+
 EVENT_s = 2.5
 DISTURBANCES = {
     "grip lets go at 50 N": {"object.grip_force_N": 50},
