@@ -164,7 +164,8 @@ def test_what_is_recommended_held_on_every_rig_that_was_tried():
     assert all(method["worst_error"] >= worst for method in result["methods"] if method["robust"])
 
 
-@pytest.mark.parametrize("option", ["--dead-time", "--stiffness", "--mass", "--noise", "--margin-ms", "--margin-dB", "--duration"])
+@pytest.mark.parametrize("option", ["--dead-time", "--stiffness", "--mass", "--noise", "--margin-ms", "--margin-dB",
+                                    "--duration"])
 @pytest.mark.parametrize("value", ["nan", "-1", "1e9"])
 def test_what_is_no_tolerance_is_refused(option, value):
     done = command("compensate", "ess", option, value)
