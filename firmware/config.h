@@ -146,7 +146,8 @@ struct hardware_model {
     double robot_damping_ratio;
     double robot_lag_ms;
     double sensor_lag_ms;
-    double gain; /* of setpoints and force samples together */
+    double robot_gain;  /* of the robot's motion over its setpoints */
+    double sensor_gain; /* of what the sensor shows over the force */
     double sensor_stiffness_N_per_m;
     double sensor_damping_N_s_per_m;
     double mass_kg;
@@ -158,7 +159,7 @@ struct hardware_model {
 /* [extrapolation]: of the setpoints, over the dead time */
 struct extrapolation_config {
     int64_t order;   /* 1 to 3; 0: none */
-    double delay_ms; /* 0: all that the loop has */
+    double delay_ms; /* 0: what other units leave of all that the loop has */
 };
 
 /* [adaptive_inverse]: of the robot's motion */

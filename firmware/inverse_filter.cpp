@@ -43,6 +43,17 @@ void inverse_filter_start(inverse_filter *filter, const app_config *config)
     filter->b[2] = gain * zeros[1];
 }
 
+double inverse_filter_delay_s(const app_config *config)
+{
+    inverse_filter f;
+    inverse_filter_start(&f, config);
+    if (!f.enabled) {
+        return 0.0;
+    }
+    return config_period_s(config) * ((f.b[1] + 2.0 * f.b[2]) / (f.b[0] + f.b[1] + f.b[2]) -
+                                      (f.a[0] + 2.0 * f.a[1]) / (1.0 + f.a[0] + f.a[1]));
+}
+
 void inverse_filter_rest_at(inverse_filter *filter, double position_m)
 {
     filter->input_m[0] = filter->input_m[1] = position_m;

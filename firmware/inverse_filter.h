@@ -28,6 +28,9 @@ void inverse_filter_rest_at(struct inverse_filter *filter, double position_m);
 /* One tick: wanted position in, corrected position out, in m. Passes through if not enabled. */
 double inverse_filter_step(struct inverse_filter *filter, double wanted_m);
 
+/* By which slow signals leave it later than they came; negative: earlier. 0 if not enabled. */
+double inverse_filter_delay_s(const struct app_config *config);
+
 #ifdef __cplusplus
 }
 #endif

@@ -100,7 +100,8 @@ def stable_area(data, number):
                   f"{CASES[rig]}. Dotted: limit without compensation. Stable of what lies left of the wall: {without:.1f} % without; {gains} points. "
                   "Prediction is told each object as it is. Identification is "
                   f"{WRONG}: within 5 % of the motion without dead time in {faithful:.1f} % of the area. Identification, "
-                  "passivity and tank have no eigenvalues: each point was run for 20 s, and |z| is that of the growth.",
+                  "passivity and tank have no eigenvalues: each point was run for 20 s, and |z| is that of the growth; "
+                  "white beyond the limit: a fault ended the run before there was one.",
                   panels)
 
 

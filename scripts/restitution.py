@@ -153,13 +153,23 @@ def print_limits(berth, arguments, pool):
                       + "".join(f"{text:>17}" for text in pool.map(limit, arguments.method)), flush=True)
 
 
+def number(least, most, kind=float):
+    def within(text):
+        value = kind(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}")
+        return value
+    within.__name__ = kind.__name__  # for argparse's message
+    return within
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--noise", type=float, default=8 / 3, help="of the force, N: standard deviation (default 8/3)")
-    parser.add_argument("--seeds", type=int, default=3, help="runs with noise (default 3)")
-    parser.add_argument("--stiffness", type=float, default=0.0,
+    parser.add_argument("--noise", type=number(0, 1e4), default=8 / 3, help="of the force, N: standard deviation (default 8/3)")
+    parser.add_argument("--seeds", type=number(1, 1000, int), default=3, help="runs with noise (default 3)")
+    parser.add_argument("--stiffness", type=number(0, 0.99), default=0.0,
                         help="share by which the prediction's stiffness is off, either way (default 0)")
-    parser.add_argument("--dead-time", type=float, default=0.0,
+    parser.add_argument("--dead-time", type=number(0, 0.99), default=0.0,
                         help="share by which the prediction's dead time is off, either way (default 0)")
     parser.add_argument("--limits", action="store_true",
                         help="where each method breaks, over masses, stiffnesses and dampings")

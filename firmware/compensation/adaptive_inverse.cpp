@@ -134,7 +134,7 @@ inverse_settings inverse_settings_of(const app_config *config)
     double *const a = settings.told;
     const double held_s = m.holds ? 0.5 * settings.period_s : 0.0;
     const double dead_s = 1e-3 * m.setpoint_to_motion_ms + held_s;
-    a[0] = 1.0;
+    a[0] = 1.0 / m.robot_gain;
     multiply(a, dead_s, 0.5 * dead_s * dead_s);
     if (m.robot_w_rad_per_s > 0.0) {
         multiply(a, 2.0 * m.robot_damping_ratio / m.robot_w_rad_per_s,
@@ -171,7 +171,7 @@ void adaptive_inverse_start(adaptive_inverse *inverse, const inverse_settings *s
 void adaptive_inverse_rest_at(adaptive_inverse *inverse, double position_m)
 {
     open_bands(*inverse, position_m, position_m);
-    inverse->before_m[0] = inverse->before_m[1] = position_m;
+    inverse->before_m[0] = inverse->before_m[1] = inverse->wanted_slow_m = position_m;
     for (uint32_t i = 0; i < INVERSE_TERMS_MAX; i++) {
         inverse->share[i] = 0.0;
         inverse->coefficient[i] = inverse->settings.told[i];
@@ -185,8 +185,10 @@ void adaptive_inverse_rest_at(adaptive_inverse *inverse, double position_m)
 double adaptive_inverse_step(adaptive_inverse *inverse, const double *derivatives)
 {
     const inverse_settings &s = inverse->settings;
-    double wanted_m = 0.0;
-    for (uint32_t i = 0; i < s.terms; i++) {
+    const double motion_m = derivatives[0] - inverse->wanted_slow_m;
+    inverse->wanted_slow_m += inverse->slow_share * motion_m;
+    double wanted_m = s.told[0] * derivatives[0] + (inverse->coefficient[0] - s.told[0]) * motion_m;
+    for (uint32_t i = 1; i < s.terms; i++) {
         wanted_m += inverse->coefficient[i] * derivatives[i];
     }
     const double correction_m = wanted_m - derivatives[0];

@@ -6,6 +6,7 @@
  * filter of constants) on the setpoint against the motion that the robot reports, both through one and the same
  * band-pass, which also gives the derivatives:
  *     L setpoint = a0 L reported + a1 L reported' + ...
+ * What is learnt of a0 counts for the motion about its slow mean: where zero lies teaches nothing of it.
  * Coefficients go three tolerances away and no further. What is known is forgotten only while the motion tells
  * something: at rest and below the noise everything stays.
  * Price: with the derivatives comes the noise of the force; w tau beyond 1 is not a series any more; heavy objects:
@@ -54,6 +55,7 @@ struct adaptive_inverse {
     int32_t learns;                                          /* one of the tolerances is not 0 */
     int32_t is_open;                                         /* the bands go on from the tick before */
     double before_m[2];                                      /* what was wanted, newest first */
+    double wanted_slow_m;                                    /* its slow mean */
     double covariance[INVERSE_TERMS_MAX][INVERSE_TERMS_MAX]; /* of `share` */
     double share[INVERSE_TERMS_MAX];                         /* tolerances by which the coefficients differ */
     double coefficient[INVERSE_TERMS_MAX];                   /* those that count */

@@ -61,6 +61,9 @@ struct config_error compensation_validate(const struct app_config *config)
         {!positive(inverse->correction_max_m), {"adaptive_inverse.correction_max_m", must_be_positive}},
         {inverse->enabled && !adaptive_inverse_fits(config),
          {"adaptive_inverse.enabled", "needs reports of the robot that are less than 1022 ticks old"}},
+        {inverse->enabled && config->inverse_filter.enabled,
+         {"adaptive_inverse.enabled", "must be false with inverse_filter.enabled = true: both would make up for the "
+                                      "robot's transfer behaviour"}},
         {!non_negative(lead->age_ms), {"force_lead.age_ms", must_not_be_negative}},
         {!positive_or_none(lead->error_bandwidth_Hz),
          {"force_lead.error_bandwidth_Hz", "must be greater than 0, or inf: the model is corrected at once"}},
@@ -86,6 +89,12 @@ struct config_error compensation_validate(const struct app_config *config)
         {!positive(identification->noise_N), {"identification.noise_N", must_be_positive}},
         {!positive(identification->position_noise_m), {"identification.position_noise_m", must_be_positive}},
         {!positive(identification->memory_s), {"identification.memory_s", must_be_positive}},
+        {!non_negative(config->dissipation.damping_N_s_per_m),
+         {"dissipation.damping_N_s_per_m", must_not_be_negative}},
+        {config->dissipation.damping_N_s_per_m > 0.0 &&
+             config->dissipation.damping_N_s_per_m >= damping_max_N_s_per_m,
+         {"dissipation.damping_N_s_per_m", "must be less than 2 mass times rate of the manipulator, less its own "
+                                           "damping: a larger damper, a tick late, drives what it is to damp"}},
         {passivity->action < 0 || passivity->action >= PASSIVITY_ACTION_COUNT,
          {"passivity.action", "must be off, damping or tank"}},
         {passivity->reference < 0 || passivity->reference >= PASSIVITY_REFERENCE_COUNT,
@@ -96,16 +105,12 @@ struct config_error compensation_validate(const struct app_config *config)
                                 "force push the manipulator on"}},
         {!positive(passivity->horizon_ms), {"passivity.horizon_ms", must_be_positive}},
         {!non_negative(passivity->damping_max_N_s_per_m), {"passivity.damping_max_N_s_per_m", must_not_be_negative}},
-        {passivity->action == PASSIVITY_DAMPING && passivity->damping_max_N_s_per_m >= damping_max_N_s_per_m,
-         {"passivity.damping_max_N_s_per_m", "must be less than 2 mass times rate of the manipulator, less its own "
-                                             "damping: a larger damper, a tick late, drives what it is to damp"}},
+        {passivity->action == PASSIVITY_DAMPING &&
+             passivity->damping_max_N_s_per_m + config->dissipation.damping_N_s_per_m >= damping_max_N_s_per_m,
+         {"passivity.damping_max_N_s_per_m",
+          "must be less than 2 mass times rate of the manipulator, less its own damping and dissipation's: a larger "
+          "damper, a tick late, drives what it is to damp"}},
         {!passivity_fits(config), {"passivity.reference", "measured needs a dead time of less than 1022 ticks"}},
-        {!non_negative(config->dissipation.damping_N_s_per_m),
-         {"dissipation.damping_N_s_per_m", must_not_be_negative}},
-        {config->dissipation.damping_N_s_per_m > 0.0 &&
-             config->dissipation.damping_N_s_per_m >= damping_max_N_s_per_m,
-         {"dissipation.damping_N_s_per_m", "must be less than 2 mass times rate of the manipulator, less its own "
-                                           "damping: a larger damper, a tick late, drives what it is to damp"}},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
         if (checks[i].fails) {

@@ -1,9 +1,6 @@
 #include "extrapolation.h"
 
-double extrapolation_delay_ms(const struct app_config *config)
-{
-    return config->extrapolation.delay_ms > 0.0 ? config->extrapolation.delay_ms : config->hardware.loop_delay_ms;
-}
+#include "delay_shares.h"
 
 static double delay_ticks(const struct app_config *config)
 {

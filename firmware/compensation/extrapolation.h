@@ -21,9 +21,6 @@ struct extrapolation {
     struct past past_m;
 };
 
-/* The delay that counts: its own, or what the loop has. */
-double extrapolation_delay_ms(const struct app_config *config);
-
 /* Enough ticks are kept for the order and the delay. */
 int extrapolation_fits(const struct app_config *config);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../matrix_exponential.h"
+#include "delay_shares.h"
 #include "hardware_twin.h"
 
 namespace
@@ -11,17 +12,9 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-/* Told, or what is left: what the motion side makes up for is not. */
-double age_s(const app_config &config)
+double age_ticks(const app_config &config)
 {
-    if (config.force_lead.age_ms > 0.0) {
-        return 1e-3 * config.force_lead.age_ms;
-    }
-    const double half_s = 0.5 * config_period_s(&config); /* to the middle of the step: the lead's own */
-    const double force_s = 1e-3 * (config.energy.force_age_ms + config.hardware.sensor_lag_ms);
-    return config.adaptive_inverse.enabled || config.extrapolation.order > 0
-               ? force_s
-               : 1e-3 * config.hardware.loop_delay_ms - half_s;
+    return 1e-3 * force_lead_age_ms(&config) / config_period_s(&config);
 }
 
 } // namespace
@@ -33,7 +26,7 @@ force_lead_settings force_lead_settings_of(const app_config *config)
     force_lead_settings settings{};
     settings.period_s = config_period_s(config);
     settings.model = config->hardware;
-    settings.age_ticks = age_s(*config) / settings.period_s;
+    settings.age_ticks = age_ticks(*config);
     settings.bandwidth_Hz = config->force_lead.error_bandwidth_Hz;
     settings.force_max_N = config->sensor_channel.force_limit_N;
     return settings;
@@ -41,7 +34,7 @@ force_lead_settings force_lead_settings_of(const app_config *config)
 
 int force_lead_fits(const app_config *config)
 {
-    return age_s(*config) / config_period_s(config) < PAST_TICKS_BEFORE_MAX;
+    return age_ticks(*config) < PAST_TICKS_BEFORE_MAX;
 }
 
 void force_lead_start(force_lead *lead, const force_lead_settings *settings)

@@ -50,7 +50,7 @@ row spring_force(const hardware_model &m)
 row sample_of(const hardware_model &m)
 {
     const row filtered = m.low_pass_order > 0 ? row(row::Unit(TWIN_LOW_PASS)) : spring_force(m);
-    return m.gain * (m.sensor_lag_ms > 0.0 ? row(row::Unit(TWIN_SENSOR_LAG)) : filtered);
+    return m.sensor_gain * (m.sensor_lag_ms > 0.0 ? row(row::Unit(TWIN_SENSOR_LAG)) : filtered);
 }
 
 /* d/dt of state and input. What the hardware does not have stays as it is. */
@@ -149,7 +149,7 @@ void rest_at(hardware_twin &twin, double position_m)
     twin.state[TWIN_ROBOT_POSITION] = twin.state[TWIN_ROBOT_LAG] = position_m;
     twin.state[TWIN_SENSOR_LAG] = m.sensor_lag_ms > 0.0 ? force_N : 0.0;
     twin.position_m = twin.before_m = position_m;
-    past_fill(&twin.samples_N, m.gain * force_N);
+    past_fill(&twin.samples_N, m.sensor_gain * force_N);
 }
 
 struct line {
@@ -197,14 +197,16 @@ void hardware_twin_start(hardware_twin *twin, const hardware_model *model, doubl
     *twin = {};
     twin->model = *model;
     twin->period_s = period_s;
-    /* A delay within rounding of whole ticks is whole. */
+    /* A delay within rounding of whole ticks is whole: the sample shows what the setpoint of its instant has done, a
+     * jump or a new direction, and is taken at the begin of the tick that goes on from there. */
     constexpr double rounding = 1e-6;
     const double ticks = delay_ticks(*model, period_s);
     const auto whole = static_cast<uint32_t>(ticks + rounding);
-    const double rest = std::max(0.0, ticks - static_cast<double>(whole));
-    const bool is_whole = rest <= rounding;
-    twin->delay_ticks = whole;
-    const double parts_s[] = {is_whole ? 0.0 : (1.0 - rest) * period_s, is_whole ? period_s : rest * period_s};
+    const double rest = ticks - static_cast<double>(whole);
+    const bool is_at_begin = rest <= rounding && whole > 0;
+    twin->delay_ticks = is_at_begin ? whole - 1 : whole;
+    const double after_s = is_at_begin ? period_s : std::max(0.0, rest) * period_s;
+    const double parts_s[] = {period_s - after_s, after_s};
     twin_transition *const transitions[] = {&twin->until_sample, &twin->after_sample};
     for (int i = 0; i < 2; i++) {
         const double looks = static_cast<double>(looks_a_tick) * parts_s[i] / period_s;
@@ -215,13 +217,13 @@ void hardware_twin_start(hardware_twin *twin, const hardware_model *model, doubl
     }
     Eigen::Map<row>(twin->output) = sample_of(*model);
     fill_jump(*twin);
-    rest_at(*twin, position_m - model->surface_m);
+    rest_at(*twin, model->robot_gain * position_m - model->surface_m);
 }
 
 void hardware_twin_step(hardware_twin *twin, double setpoint_m)
 {
     const hardware_model &m = twin->model;
-    const double next_m = setpoint_m - m.surface_m;
+    const double next_m = m.robot_gain * setpoint_m - m.surface_m;
     /* The sample that is due now was taken `delay_ticks` ago, and later in that tick if there is a rest. */
     line line{twin->position_m, m.holds ? 0.0 : (next_m - twin->position_m) / twin->period_s};
     if (m.holds) {
@@ -229,10 +231,8 @@ void hardware_twin_step(hardware_twin *twin, double setpoint_m)
         Eigen::Map<state_vector>(twin->state) += jump_m * Eigen::Map<const state_vector>(twin->jump);
     }
     advance(*twin, twin->until_sample, twin->substeps[0], twin->substep_s[0], line);
-    const double within_N = sample_N(*twin, line);
+    past_add(&twin->samples_N, sample_N(*twin, line));
     advance(*twin, twin->after_sample, twin->substeps[1], twin->substep_s[1], line);
-    const bool is_cut = twin->substeps[0] > 0;
-    past_add(&twin->samples_N, is_cut ? within_N : sample_N(*twin, line));
     twin->before_m = twin->position_m;
     twin->position_m = next_m;
 }

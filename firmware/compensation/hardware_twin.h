@@ -1,10 +1,10 @@
 /* The hardware as the loop knows it, run along with the real one on the setpoints that go out: what the force sensor
  * would show of it. Exact between setpoints; a tool in contact looks whether it touches at every substep.
  *
- *   robot           p'' = w^2 (u - p) - 2 z w p'     (or p = u);  its lag  t r' = p - r  (or r = p)
- *   sensor spring   F = k_S (r - x) + d_S (r' - x')
- *   object          m x'' = F - d x' - k x           (a tool: the last two only where it touches and does not pull)
- *   low-pass        y'' = w_L^2 (F - y) - 2 z_L w_L y'  (order 2; y' = w_L (F - y), or y = F);  t_S s' = y - s
+ *   robot           p'' = w^2 (u - p) - 2 z w p'     (or p = u);  its lag  t r' = p - r  (or r = p); u: with its
+ * gain sensor spring   F = k_S (r - x) + d_S (r' - x') object          m x'' = F - d x' - k x           (a tool: the
+ * last two only where it touches and does not pull) low-pass        y'' = w_L^2 (F - y) - 2 z_L w_L y'  (order 2; y'
+ * = w_L (F - y), or y = F);  t_S s' = y - s
  */
 #ifndef FIRMWARE_COMPENSATION_HARDWARE_TWIN_H
 #define FIRMWARE_COMPENSATION_HARDWARE_TWIN_H

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../../firmware/inverse_filter.h"
 #include "keys.h"
 
 namespace berth
@@ -25,7 +26,8 @@ void set_lags(hardware_model &model, const rig &rig)
     static const effect_place sensor_gain("sensor.gain_error");
     model.robot_lag_ms = robot_lag.in(rig);
     model.sensor_lag_ms = sensor_lag.in(rig);
-    model.gain = (1.0 + robot_gain.in(rig)) * (1.0 + sensor_gain.in(rig));
+    model.robot_gain = 1.0 + robot_gain.in(rig);
+    model.sensor_gain = 1.0 + sensor_gain.in(rig);
 }
 
 double loop_delay_ms(const hardware_model &model, const rig &rig)
@@ -33,8 +35,9 @@ double loop_delay_ms(const hardware_model &model, const rig &rig)
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
     const double robot_ms =
         model.robot_w_rad_per_s > 0.0 ? 2e3 * model.robot_damping_ratio / model.robot_w_rad_per_s : 0.0;
-    const double held_ms = (model.holds ? 1.0 : 0.5) * period_ms; /* setpoints too, or forces alone */
-    return model.setpoint_to_motion_ms + robot_ms + model.robot_lag_ms + model.sample_age_ms +
+    const double held_ms = (model.holds ? 1.0 : 0.5) * period_ms;         /* setpoints too, or forces alone */
+    const double filter_ms = 1e3 * inverse_filter_delay_s(&rig.firmware); /* less than 0: it makes up for robot_ms */
+    return filter_ms + model.setpoint_to_motion_ms + robot_ms + model.robot_lag_ms + model.sample_age_ms +
            1e3 * rig.sensor_low_pass_delay_s() + model.sensor_lag_ms + held_ms;
 }
 

@@ -225,7 +225,8 @@ static std::vector<rig_key> make_own_keys()
 
         KEY("extrapolation.order", firmware.extrapolation.order, r::not_negative,
             "of setpoints over the delay, 1 to 3; 0: none"),
-        KEY("extrapolation.delay_ms", firmware.extrapolation.delay_ms, r::not_negative, "0: all that the loop has"),
+        KEY("extrapolation.delay_ms", firmware.extrapolation.delay_ms, r::not_negative,
+            "0: what other units leave of the loop's"),
         FLAG("adaptive_inverse.enabled", firmware.adaptive_inverse.enabled,
              "setpoints with which the robot is where the manipulator is now, corrected by the positions that it "
              "reports"),

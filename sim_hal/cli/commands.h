@@ -57,7 +57,7 @@ struct compensate_arguments : rig_arguments {
     double dead_time_percent = 30.0; /* by which the rig may differ from its file, either way */
     double stiffness_percent = 50.0;
     double mass_percent = 20.0;
-    double noise_N = 2.0;
+    std::optional<double> noise_N;
     double duration_s = 10.0;
     double margin_ms = 5.0; /* that a dissipator leaves */
     double margin_dB = 0.0;

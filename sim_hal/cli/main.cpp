@@ -4,6 +4,7 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <sstream>
 
 #include "../../hal/version.h"
 #include "../rths/controller.h"
@@ -19,6 +20,22 @@ constexpr int exit_usage_or_input = 2;
 CLI::Validator is_named(const std::string &advice)
 {
     return CLI::Validator([advice](const std::string &name) { return name.empty() ? advice : std::string(); }, "");
+}
+
+/* As CLI::Range, which takes what is no number for one within. */
+CLI::Validator is_within(double low, double high)
+{
+    return CLI::Validator(
+        [low, high](const std::string &text) {
+            double value = 0.0;
+            const bool is_fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+            std::ostringstream problem;
+            if (!is_fine) {
+                problem << "Value " << text << " not in range " << low << " to " << high;
+            }
+            return problem.str();
+        },
+        "");
 }
 
 void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
@@ -163,30 +180,31 @@ void add_tolerance_options(CLI::App &command, berth::compensate_arguments &argum
 {
     const auto share = [&](const char *name, double &percent, const char *meaning) {
         command.add_option(name, percent, meaning)
-            ->check(CLI::Range(0.0, 99.0).description(""))
+            ->check(is_within(0.0, 99.0))
             ->type_name("PERCENT")
             ->capture_default_str();
     };
     share("--dead-time", arguments.dead_time_percent, "by which the robot's dead time may be off, either way");
     share("--stiffness", arguments.stiffness_percent, "the same of the object's stiffness");
     share("--mass", arguments.mass_percent, "the same of its mass");
-    command.add_option("--noise", arguments.noise_N, "of the force: standard deviation")
-        ->check(CLI::Range(0.0, 1e4).description(""))
-        ->type_name("N")
-        ->capture_default_str();
+    command
+        .add_option("--noise", arguments.noise_N,
+                    "of the force: standard deviation; default: ten times the rig's, or 2 N if that is less")
+        ->check(is_within(0.0, 1e4))
+        ->type_name("N");
     command
         .add_option("--margin-ms", arguments.margin_ms,
                     "the least dissipation is that with which the loop stays stable where the dead time is so much "
                     "longer")
-        ->check(CLI::Range(0.0, 1e4).description(""))
+        ->check(is_within(0.0, 1e4))
         ->type_name("MS")
         ->capture_default_str();
     command.add_option("--margin-dB", arguments.margin_dB, "and the force so much larger")
-        ->check(CLI::Range(0.0, 40.0).description(""))
+        ->check(is_within(0.0, 40.0))
         ->type_name("DB")
         ->capture_default_str();
     command.add_option("--duration", arguments.duration_s, "of each trial, from the release on")
-        ->check(CLI::Range(0.1, 600.0).description(""))
+        ->check(is_within(0.1, 600.0))
         ->type_name("S")
         ->capture_default_str();
 }
@@ -243,12 +261,12 @@ void add_rths_options(CLI::App &command, berth::rths_arguments &arguments)
         ->type_name("INTEGER")
         ->capture_default_str();
     command.add_option("--noise", arguments.noise, "times the benchmark's; 0: none, and ideal converters")
-        ->check(CLI::Range(0.0, 1000.0))
+        ->check(is_within(0.0, 1000.0))
         ->capture_default_str();
     command
         .add_option("--force-age", arguments.force_age_samples,
                     "samples by which the force is late, as the firmware's force lead is told; 1 is right")
-        ->check(CLI::Range(0.0, 1.0))
+        ->check(is_within(0.0, 1.0))
         ->capture_default_str();
     command
         .add_option("--samples", arguments.samples_file, "write every sample of the nominal run to this CSV file")

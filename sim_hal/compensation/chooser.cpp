@@ -7,12 +7,19 @@
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "measured_map.h"
 
 namespace berth
 {
 
 namespace
 {
+
+/* Below this nothing moves. */
+constexpr double least_swing_m = 1e-9;
+
+/* Of the trial with noise, for a rig that tells of none. */
+constexpr double least_noise_N = 2.0;
 
 std::string setting(std::string_view key, double value)
 {
@@ -44,7 +51,8 @@ std::optional<rig> with_settings(const rig &of, const std::vector<std::string> &
 double usual_energy_J(const rig &rig)
 {
     const manipulator_config &arm = rig.firmware.manipulator;
-    const double way_m = std::max({std::abs(arm.initial_position_m), std::abs(rig.profile.amplitude_m), 1e-3});
+    const double way_m =
+        std::max({std::abs(arm.initial_position_m - rest_m(rig)), std::abs(rig.profile.amplitude_m), 1e-3});
     const double stiffness = arm.stiffness_N_per_m + rig.object.stiffness_N_per_m;
     return 0.5 * stiffness * way_m * way_m +
            0.5 * arm.mass_kg * arm.initial_velocity_m_per_s * arm.initial_velocity_m_per_s;
@@ -127,7 +135,8 @@ std::vector<difference> differences_for(const choice_request &request)
     scale("robot.dead_time_ms", request.dead_time_share);
     scale("object.stiffness_N_per_m", request.stiffness_share);
     scale("object.mass_kg", request.mass_share);
-    all.push_back({"force noise", {setting("sensor.noise_N", request.noise_N)}});
+    const double noise_N = request.noise_N.value_or(std::max(least_noise_N, 10.0 * rig.sensor.noise_N));
+    all.push_back({"force noise of " + number(noise_N) + " N", {setting("sensor.noise_N", noise_N)}});
     all.push_back({"one frame in 100 lost", {"bus.loss_probability=0.01"}});
     const double event_s = rig.run.release_s + 0.25 * request.duration_s;
     char jump[80];
@@ -171,6 +180,12 @@ method_verdict judge(const method &method, const std::vector<rig> &rigs, double 
     return verdict;
 }
 
+/* On the rig as told, if it could be and ran. */
+bool moves(const method_verdict &verdict)
+{
+    return verdict.trials.empty() || !verdict.trials.front().ran || verdict.trials.front().swing_m > least_swing_m;
+}
+
 } // namespace
 
 choice choose_compensation(const choice_request &request, const std::function<void(double)> &tried)
@@ -193,6 +208,10 @@ choice choose_compensation(const choice_request &request, const std::function<vo
     const std::vector<method> methods = methods_for(request);
     for (const method &one : methods) {
         made.methods.push_back(judge(one, rigs, request.duration_s));
+        if (!moves(made.methods.back())) {
+            throw input_error("nothing moves on this rig, so there is nothing to compare: give it a profile, "
+                              "manipulator.initial_position_m or manipulator.initial_velocity_m_per_s");
+        }
         if (tried) {
             tried(static_cast<double>(made.methods.size()) / static_cast<double>(methods.size()));
         }

@@ -40,7 +40,7 @@ struct choice_request {
     double dead_time_share = 0.3;
     double stiffness_share = 0.5;
     double mass_share = 0.2;
-    double noise_N = 2.0; /* of the trial with noise, one standard deviation */
+    std::optional<double> noise_N; /* of the trial with noise, one standard deviation; else ten times the rig's */
     double duration_s = 10.0;
     loop_margin margin{5.0, 0.0}; /* that the dissipator is designed for */
 };

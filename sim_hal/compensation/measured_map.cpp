@@ -27,18 +27,22 @@ measured_point worst_at(map_point_setter &setter, double duration_s)
 
 } // namespace
 
+double rest_m(const rig &rig)
+{
+    return rig.firmware.operator_command.interface == OPERATOR_INTERFACE_MOTION ? rig.profile.offset_m : 0.0;
+}
+
 rig released_rig(const rig &rig, double amplitude_m)
 {
     berth::rig released = rig;
-    const bool has_motion = rig.firmware.operator_command.interface == OPERATOR_INTERFACE_MOTION;
-    const double rest_m = has_motion ? rig.profile.offset_m : 0.0;
+    const double place_m = rest_m(rig);
     manipulator_config &arm = released.firmware.manipulator;
     released.profile.kind = profile_kind::rest;
     if (amplitude_m > 0.0) {
-        arm.initial_position_m = rest_m + amplitude_m;
+        arm.initial_position_m = place_m + amplitude_m;
         arm.initial_velocity_m_per_s = 0.0;
-    } else if (arm.initial_position_m == rest_m && arm.initial_velocity_m_per_s == 0.0) {
-        arm.initial_position_m = rest_m + usual_amplitude_m;
+    } else if (arm.initial_position_m == place_m && arm.initial_velocity_m_per_s == 0.0) {
+        arm.initial_position_m = place_m + usual_amplitude_m;
     }
     return released;
 }

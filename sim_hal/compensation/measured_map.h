@@ -12,6 +12,9 @@
 namespace berth
 {
 
+/* Where the manipulator is at rest without a force. */
+double rest_m(const rig &rig);
+
 /* The rig as it is run: let go at the amplitude (of the request, or its own, or 10 mm), and nothing else asked of
  * it. */
 rig released_rig(const rig &rig, double amplitude_m);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -26,6 +27,7 @@ class spread
         mean_ += step / static_cast<double>(count_);
         sum_ += step * (value - mean_);
     }
+    double mean() const { return mean_; }
     double rms() const { return count_ > 0 ? std::sqrt(sum_ / static_cast<double>(count_)) : 0.0; }
 
   private:
@@ -69,6 +71,19 @@ double growth_of(const std::vector<double> &position_m, double period_s)
            (window_s * static_cast<double>(last - first));
 }
 
+/* Where something has been. */
+struct range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+
+    void add(double value)
+    {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    double furthest_from(double place) const { return std::max(high - place, place - low); }
+};
+
 struct hal_closer {
     void operator()(struct hal *hal) const { hal_close(hal); }
 };
@@ -84,12 +99,12 @@ trial_result run_trial(const rig &rig, double duration_s)
     app_start(app.get(), &of.firmware);
     coupled_truth truth(of);
     spread swing;
-    trial_result result{false, true, 0.0, 0.0, 0.0, 0.0, 0, 0.0, fate::diverges};
+    trial_result result{false, true, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, fate::diverges};
     std::vector<double> position_m;
     double squares = 0.0;
     double robot_squares = 0.0;
-    double largest_truth_m = 0.0;
-    double largest_m = 0.0;
+    range of_truth_m;
+    range of_loop_m;
     long ticks = 0;
     bool has_started = false;
     bool has_stopped = false;
@@ -113,14 +128,17 @@ trial_result run_trial(const rig &rig, double duration_s)
         result.peak_error_m = std::max(result.peak_error_m, std::abs(off_m));
         result.peak_force_N = std::max(result.peak_force_N, std::abs(record.force_N));
         result.limited_ticks += record.limits != 0;
-        largest_truth_m = std::max(largest_truth_m, std::abs(truth.position_m()));
-        largest_m = std::max(largest_m, std::abs(record.manipulator_position_m));
+        of_truth_m.add(truth.position_m());
+        of_loop_m.add(record.manipulator_position_m);
         position_m.push_back(record.manipulator_position_m);
         ticks++;
         truth.advance(app->operator_channel.command);
     }
     result.ran = has_started && !has_stopped;
-    result.is_bounded = largest_m <= 2.0 * largest_truth_m;
+    /* About the middle of the motion: where zero lies says nothing. */
+    result.is_bounded =
+        ticks == 0 || of_loop_m.furthest_from(swing.mean()) <= 2.0 * of_truth_m.furthest_from(swing.mean());
+    result.swing_m = swing.rms();
     const auto share_of_swing = [&](double sum_of_squares) {
         return ticks > 0 && swing.rms() > 0.0 ? std::sqrt(sum_of_squares / static_cast<double>(ticks)) / swing.rms()
                                               : 0.0;

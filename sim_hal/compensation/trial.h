@@ -17,6 +17,7 @@ enum class fate {
 struct trial_result {
     bool ran;            /* the supervisor let it run to the end, no fault stopped it */
     bool is_bounded;     /* it swings no further than it should, twice over */
+    double swing_m;      /* rms of the truth about its mean */
     double error;        /* rms of the distance to the truth, as a share of the truth's rms about its mean */
     double robot_error;  /* the same of the robot's distance to where the manipulator is now */
     double peak_error_m; /* largest distance of the manipulator to the truth */

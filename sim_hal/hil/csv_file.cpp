@@ -33,7 +33,9 @@ std::string read_whole(const std::string &path)
     while ((got = gzread(file.get(), block, sizeof block)) > 0) {
         text.append(block, static_cast<std::size_t>(got));
     }
-    if (got < 0) {
+    int error = Z_OK; /* Z_BUF_ERROR: the compressed data stop halfway, of which gzread() tells nothing */
+    gzerror(file.get(), &error);
+    if (got < 0 || error != Z_OK) {
         throw input_error(path + ": cannot be read to its end; is it damaged?");
     }
     return text;

@@ -15,18 +15,6 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-/* Of slow signals, in s. */
-double filter_delay_s(const app_config &config)
-{
-    inverse_filter f;
-    inverse_filter_start(&f, &config);
-    if (!f.enabled) {
-        return 0.0;
-    }
-    return config_period_s(&config) * ((f.b[1] + 2.0 * f.b[2]) / (f.b[0] + f.b[1] + f.b[2]) -
-                                       (f.a[0] + 2.0 * f.a[1]) / (1.0 + f.a[0] + f.a[1]));
-}
-
 double robot_delay_s(const rig &rig)
 {
     const robot_rig &robot = rig.robot;
@@ -44,7 +32,7 @@ double loop_delay_s(const rig &rig)
 {
     const double period_s = config_period_s(&rig.firmware);
     const double sample_age_s = 1e-9 * static_cast<double>(hardware_period(rig).sample_age_ns());
-    return filter_delay_s(rig.firmware) + robot_delay_s(rig) + rig.sensor_low_pass_delay_s() +
+    return inverse_filter_delay_s(&rig.firmware) + robot_delay_s(rig) + rig.sensor_low_pass_delay_s() +
            1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + 0.5 * period_s;
 }
 

@@ -253,6 +253,9 @@ def test_profile_that_is_not_there_or_no_file_or_damaged(tmp_path):
     whole = gzip.compress("\n".join(["t_s,x", *(f"{i},{i % 7}" for i in range(5000))]).encode())
     (tmp_path / "cut.csv.gz").write_bytes(whole[: len(whole) // 2])
     refused("run", "ess", "--profile", tmp_path / "cut.csv.gz", "--out", out, contains=["cut.csv.gz"], out=out)
+    for size in (len(whole) - 8, len(whole) - 1):  # all numbers are there, only the checksum is cut
+        (tmp_path / "cut.csv.gz").write_bytes(whole[:size])
+        refused("run", "ess", "--profile", tmp_path / "cut.csv.gz", "--out", out, contains=["cut.csv.gz"], out=out)
     (tmp_path / "bad.csv.gz").write_bytes(whole[:200] + bytes(100) + whole[300:])
     refused("run", "ess", "--profile", tmp_path / "bad.csv.gz", "--out", out, contains=["bad.csv.gz"], out=out)
 

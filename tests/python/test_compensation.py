@@ -164,6 +164,25 @@ def test_what_is_recommended_held_on_every_rig_that_was_tried():
     assert all(method["worst_error"] >= worst for method in result["methods"] if method["robust"])
 
 
+@pytest.mark.parametrize("option", ["--dead-time", "--stiffness", "--mass", "--noise", "--margin-ms", "--margin-dB",
+                                    "--duration"])
+@pytest.mark.parametrize("value", ["nan", "-1", "1e9"])
+def test_what_is_no_tolerance_is_refused(option, value):
+    done = command("compensate", "ess", option, value)
+    assert done.returncode == EXIT_INPUT and option.encode() in done.stderr
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_where_zero_lies_changes_nothing(unit, tmp_path):
+    """Tool, material and operator all half a metre further on."""
+    def motion(place_m):
+        changes = {"object.surface_position_m": place_m, "profile.offset_m": place_m - 0.02, "run.duration_s": 4,
+                   "manipulator.initial_position_m": place_m - 0.02, "profile.duration_s": 1}
+        log = run_json("concept-copper", tmp_path, *settings(changes | UNITS[unit]))["log"]
+        return topic(log)["manipulator_position_m"] - place_m
+    assert np.abs(motion(0.5) - motion(0)).max() < 1e-6
+
+
 def test_the_recommended_settings_run(tmp_path):
     result = chosen("ess", *settings(STIFF))
     best = next(method for method in result["methods"] if method["method"] == result["recommended"])
@@ -208,6 +227,12 @@ def test_identification_corrects_a_stiffness_that_is_wrong_by_half_during_the_im
     told = restitution.restitution(impacts, values | wrong | restitution.METHODS["prediction"])
     identified = restitution.restitution(impacts, values | wrong | restitution.METHODS["identification"])
     assert abs(identified - ideal) < 0.05 < 0.2 < abs(told - ideal)
+
+
+@pytest.mark.parametrize("words", [("--seeds", "0"), ("--noise", "nan"), ("--stiffness", "-0.5"), ("--dead-time", "1")])
+def test_restitution_of_no_runs_or_no_share_is_refused(words):
+    done = command(ROOT / "scripts" / "restitution.py", *words, program=(sys.executable,))
+    assert done.returncode == EXIT_INPUT and words[0].encode() in done.stderr
 
 
 EVENT_s = 2.5

@@ -108,6 +108,29 @@ TEST_CASE("adaptive inverse: finds the inverse of a robot that is not the one th
     }
 }
 
+TEST_CASE("adaptive inverse: what is learnt of the gain moves no place, what is told does")
+{
+    REPRODUCIBLE();
+    random_stream random(test_seed(), 34);
+    const auto unit = std::make_unique<adaptive_inverse>();
+    for (const double told_gain : {1.0, 1.02}) {
+        const inverse_settings settings = told({told_gain, usual[1], usual[2]});
+        adaptive_inverse_start(unit.get(), &settings, 0.25);
+        show(*unit, {told_gain + 0.01, usual[1], usual[2]}, 20.0, 0.0, random);
+        REQUIRE(unit->coefficient[0] == doctest::Approx(told_gain + 0.01).epsilon(2e-3));
+        double setpoint_m = 0.0;
+        for (int n = 0; n < 10; n++) {
+            setpoint_m = adaptive_inverse_follow(unit.get(), 0.25);
+        }
+        CHECK(setpoint_m == doctest::Approx(told_gain * 0.25).epsilon(1e-12));
+        const double step_m = 1e-3;
+        for (int n = 0; n < 3; n++) {
+            setpoint_m = adaptive_inverse_follow(unit.get(), 0.25 + step_m);
+        }
+        CHECK(setpoint_m - told_gain * 0.25 == doctest::Approx(unit->coefficient[0] * step_m).epsilon(1e-4));
+    }
+}
+
 TEST_CASE("adaptive inverse: stays within three tolerances, whatever the robot does")
 {
     REPRODUCIBLE();

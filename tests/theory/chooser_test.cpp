@@ -1,4 +1,5 @@
 /* What fidelity is measured against, and which compensation is recommended. */
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -18,6 +19,14 @@ namespace
 const std::vector<std::string> stiff_object{"object.stiffness_N_per_m=60000", "object.damping_N_s_per_m=150"};
 
 const std::vector<std::string> softer_object{"object.stiffness_N_per_m=15000"};
+
+/* The copper sheet, with all of it elsewhere. */
+std::vector<std::string> copper_at(double place_m)
+{
+    const auto at = [](const char *key, double value) { return std::string(key) + "=" + std::to_string(value); };
+    return {at("object.surface_position_m", place_m), at("profile.offset_m", place_m - 0.02),
+            at("manipulator.initial_position_m", place_m - 0.02), "profile.duration_s=1"};
+}
 
 } // namespace
 
@@ -100,6 +109,70 @@ TEST_CASE("trial: the robot is behind the manipulator by its dead time, and wher
     MESSAGE("robot to manipulator: ", late.robot_error, ", with prediction and adaptive inverse ", met.robot_error);
     CHECK(met.robot_error < 0.1 * late.robot_error);
     CHECK(met.error < 0.02);
+    const trial_result too_far = run_trial(
+        load_rig("ess", {"prediction.enabled=true", "adaptive_inverse.enabled=true", "robot.gain_error=0.1"}), 10.0);
+    CHECK(too_far.robot_error < 0.1 * late.robot_error);
+}
+
+TEST_CASE("trial: where zero lies changes nothing")
+{
+    for (const auto &unit : std::vector<std::vector<std::string>>{
+             {}, {"prediction.enabled=true"}, {"adaptive_inverse.enabled=true", "force_lead.enabled=true"}}) {
+        CAPTURE(unit.size());
+        const auto trial_at = [&](double place_m) {
+            auto settings = copper_at(place_m);
+            settings.insert(settings.end(), unit.begin(), unit.end());
+            return run_trial(load_rig("concept-copper", settings), 3.0);
+        };
+        const trial_result here = trial_at(0.0);
+        const trial_result there = trial_at(0.5);
+        CHECK(here.is_bounded == !unit.empty());
+        CHECK(there.is_bounded == here.is_bounded);
+        CHECK(there.error == doctest::Approx(here.error).epsilon(1e-3));
+        CHECK(there.robot_error == doctest::Approx(here.robot_error).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("chooser: where zero lies changes nothing")
+{
+    choice_request request;
+    request.duration_s = 2.0;
+    request.rig = load_rig("concept-copper", copper_at(0.0));
+    const choice here = choose_compensation(request);
+    request.rig = load_rig("concept-copper", copper_at(0.5));
+    const choice there = choose_compensation(request);
+    const auto by_name = [&](const std::string &name) {
+        return *std::find_if(there.methods.begin(), there.methods.end(),
+                             [&](const method_verdict &other) { return other.method.name == name; });
+    };
+    for (const method_verdict &one : here.methods) {
+        CAPTURE(one.method.name);
+        const method_verdict other = by_name(one.method.name);
+        CHECK(other.method.settings == one.method.settings);
+        CHECK(other.is_robust == one.is_robust);
+    }
+    CHECK(there.methods.front().method.name == here.methods.front().method.name);
+}
+
+TEST_CASE("chooser: tries ten times the rig's noise, and refuses a rig on which nothing moves")
+{
+    choice_request request;
+    request.duration_s = 0.5;
+    const auto noise_of = [&](const std::vector<std::string> &settings) {
+        request.rig = load_rig("ess", settings);
+        const choice made = choose_compensation(request);
+        const auto noisy = std::find_if(made.differences.begin(), made.differences.end(), [](const difference &one) {
+            return one.name.find("noise") != std::string::npos;
+        });
+        REQUIRE(noisy != made.differences.end());
+        return noisy->settings.front();
+    };
+    CHECK(noise_of({}) == "sensor.noise_N=2");
+    CHECK(noise_of({"sensor.noise_N=1.5"}) == "sensor.noise_N=15");
+    request.noise_N = 0.5;
+    CHECK(noise_of({"sensor.noise_N=1.5"}) == "sensor.noise_N=0.5");
+    request.rig = load_rig("ess", {"manipulator.initial_position_m=0"});
+    CHECK_THROWS_WITH_AS(choose_compensation(request), doctest::Contains("nothing moves"), input_error);
 }
 
 TEST_CASE("coupled truth: once the object is let go the manipulator swings alone")

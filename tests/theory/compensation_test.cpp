@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../../firmware/compensation/delay_shares.h"
 #include "../../sim_hal/hil/random.h"
 #include "../../sim_hal/stability/hardware_period.h"
 #include "../../sim_hal/stability/spectrum.h"
@@ -123,6 +124,9 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
         {"sensor.low_pass_order=1", "robot.dead_time_ms=8.8"},
         {"sensor.low_pass_order=1", "sensor.lag_ms=6", "robot.lag_ms=3"},
         {"sensor.low_pass_order=0", "robot.dead_time_ms=8.8"},
+        {"sensor.low_pass_order=0"},
+        hold + overrides{"sensor.low_pass_order=0"},
+        hold + overrides{"sensor.low_pass_order=1"},
         hold + overrides{"sensor.low_pass_order=0", "sensor.lag_ms=2", "robot.dead_time_ms=8.8"},
         {"sensor.gain_error=-0.2", "robot.gain_error=0.1"},
         {"sensor.sample_phase_ms=1.2", "robot.dead_time_ms=8.8"},
@@ -132,7 +136,6 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
     for (const overrides &own : cases) {
         CAPTURE(own.empty() ? std::string("ess") : own.back());
         const rig rig = load_rig("ess", own + overrides{"manipulator.initial_position_m=0"});
-        const double gain = rig.firmware.hardware.gain;
         const hardware_period hardware(rig);
         const auto twin = std::make_unique<hardware_twin>();
         hardware_twin_start(twin.get(), &rig.firmware.hardware, config_period_s(&rig.firmware), 0.0);
@@ -154,16 +157,80 @@ TEST_CASE("hardware twin: what it says is what the exact solver says, for setpoi
             error_N = std::max(error_N, std::abs(hardware_twin_sample(twin.get(), 0.0) - measured_N));
             largest_N = std::max(largest_N, std::abs(measured_N));
         }
-        CHECK(gain != 0.0);
         REQUIRE(largest_N > 1.0);
         CHECK(error_N < 1e-8 * largest_N);
+    }
+}
+
+TEST_CASE("hardware twin: the robot's gain is that of its motion, not of its dead time")
+{
+    closed_loop loop("ess", with_prediction + overrides{"identification.enabled=true", "robot.gain_error=0.1",
+                                                        "run.duration_s=10"});
+    double off_ms = 0.0;
+    double error_N = 0.0;
+    double peak_N = 0.0;
+    while (loop.tick()) {
+        if (loop.is_running()) {
+            off_ms = std::max(off_ms, std::abs(prediction_belief(&loop.app().compensation.prediction).dead_time_ms -
+                                               loop.app().config.hardware.setpoint_to_motion_ms));
+            error_N = std::max(error_N, std::abs(loop.app().record.predicted_error_N));
+            peak_N = std::max(peak_N, std::abs(loop.app().record.force_N));
+        }
+    }
+    REQUIRE(peak_N > 1.0);
+    CHECK(off_ms < 0.01);
+    CHECK(error_N < 1e-3 * peak_N);
+}
+
+TEST_CASE("compensation: no part of the dead time is made up for twice, however units are combined")
+{
+    const overrides inverse{"adaptive_inverse.enabled=true", "adaptive_inverse.tolerance=0",
+                            "adaptive_inverse.gain_tolerance=0"};
+    const overrides lead{"force_lead.enabled=true"};
+    const overrides line{"extrapolation.order=1"};
+    for (const overrides &robot :
+         {overrides{}, overrides{"robot.transfer_frequency_Hz=20", "robot.lag_ms=2", "sensor.lag_ms=1"},
+          overrides{"robot.transfer_frequency_Hz=20", "robot.interpolation=hold"}}) {
+        for (const overrides &units : {line, lead, inverse + line, inverse + lead, line + lead,
+                                       line + lead + overrides{"extrapolation.delay_ms=5"},
+                                       line + lead + overrides{"force_lead.age_ms=5"}, inverse + line + lead}) {
+            CAPTURE(units.back());
+            CAPTURE(units.size());
+            CAPTURE(robot.size());
+            /* Hardly a mass, so that only the dead time makes the swing's growth differ. */
+            const rig rig =
+                load_rig("ess", robot + overrides{"object.mass_kg=1", "object.stiffness_N_per_m=3000"} + units);
+            const app_config &c = rig.firmware;
+            const double motion_ms = c.hardware.loop_delay_ms - c.energy.force_age_ms - c.hardware.sensor_lag_ms -
+                                     0.5e3 * config_period_s(&c);
+            double led_ms = c.adaptive_inverse.enabled ? motion_ms : 0.0;
+            led_ms += c.extrapolation.order > 0 ? extrapolation_delay_ms(&c) : 0.0;
+            led_ms += c.force_lead.enabled ? force_lead_age_ms(&c) + 0.5e3 * config_period_s(&c) : 0.0;
+            CHECK(led_ms == doctest::Approx(c.hardware.loop_delay_ms).epsilon(1e-12));
+            CHECK(loop_spectrum(rig).modes.front().growth_per_s ==
+                  doctest::Approx(coupled_mode_per_s(rig).real()).epsilon(0.05));
+        }
+    }
+}
+
+TEST_CASE("compensation: the inverse filter makes the loop's delay shorter")
+{
+    const overrides slow{"robot.transfer_frequency_Hz=12", "object.mass_kg=1", "object.stiffness_N_per_m=3000"};
+    const overrides filter{"inverse_filter.enabled=true"};
+    for (const overrides &unit : {overrides{"extrapolation.order=1"}, overrides{"force_lead.enabled=true"}}) {
+        const rig rig = load_rig("ess", slow + filter + unit);
+        CHECK(rig.firmware.hardware.loop_delay_ms <
+              load_rig("ess", slow + unit).firmware.hardware.loop_delay_ms - 10.0);
+        CHECK(loop_spectrum(rig).modes.front().growth_per_s ==
+              doctest::Approx(coupled_mode_per_s(rig).real()).epsilon(0.05));
     }
 }
 
 TEST_CASE("prediction: with the right model the loop swings as manipulator and object without dead time do")
 {
     for (const overrides &own : {overrides{}, stiff_object, overrides{"robot.dead_time_ms=57.5"},
-                                 overrides{"robot.interpolation=hold", "robot.dead_time_ms=13.3"}}) {
+                                 overrides{"robot.interpolation=hold", "robot.dead_time_ms=13.3"},
+                                 overrides{"robot.interpolation=hold", "sensor.low_pass_order=0"}}) {
         CAPTURE(own.empty() ? std::string("ess") : own.front());
         const rig rig = load_rig("ess", own + with_prediction);
         const spectrum loop = loop_spectrum(rig);
@@ -342,14 +409,16 @@ TEST_CASE("compensation: settings that cannot work are refused with the key")
         {"prediction.enabled=true", "force_lead.enabled"},
         {"dissipation.damping_N_s_per_m=2e5", "dissipation.damping_N_s_per_m"},
         {"passivity.damping_max_N_s_per_m=2e5", "passivity.damping_max_N_s_per_m"},
+        {"dissipation.damping_N_s_per_m=1.58e5", "passivity.damping_max_N_s_per_m"}, /* the two together */
         {"passivity.credit_J=0", "passivity.credit_J"},
         {"extrapolation.delay_ms=1000", "extrapolation.order"},
+        {"inverse_filter.enabled=true", "adaptive_inverse.enabled"},
         {"robot.dead_time_ms=3000", "prediction.enabled"},
     };
     for (const auto &row : rows) {
         CAPTURE(row.setting);
-        rig rig =
-            load_rig("ess", {"extrapolation.order=3", "passivity.action=damping", "adaptive_inverse.enabled=true"});
+        rig rig = load_rig("ess", {"extrapolation.order=3", "passivity.action=damping",
+                                   "adaptive_inverse.enabled=true", "robot.transfer_frequency_Hz=12"});
         const bool leads = std::string(row.key) == "force_lead.enabled";
         REQUIRE(!set_value(rig, leads ? "force_lead.enabled" : "prediction.enabled", "true"));
         if (std::string(row.key) == "passivity.credit_J") {
