@@ -34,13 +34,14 @@ class ConfigRow:
 class Log:
     """One run. `tick`, `rig` and `arm` map field names (unit last) to arrays, `tick_s` and `rig_s` are their times in s;
     `rig` is what was really so, known only to a simulated rig, else empty; `arm` has the ticks' times, and is empty
-    without one."""
+    without one; so does `side`, of the robot's axes beside that of the loop."""
     path: Path
     tick: dict
     tick_s: np.ndarray
     rig: dict
     rig_s: np.ndarray
     arm: dict
+    side: dict
     config: dict
     config_text: str
     config_rows: list
@@ -61,7 +62,7 @@ def _rows(text):
     for line in text.splitlines():
         if line.startswith("["):
             section = line.strip("[] ")
-        elif match := re.match(r'(\w+) = ("(?:[^"\\]|\\.)*"|\[[^\]]*\]|\S+)\s*(?:# (.*))?$', line):
+        elif match := re.match(r'(\w+) = ("(?:[^"\\]|\\.)*"|\[.*\]|\S+)\s*(?:# (.*))?$', line):
             yield ConfigRow(section, match[1], match[2].strip('"'), match[3] or "")
 
 
@@ -69,7 +70,7 @@ def read_log(path):
     """The log at `path`, up to its last whole record. Raises InputError."""
     path = Path(path)
     try:
-        ulog = ULog(str(path), ["tick", "rig", "arm"])
+        ulog = ULog(str(path), ["tick", "rig", "arm", "side"])
     except Exception as error:  # a damaged file can make pyulog raise anything
         raise InputError(f"{path}: cannot be read as a ULog file ({error})") from error
     infos = ulog.msg_info_dict
@@ -87,6 +88,7 @@ def read_log(path):
                tick_s=1e-9 * tick["scheduled_ns"] if tick else none,
                rig=rig,
                arm=topics.get("arm", {}),
+               side=topics.get("side", {}),
                # The time stamp is cut to us; the rig is recorded once a tick.
                rig_s=period_s * np.rint(1e-6 * rig["timestamp"] / period_s) if rig else none,
                config=config,

@@ -129,6 +129,25 @@ def add_forces(page):
                      signals.forces(page.log), "force (N)", "N", {"shapes": rest_shapes(page.log)})
 
 
+def second_axis(title):
+    return {"yaxis2": AXIS | {"title": {"text": title}, "overlaying": "y", "side": "right", "showgrid": False,
+                              "tickmode": "auto"}}
+
+
+def add_sides(page):
+    """The robot's axes beside that of the loop."""
+    log = page.log
+    shapes = {"shapes": rest_shapes(log)}
+    panels = (("side-ways", "Pose: ways beside the direction", signals.sides(log, False), "way (mm)", "mm", shapes),
+              ("side-turns", "Pose: turns", signals.sides(log, True), "turn (mrad)", "mrad", shapes),
+              ("side-loads", "Loads beside the direction", signals.side_loads(log), "force (N)", "",
+               shapes | second_axis("torque (N m)")))
+    for name, title, found, axis_title, unit, layout in panels:
+        if found:
+            page.add_signals(name, title, "In the robot's frame: x is the direction of the loop.", found, axis_title, unit,
+                             layout)
+
+
 def add_energy(page):
     found = signals.energies(page.log)
     if found:
@@ -144,26 +163,22 @@ def add_compensation(page):
     log = page.log
     shapes = {"shapes": rest_shapes(log)}
 
-    def second_axis(title):
-        return shapes | {"yaxis2": AXIS | {"title": {"text": title}, "overlaying": "y", "side": "right",
-                                           "showgrid": False, "tickmode": "auto"}}
-
     panels = (
         ("prediction", "Prediction: what the model does not know", signals.prediction_error(log), "force (N)", "N",
          shapes, "The twin of the hardware moves along with the setpoints. What the sensor shows beyond it is fed back; "
          "0 where the model is right."),
         ("identified", "Identification: the object", signals.believed_object(log), "share of what was told (%)", "",
-         second_axis("damping (N s/m)"), "A motion at a single frequency does not tell mass from stiffness: they "
+         shapes | second_axis("damping (N s/m)"), "A motion at a single frequency does not tell mass from stiffness: they "
          "may settle at other values with the same force."),
         ("tracked", "Identification: the robot's dead time", signals.believed_dead_time(log), "dead time (ms)", "ms",
          shapes, "From the positions that the robot reports. It only learns while the robot moves."),
-        ("inverse", "Adaptive inverse: the robot", signals.inverse(log), "delay (ms)", "ms", second_axis("gain"),
+        ("inverse", "Adaptive inverse: the robot", signals.inverse(log), "delay (ms)", "ms", shapes | second_axis("gain"),
          "Setpoints are gain x + delay x' + ..., by which the robot is where the manipulator is. Learnt from the "
          "positions that it reports."),
         ("lead", "Force lead: what the model does not know", signals.lead_error(log), "force (N)", "N", shapes,
          "Against the model's force as it was when the sample was taken; 0 where model and age are right."),
         ("passivity", "Passivity: energy out of nothing", signals.passivity(log), "deficit (J)", "",
-         second_axis("force (N)"), "Above 0 the manipulator has got energy that the hardware never had: the "
+         shapes | second_axis("force (N)"), "Above 0 the manipulator has got energy that the hardware never had: the "
          "controller takes it back."))
     for name, title, found, axis_title, unit, layout, note in panels:
         if found:
@@ -321,6 +336,7 @@ def build_page(log, summary, accuracy=None):
         add_positions(page)
         add_dead_time(page)
         add_forces(page)
+        add_sides(page)
         add_energy(page)
         add_compensation(page)
         add_envelope(page, summary)

@@ -94,6 +94,26 @@ def forces(log):
     return signals + [Signal("used by the loop", MANIPULATOR, log.tick_s, used_N, is_step=True)]
 
 
+SIDE_DASHES = {"y": "solid", "z": "dash", "rx": "solid", "ry": "dash", "rz": "dot"}
+
+
+def sides(log, turns):
+    """The tool's pose beside the loop's direction on the axes that the robot has there: ways in mm, or turns in mrad."""
+    unit = "rad" if turns else "m"
+    return [Signal(f"{axis}, {label}", colour, log.tick_s, 1e3 * log.side[f"{axis}_{what}_{unit}"], dash)
+            for axis, dash in SIDE_DASHES.items() if axis in log.config.get("axis", {}) and axis.startswith("r") == turns
+            for label, what, colour in (("command", "command", COMMAND), ("robot, as reported", "robot", REPORTED))]
+
+
+def side_loads(log):
+    """Measured there: forces in N, and on a second axis torques in N m."""
+    colours = dict(zip(SIDE_DASHES, (MANIPULATOR, ROBOT, COMMAND, REPORTED, OBJECT)))
+    return [Signal(axis, colours[axis], log.tick_s,
+                   log.side[f"{axis}_torque_N_m" if axis.startswith("r") else f"{axis}_force_N"],
+                   SIDE_DASHES[axis], is_step=True, is_second_axis=axis.startswith("r"))
+            for axis in SIDE_DASHES if axis in log.config.get("axis", {})]
+
+
 def energies(log):
     """The firmware's energy account in J; none in logs of versions that had none."""
     if "energy_dead_time_J" not in log.tick:

@@ -290,11 +290,11 @@ void print_axes(const rig &rig, std::ostream &text)
              << number_text(i < 3 ? rig.wrench.angles_rad[i] : rig.wrench.origin_m[i - 3]) << "\n";
     }
     text << "torque_noise_N_m = " << number_text(rig.wrench.torque_noise_N_m) << "\n";
-    text << "crosstalk = [\n";
+    text << "crosstalk = [";
     for (std::size_t i = 0; i < 36; i++) {
-        text << (i % 6 == 0 ? "    [" : "") << number_text(rig.wrench.crosstalk[i]) << (i % 6 == 5 ? "],\n" : ", ");
+        text << (i % 6 == 0 ? "[" : "") << number_text(rig.wrench.crosstalk[i])
+             << (i == 35 ? "]]\n" : i % 6 == 5 ? "], " : ", ");
     }
-    text << "]\n";
 }
 
 rig rig_along(const rig &whole, std::size_t axis)

@@ -296,3 +296,13 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer, duration_s):
     half = len(late) // 2
     grown = np.log(np.std(late[half:]) / np.std(late[:half])) / (half * 2.5e-3)
     assert grown == pytest.approx(expected, rel=0.03)
+
+
+def test_the_report_shows_every_axis(tmp_path):
+    log = run_json(rig_file(tmp_path, PLANAR_AXES, wrench_section()), tmp_path, *LAYOUT, "--set", "run.duration_s=2")["log"]
+    command(ROOT / "scripts" / "report.py", log, program=(ROOT / ".venv" / "bin" / "python",))
+    page = open(log.replace(".ulg", ".html")).read()
+    for word in ("Pose: ways beside the direction", "Pose: turns", "Loads beside the direction", "rz, robot, as reported",
+                 "y, command"):
+        assert word in page, word
+    assert "rx, command" not in page
