@@ -12,9 +12,10 @@ virtual_rig::virtual_rig(const rig &rig) : events_(rig), hardware_{plant(rig), m
     hardware_.state = hardware_.equations.at_rest<beam_state>(reference_m);
     if (has_hardware_effects(rig)) {
         if (rig.object.further_mode_count > 0) {
-            throw input_error("object.modes: a beam of several modes has been gripped before the run, and knows no "
-                              "effects beside it: leave out run.grip_close_s, run.grip_release_s and " +
-                              (effect_names(rig, is_hardware_effect) + ", ") + "or set object.modes = 1");
+            const std::string names = effect_names(rig, is_hardware_effect);
+            throw input_error("object.modes: a beam of several modes is gripped all the time and knows no effects "
+                              "beside it: leave out run.grip_close_s and run.grip_release_s" +
+                              (names.empty() ? names : " and " + names) + ", or set object.modes = 1");
         }
         hardware_.effects = std::make_unique<effect_solver>(rig, reference_m);
     }
