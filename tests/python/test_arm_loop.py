@@ -78,6 +78,8 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ('arm = "ess"', 'arm = "nothing"', "no shipped arm has this name"),
     ("direction_x = 1.0", "direction_x = 0.0", "manipulator.direction_x"),
     ("direction_x = 1.0", "direction_z = 1.0", "manipulator.direction_z"),
+    ("direction_x = 1.0", "direction_x = 1e300", "manipulator.direction_x: must be 0, or of a size"),
+    ("direction_x = 1.0", "direction_x = 1e-300", "manipulator.direction_x: must be 0, or of a size"),
     ("direction_x = 1.0", "initial_velocity_m_per_s = 0.1", "an arm starts at rest"),
     ("direction_x = 1.0", "coulomb_friction_N = 5", "one degree of freedom"),
     ("[limits]", "[prediction]\nenabled = true\n[limits]", "prediction.enabled"),
