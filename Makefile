@@ -208,7 +208,8 @@ PACKAGES = $(shell $(PYTHON) -c "import sysconfig; print(sysconfig.get_paths()['
 build/arm_peers: tests/bench/arm_peers.cpp tests/bench/timed.h
 	@echo "c++  $<"
 	@$(CXX) -std=c++17 -O2 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
-		-isystem /usr/include/eigen3 -isystem $(PACKAGES)/mujoco/include -isystem $(PACKAGES)/cmeel.prefix/include $< -o $@ \
+		-isystem /usr/include/eigen3 -isystem $(PACKAGES)/mujoco/include -isystem $(PACKAGES)/cmeel.prefix/include \
+		-isystem tests/bench/pinocchio_lacks $< -o $@ \
 		-L$(PACKAGES)/cmeel.prefix/lib -lpinocchio_default -lpinocchio_parsers $(wildcard $(PACKAGES)/mujoco/libmujoco.so.*) \
 		-Wl,-rpath,$(PACKAGES)/cmeel.prefix/lib:$(PACKAGES)/mujoco
 

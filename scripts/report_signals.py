@@ -345,8 +345,9 @@ def verdict(log, summary):
         return Verdict("Never ran", "The loop never reached the state running: there is no motion to judge.",
                        NEUTRAL, alarm(summary), notes)
     if summary["stable"] is None:
-        return Verdict("Not determined", "The loop was stopped before there was enough motion to judge.", NEUTRAL,
-                       alarm(summary), notes)
+        sentence = ("There is too little free oscillation to measure a growth rate." if summary["stop_cause"] == "none"
+                    else "The loop was stopped before there was enough motion to judge.")
+        return Verdict("Not determined", sentence, NEUTRAL, alarm(summary), notes)
     word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)
     growth_per_s = summary["growth_per_s"]
     if growth_per_s is None:

@@ -22,6 +22,12 @@ bool turns(std::size_t axis)
     return axis >= SIDE_AXIS_RX;
 }
 
+constexpr double not_told = -1.0; /* a dead time: the robot's own counts */
+
+/* Beyond these a mounting is a slip of the keyboard. */
+constexpr double mounting_angle_max_rad = 10.0;
+constexpr double mounting_way_max_m = 100.0;
+
 /* A calibration that is nearer to a singular one than this would make force of noise. */
 constexpr double condition_max = 1e6;
 
@@ -33,7 +39,8 @@ struct axis_key {
     std::string_view way;  /* name of the key for an axis of ways ... */
     std::string_view turn; /* ... and of turns */
     double *(*member)(rig &, std::size_t);
-    bool may_be_zero;
+    double least; /* 0: may be 0 */
+    double most;
     std::string_view meaning;
 };
 
@@ -41,18 +48,21 @@ struct axis_key {
 #define LIMIT_MEMBER(name) [](rig &of, std::size_t axis) -> double * { return &of.firmware.side_axes[axis].name; }
 
 constexpr std::array<axis_key, 10> axis_keys = {{
-    {"mass_kg", "inertia_kg_m2", RIG_MEMBER(mass), false, "of the object there"},
-    {"stiffness_N_per_m", "stiffness_N_m_per_rad", RIG_MEMBER(stiffness), true, "of the same"},
-    {"damping_N_s_per_m", "damping_N_m_s_per_rad", RIG_MEMBER(damping), true, "of the same"},
-    {"sensor_stiffness_N_per_m", "sensor_stiffness_N_m_per_rad", RIG_MEMBER(sensor_stiffness), false,
+    {"mass_kg", "inertia_kg_m2", RIG_MEMBER(mass), 1e-6, 1e9, "of the object there"},
+    {"stiffness_N_per_m", "stiffness_N_m_per_rad", RIG_MEMBER(stiffness), 0.0, 1e13, "of the same"},
+    {"damping_N_s_per_m", "damping_N_m_s_per_rad", RIG_MEMBER(damping), 0.0, 1e12, "of the same"},
+    {"sensor_stiffness_N_per_m", "sensor_stiffness_N_m_per_rad", RIG_MEMBER(sensor_stiffness), 1e-6, 1e13,
      "between robot and object"},
-    {"sensor_damping_ratio", "sensor_damping_ratio", RIG_MEMBER(sensor_damping_ratio), true, "of the same"},
-    {"robot_dead_time_ms", "robot_dead_time_ms", RIG_MEMBER(dead_time_ms), true, "command to motion"},
-    {"position_limit_m", "angle_limit_rad", LIMIT_MEMBER(limits.position_max_m), false, "of setpoints, either way"},
-    {"velocity_limit_m_per_s", "rate_limit_rad_per_s", LIMIT_MEMBER(limits.velocity_m_per_s), false, "of setpoints"},
+    {"sensor_damping_ratio", "sensor_damping_ratio", RIG_MEMBER(sensor_damping_ratio), 0.0, 1e4, "of the same"},
+    {"robot_dead_time_ms", "robot_dead_time_ms", RIG_MEMBER(dead_time_ms), 0.0, 1e5, "command to motion"},
+    {"position_limit_m", "angle_limit_rad", LIMIT_MEMBER(limits.position_max_m), 1e-9, 1e9,
+     "of setpoints, either way"},
+    {"velocity_limit_m_per_s", "rate_limit_rad_per_s", LIMIT_MEMBER(limits.velocity_m_per_s), 1e-9, 1e9,
+     "of setpoints"},
     {"acceleration_limit_m_per_s2", "acceleration_limit_rad_per_s2", LIMIT_MEMBER(limits.acceleration_m_per_s2),
-     false, "of setpoints"},
-    {"start_tolerance_m", "start_tolerance_rad", LIMIT_MEMBER(start_tolerance), false, "robot to first setpoint"},
+     1e-9, 1e9, "of setpoints"},
+    {"start_tolerance_m", "start_tolerance_rad", LIMIT_MEMBER(start_tolerance), 1e-12, 1e9,
+     "robot to first setpoint"},
 }};
 
 #undef RIG_MEMBER
@@ -67,7 +77,7 @@ std::string_view name_of(const axis_key &key, std::size_t axis)
 void set_defaults(rig &rig, std::size_t axis)
 {
     rig.side_axes[axis] = {};
-    rig.side_axes[axis].dead_time_ms = -1.0; /* not told */
+    rig.side_axes[axis].dead_time_ms = not_told;
     rig.side_axes[axis].sensor_stiffness = turns(axis) ? 2e6 : 2e7;
     rig.firmware.side_axes[axis] = {1, 0.002, {-1.0, 1.0, 2.0, 50.0}};
 }
@@ -178,6 +188,17 @@ std::optional<rig_error> complete_wrench(rig &rig)
     return {};
 }
 
+std::string wrong_size(const axis_key &key, double value)
+{
+    if (key.least == 0.0 ? value < 0.0 : value <= 0.0) {
+        return std::string(key.least == 0.0 ? "must be 0 or more (" : "must be greater than 0 (")
+            .append(key.meaning)
+            .append(")");
+    }
+    return "must be from " + number_text(key.least) + " to " + number_text(key.most) + " (is " + number_text(value) +
+           ")";
+}
+
 std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
 {
     const std::string path = "axis." + std::string(axis_names[axis]);
@@ -195,14 +216,16 @@ std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
     if (rig.object.kind == object_kind::contact) {
         return rig_error{path, "needs a gripped object: object.kind = \"gripped\""};
     }
+    if (rig.run.grip_close_s > 0.0 || rig.run.grip_release_s < never) {
+        return rig_error{path, "is gripped before the run and stays so: leave out run.grip_close_s and "
+                               "run.grip_release_s, or this axis"};
+    }
     side_axis_config &config = rig.firmware.side_axes[axis];
     config.limits.position_min_m = -config.limits.position_max_m;
     for (const axis_key &key : axis_keys) {
         const double value = *key.member(rig, axis);
-        if (!(key.may_be_zero ? value >= 0.0 : value > 0.0)) {
-            return rig_error{path + "." + std::string(name_of(key, axis)),
-                             std::string("must be ") + (key.may_be_zero ? "0 or more" : "greater than 0") + " (" +
-                                 std::string(key.meaning) + ")"};
+        if (!(value >= key.least && value <= key.most)) {
+            return rig_error{path + "." + std::string(name_of(key, axis)), wrong_size(key, value)};
         }
     }
     const double most = turns(axis) ? angle_max_rad : way_max_m;
@@ -239,9 +262,16 @@ void read_axis(rig &rig, const std::string &name, const toml::node &node, const 
             fail(place(origin, value.source()), {path, "unknown; there are " + keys_of(axis)});
         }
         *key->member(rig, axis) = number(path, value, origin);
-        if (key->may_be_zero && *key->member(rig, axis) < 0.0) {
+        if (key->least == 0.0 && *key->member(rig, axis) < 0.0) {
             fail(place(origin, value.source()), {path, "must be 0 or more"});
         }
+    }
+}
+
+void follow_dead_time(rig &rig)
+{
+    for (side_axis_rig &axis : rig.side_axes) {
+        axis.dead_time_ms = not_told;
     }
 }
 
@@ -260,8 +290,12 @@ void read_wrench(rig &rig, const toml::table &table, const std::string &origin)
                  {path, "unknown; there are " + list_of(mounting_names) + ", torque_noise_N_m and crosstalk"});
         } else {
             const auto which = static_cast<std::size_t>(found - mounting_names.begin());
-            (which < 3 ? rig.wrench.angles_rad[which] : rig.wrench.origin_m[which - 3]) =
-                number(path, value, origin);
+            const double most = which < 3 ? mounting_angle_max_rad : mounting_way_max_m;
+            const double size = number(path, value, origin);
+            if (std::abs(size) > most) {
+                fail(place(origin, value.source()), {path, "must be within +-" + number_text(most)});
+            }
+            (which < 3 ? rig.wrench.angles_rad[which] : rig.wrench.origin_m[which - 3]) = size;
         }
     }
 }

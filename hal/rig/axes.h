@@ -26,6 +26,9 @@ namespace berth
 void read_axis(rig &rig, const std::string &name, const toml::node &node, const std::string &origin);
 void read_wrench(rig &rig, const toml::table &table, const std::string &origin);
 
+/* The axes show the dead time of the robot, whatever their sections say: it is another robot's. */
+void follow_dead_time(rig &rig);
+
 void print_axes(const rig &rig, std::ostream &text);
 
 /* What is wrong with them; fills in what the firmware has to know. */

@@ -31,6 +31,29 @@ double number(const std::string &key, const toml::node &node, const std::string 
     return *value;
 }
 
+std::int32_t read_joint(const toml::node &node, const std::string &origin)
+{
+    if (!node.is_integer()) {
+        fail(place(origin, node.source()), {"orders.joint", "must be a whole number (is " + text_of(node) + ")"});
+    }
+    return static_cast<std::int32_t>(number("orders.joint", node, origin, ARM_JOINTS_MAX)) - 1;
+}
+
+/* What would be passed over in silence. */
+void check_keys(const toml::table &table, std::string_view kind, const std::string &origin)
+{
+    for (const auto &[name, node] : table) {
+        const std::string_view key = name.str();
+        const std::string_view of = key == "speed_m_per_s"                            ? "line_m"
+                                    : key == "move_to_rad" || key == "rate_rad_per_s" ? "joint"
+                                                                                      : kind;
+        if (of != kind) {
+            fail(place(origin, node.source()),
+                 {"orders." + std::string(key), "goes with " + std::string(of) + " only"});
+        }
+    }
+}
+
 void read_way(arm_order &order, const toml::node &node, const std::string &origin)
 {
     const toml::array *const way = node.as_array();
@@ -49,6 +72,7 @@ operator_order read_order(const toml::table &table, const std::string &origin)
     operator_order made{};
     arm_order &order = made.order;
     const std::string where = place(origin, table.source());
+    std::string_view kind;
     int kinds = 0;
     for (const auto &[name, node] : table) {
         const std::string_view key = name.str();
@@ -57,12 +81,14 @@ operator_order read_order(const toml::table &table, const std::string &origin)
             made.at_s = number(path, node, origin, 1e9);
         } else if (key == "line_m") {
             read_way(order, node, origin);
+            kind = key;
             kinds++;
         } else if (key == "speed_m_per_s") {
             order.speed_m_per_s = number(path, node, origin, speed_max_m_per_s);
         } else if (key == "joint") {
-            order.joint = static_cast<std::int32_t>(number(path, node, origin, ARM_JOINTS_MAX)) - 1;
+            order.joint = read_joint(node, origin);
             order.kind = table.contains("move_to_rad") ? ARM_ORDER_JOINT_MOVE : ARM_ORDER_JOINT_RATE;
+            kind = key;
             kinds++;
         } else if (key == "move_to_rad") {
             order.angle_rad = number(path, node, origin, angle_max_rad);
@@ -70,6 +96,7 @@ operator_order read_order(const toml::table &table, const std::string &origin)
             order.rate_rad_per_s = number(path, node, origin, rate_max_rad_per_s);
         } else if (key == "follow" && node.value<bool>() == true) {
             order.kind = ARM_ORDER_FOLLOW;
+            kind = key;
             kinds++;
         } else {
             fail(place(origin, node.source()),
@@ -80,6 +107,7 @@ operator_order read_order(const toml::table &table, const std::string &origin)
     if (kinds != 1) {
         fail(where, {"orders", "each must have one of line_m, joint and follow = true"});
     }
+    check_keys(table, kind, origin);
     if (order.kind == ARM_ORDER_LINE && !(order.speed_m_per_s > 0.0)) {
         fail(where, {"orders.speed_m_per_s", "a line needs it, greater than 0"});
     }

@@ -227,6 +227,13 @@ std::optional<rig_error> check_arm(const rig &rig)
                          is_planar ? "must not be 0 together with direction_y: it is no direction"
                                    : "must not be 0 together with direction_y and direction_z"};
     }
+    for (const auto &[key, part] : {std::pair("manipulator.direction_x", manipulator.direction_x),
+                                    std::pair("manipulator.direction_y", manipulator.direction_y),
+                                    std::pair("manipulator.direction_z", manipulator.direction_z)}) {
+        if (part != 0.0 && !(std::abs(part) >= 1e-12 && std::abs(part) <= 1e12)) {
+            return rig_error{key, "must be 0, or of a size from 1e-12 to 1e12: only the direction counts"};
+        }
+    }
     if (is_planar && manipulator.direction_z != 0.0) {
         return rig_error{"manipulator.direction_z", "must be 0: the arm is planar"};
     }

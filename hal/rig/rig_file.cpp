@@ -83,6 +83,12 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
     }
 }
 
+bool stands_in_own_section(std::string_view path)
+{
+    const std::string_view section = path.substr(0, path.find('.'));
+    return section == "axis" || section == "wrench" || section == "orders";
+}
+
 void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_places &places)
 {
     for (const std::string &override : overrides) {
@@ -92,6 +98,9 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
         }
         const std::string path = override.substr(0, equals);
         const std::string where = "--set " + override;
+        if (stands_in_own_section(path)) {
+            fail(where, {path, "is set in the rig file alone; berth run RIG --print-config prints one to change"});
+        }
         if (const auto error = set_value(rig, path, override.substr(equals + 1))) {
             fail(where, *error);
         }
@@ -120,6 +129,9 @@ void check_object_keys(const rig &rig, const key_places &places)
 void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
 {
     for (const robot_preset::setting &setting : robot.settings) {
+        if (setting.path == "robot.dead_time_ms") {
+            follow_dead_time(rig);
+        }
         if (!setting.text.empty()) {
             set_value(rig, setting.path, setting.text); /* was checked when the preset was read */
         }
@@ -204,7 +216,7 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
     check(rig, origin, places, context);
     if (const auto band = dead_time_band(*robot, overrides)) {
         berth::rig lower = rig;
-        lower.robot.dead_time_ms = band->from;
+        show_dead_time(lower, band->from);
         check(lower, origin, places, context + ", at the lower end of its range");
     }
     return rig;

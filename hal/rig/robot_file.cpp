@@ -206,6 +206,14 @@ robot_preset load_robot(const std::string &name_or_path)
     return preset;
 }
 
+void show_dead_time(rig &rig, double dead_time_ms)
+{
+    rig.robot.dead_time_ms = dead_time_ms;
+    for (side_axis_rig &axis : rig.side_axes) {
+        axis.dead_time_ms = dead_time_ms;
+    }
+}
+
 std::optional<range_ms> dead_time_band(const robot_preset &robot, const std::vector<std::string> &overrides)
 {
     const bool is_range = robot.dead_time_ms && robot.dead_time_ms->from < robot.dead_time_ms->to;

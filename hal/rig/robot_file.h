@@ -59,6 +59,9 @@ robot_preset parse_robot(const std::string &text, const std::string &origin);
  * no range, or an override puts a value in its place. */
 std::optional<range_ms> dead_time_band(const robot_preset &robot, const std::vector<std::string> &overrides);
 
+/* This dead time along every axis of the robot. */
+void show_dead_time(rig &rig, double dead_time_ms);
+
 } // namespace berth
 
 #endif

@@ -95,6 +95,12 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
 {
+    if (std::any_of(std::begin(config.gravity_m_per_s2), std::end(config.gravity_m_per_s2),
+                    [](double part) { return part != 0.0; })) {
+        throw input_error(
+            "base.gravity_m_per_s2: small motions are about a rest, and gravity leaves the arm none at "
+            "its start; look at what `berth run` measures, or leave gravity out");
+    }
     return config.kind == ARM_PLANAR ? linearised<plane>(config, pose_rad) : linearised<space>(config, pose_rad);
 }
 

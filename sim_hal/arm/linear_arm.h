@@ -25,7 +25,7 @@ struct linear_arm {
     Eigen::Index count() const { return inertia.rows(); }
 };
 
-/* `pose_rad`: of the joints. */
+/* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
 
 /* The tool can only move along `direction` (as many numbers as the world has dimensions), and in space not turn:

@@ -102,15 +102,18 @@ arm_joint make_joint(const urdf_model &model, const urdf_joint &from, const urdf
     write_frame(placement, joint.frame);
     Eigen::Map<Eigen::Vector3d>(joint.axis) = from.axis;
     if (const urdf_element *const limit = from.xml->FirstChildElement("limit")) {
+        const auto or_zero = [&](const char *key) {
+            return limit->Attribute(key) == nullptr ? 0.0 : model.number(limit, key);
+        };
         if (from.type == "revolute") {
-            joint.angle_min_rad = limit->DoubleAttribute("lower", 0.0);
-            joint.angle_max_rad = limit->DoubleAttribute("upper", 0.0);
+            joint.angle_min_rad = or_zero("lower");
+            joint.angle_max_rad = or_zero("upper");
             if (!(joint.angle_max_rad > joint.angle_min_rad)) {
                 model.fail(limit, "of joint \"" + from.name + "\": upper must be greater than lower");
             }
         }
         const auto positive = [&](const char *key) {
-            const double value = limit->DoubleAttribute(key, 0.0);
+            const double value = or_zero(key);
             return value > 0.0 ? value : never;
         };
         joint.torque_limit_N_m = positive("effort");

@@ -121,11 +121,14 @@ urdf_body urdf_model::body_of(const std::string &name) const
     }
     urdf_body body;
     body.mass_kg = number(mass, "value");
+    /* All are read before any is written: a matrix that is left half written ends the program. */
+    const double xx = number(inertia, "ixx");
     const double xy = number(inertia, "ixy");
     const double xz = number(inertia, "ixz");
+    const double yy = number(inertia, "iyy");
     const double yz = number(inertia, "iyz");
-    body.inertia_kg_m2 << number(inertia, "ixx"), xy, xz, xy, number(inertia, "iyy"), yz, xz, yz,
-        number(inertia, "izz");
+    const double zz = number(inertia, "izz");
+    body.inertia_kg_m2 << xx, xy, xz, xy, yy, yz, xz, yz, zz;
     if (!(body.mass_kg >= 0.0)) {
         fail(mass, "of link \"" + name + "\": must be 0 or more");
     }
@@ -140,9 +143,12 @@ urdf_body urdf_model::body_of(const std::string &name) const
 
 double urdf_model::number(const urdf_element *at, const char *key) const
 {
+    /* tinyxml2 reads as far as it understands: of "1,5" it makes 1. */
+    std::istringstream text(attribute(at, key));
     double value = 0.0;
-    if (at->QueryDoubleAttribute(key, &value) != tinyxml2::XML_SUCCESS || !std::isfinite(value)) {
-        fail(at, std::string(key) + ": is missing or no number");
+    std::string rest;
+    if (!(text >> value) || text >> rest || !std::isfinite(value)) {
+        fail(at, std::string(key) + ": must be a number (is \"" + attribute(at, key) + "\")");
     }
     return value;
 }

@@ -61,9 +61,10 @@ class urdf_model
 
     [[noreturn]] void fail(const urdf_element *at, const std::string &message) const;
     [[noreturn]] void fail(const std::string &message) const;
+    /* Fails where it is missing, or none. */
+    double number(const urdf_element *at, const char *key) const;
 
   private:
-    double number(const urdf_element *at, const char *key) const;
     std::string attribute(const urdf_element *at, const char *key) const;
     Eigen::Vector3d vector(const urdf_element *at, const char *key) const;
     urdf_frame origin_of(const urdf_element *at) const;

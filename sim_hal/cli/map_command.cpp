@@ -209,7 +209,7 @@ map_job make_job(const map_arguments &arguments)
     }
     if (job.chosen.dead_time_band && job.request.x.name != dead_time && job.request.y.name != dead_time) {
         job.lower_end = job.request;
-        job.lower_end->rig.robot.dead_time_ms = job.chosen.dead_time_band->from;
+        show_dead_time(job.lower_end->rig, job.chosen.dead_time_band->from);
     }
     return job;
 }

@@ -238,7 +238,8 @@ Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig,
             .head(dimensions);
     }
     Eigen::VectorXd direction = numbers_of("--direction", arguments.direction, dimensions);
-    if (direction.norm() < 1e-12) {
+    /* Beyond, its square is 0 or inf. */
+    if (!(direction.norm() >= 1e-12 && direction.norm() <= 1e12)) {
         throw input_error("--direction " + arguments.direction + ": has no direction");
     }
     return direction;

@@ -59,7 +59,7 @@ void refuse_model_of_another_robot(const chosen_rig &chosen, const std::vector<s
 rig chosen_rig::at_lower_end() const
 {
     berth::rig lower = rig;
-    lower.robot.dead_time_ms = dead_time_band->from;
+    show_dead_time(lower, dead_time_band->from);
     return lower;
 }
 

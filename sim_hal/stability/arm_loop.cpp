@@ -9,6 +9,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
 #include "period_map.h"
+#include "spectrum.h"
 
 namespace berth
 {
@@ -75,6 +76,7 @@ struct axis_period {
 axis_period axis_of(const rig &rig)
 {
     const period_map map(rig);
+    refuse_too_many_states(map.layout().count);
     const Eigen::MatrixXd whole = map.matrix();
     const Eigen::Index others = whole.rows() - 2;
     /* What the manipulator of one degree of freedom does by itself; the rest of its rows is the force. */
@@ -138,6 +140,7 @@ Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eig
     for (const axis_period &axis : axes) {
         size += axis.transition.rows();
     }
+    refuse_too_many_states(size);
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
     result.topLeftCorner(states, states) = period.transition;
     Eigen::Index from = states;

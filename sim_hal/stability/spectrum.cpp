@@ -60,19 +60,10 @@ spectrum oscillator_spectrum(double mass, double damping, double stiffness, doub
                          period_s);
 }
 
-void refuse_too_many_states(const period_map &map)
-{
-    if (map.layout().count > states_max) {
-        throw input_error("the loop has " + std::to_string(map.layout().count) + " eigenvalues; more than " +
-                          std::to_string(states_max) +
-                          " take minutes: lower loop.rate_Hz, robot.dead_time_ms or sensor.delay_ms");
-    }
-}
-
 Eigen::VectorXcd eigenvalues_of(const rig &rig)
 {
     const period_map map(rig);
-    refuse_too_many_states(map);
+    refuse_too_many_states(map.layout().count);
     Eigen::MatrixXd matrix = map.matrix();
     balance(matrix);
     return matrix.eigenvalues();
@@ -93,6 +84,15 @@ void refine(Eigen::VectorXcd &eigenvalues, const loop_equation &equation)
 }
 
 } // namespace
+
+void refuse_too_many_states(std::int64_t count)
+{
+    if (count > states_max) {
+        throw input_error("the loop has " + std::to_string(count) + " eigenvalues; more than " +
+                          std::to_string(states_max) +
+                          " take minutes: lower loop.rate_Hz, robot.dead_time_ms or sensor.delay_ms");
+    }
+}
 
 mode mode_of(std::complex<double> z, double period_s)
 {
@@ -144,7 +144,7 @@ double spectral_radius_of(const rig &rig)
     if (compensation_is_on(&rig.firmware)) { /* which the characteristic equation does not know */
         return eigenvalues_of(rig).cwiseAbs().maxCoeff();
     }
-    refuse_too_many_states(period_map(rig));
+    refuse_too_many_states(period_map(rig).layout().count);
     return dominant_root_finder().spectral_radius(make_loop_equation(rig));
 }
 

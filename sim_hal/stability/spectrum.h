@@ -35,6 +35,9 @@ struct spectrum {
  * of it, and the loop is neither stable nor unstable. */
 bool drifts_freely(const rig &rig);
 
+/* Throws input_error where all eigenvalues at once take minutes, or the memory. */
+void refuse_too_many_states(std::int64_t count);
+
 /* Of the whole loop; with an arm: as arm_loop.h says. Throws input_error where the rig has no one-period map. */
 spectrum loop_spectrum(const rig &rig);
 

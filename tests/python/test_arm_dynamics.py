@@ -156,6 +156,51 @@ def test_pinocchio(compared):
         assert_close(np.concatenate([axes @ linear, axes @ angular]), jacobian @ v)
 
 
+@pytest.mark.parametrize("is_free", [True, False], ids=["free", "held"])
+@pytest.mark.parametrize("kind", [Spatial, Planar], ids=["spatial", "planar"])
+def test_gravity(kind, is_free, tmp_path):
+    """On a satellite that floats and on one that is held, pulled askew: accelerations against Pinocchio's."""
+    print(f"seed {SEED}; again: BERTH_SEED={SEED} pytest tests/python/test_arm_dynamics.py -k gravity")
+    gravity = [1.3, -9.1, 3.7 if kind is Spatial else 0.0]
+    text = command("arm", kind.urdf, *kind.options).stdout.decode()
+    assert "is_free = true" in text and "gravity_m_per_s2 = [0, 0, 0]" in text
+    arm = tmp_path / "arm.toml"
+    arm.write_text(text.replace("is_free = true", f"is_free = {str(is_free).lower()}")
+                   .replace("gravity_m_per_s2 = [0, 0, 0]", f"gravity_m_per_s2 = {gravity}"))
+    states = random_states(kind, np.random.default_rng(SEED))[:50]
+    if not is_free:
+        still = {"position_m": np.zeros(kind.dimension), "turn_rate_rad_per_s": np.zeros(kind.turns),
+                 "velocity_m_per_s": np.zeros(kind.dimension),
+                 "attitude": np.eye(4)[0] if kind is Spatial else np.zeros(1)}
+        states = [{**state, **still} for state in states]
+    file = tmp_path / "states.json"
+    file.write_text(json.dumps([{key: value.tolist() for key, value in state.items()} for state in states]))
+    done = command("arm", arm, "--states", file)
+    assert done.returncode == 0, done.stderr.decode()
+
+    model = pinocchio.buildModelFromUrdf(str(kind.urdf), kind.root())
+    model.gravity.linear[:] = gravity
+    data = model.createData()
+    order, base = pinocchio_order(kind), kind.dimension + kind.turns
+    tool = model.getFrameId("gripper" if kind is Spatial else "hand")
+    for state, ours in zip(states, json.loads(done.stdout)):
+        q = pinocchio_q(kind, model, state)
+        v = np.concatenate([state["velocity_m_per_s"], state["turn_rate_rad_per_s"], state["link_rad_per_s"]])
+        pinocchio.computeJointJacobians(model, data, q)
+        pinocchio.updateFramePlacements(model, data)
+        jacobian = pinocchio.getFrameJacobian(model, data, tool, pinocchio.LOCAL_WORLD_ALIGNED)
+        pushed = jacobian.T @ np.concatenate(in_space(kind, state["tool_force_N"], state["tool_torque_N_m"]))
+        driven = pushed + np.concatenate([np.zeros(base), state["torque_N_m"]])
+        if is_free:
+            assert_close(np.asarray(ours["acceleration"])[order], pinocchio.aba(model, data, q, v, driven))
+        else:
+            upper = np.triu(pinocchio.crba(model, data, q))
+            inertia = upper + np.triu(upper, 1).T
+            bias = pinocchio.nonLinearEffects(model, data, q, v)
+            held = np.linalg.solve(inertia[base:, base:], (driven - bias)[base:])
+            assert_close(np.asarray(ours["acceleration"])[-kind.joints:], held)
+
+
 def mujoco_model(kind):
     """The same file with a free joint at its root. MuJoCo would fuse what is fixed and round what is small."""
     specification = mujoco.MjSpec.from_string(kind.urdf.read_text())

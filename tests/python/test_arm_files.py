@@ -23,6 +23,10 @@ GOOD = {"mass": "10", "izz": "1", "type": "continuous", "child": "b", "axis": "0
     ({"izz": "3"}, 2, "no body has it"),
     ({"izz": "-1"}, 2, "no body has it"),
     ({"mass": "heavy"}, 1, "mass"),
+    ({"mass": "1,5"}, 1, 'must be a number (is "1,5")'),
+    ({"mass": "60 kg"}, 1, "must be a number"),
+    ({"izz": "1e400"}, 2, "must be a number"),
+    ({"mass": " +10.0 "}, None, None),
     ({"mass": "-1"}, 1, "must be 0 or more"),
     ({"type": "prismatic"}, 4, "revolute, continuous or fixed"),
     ({"type": "revolute"}, 4, "needs <limit>"),
@@ -42,6 +46,23 @@ def test_urdf_errors(tmp_path, change, line, says):
     assert says in done.stderr.decode()
     if change != {"child": "a"}:
         assert f"arm.urdf:{line}:" in done.stderr.decode()
+
+
+@pytest.mark.parametrize("limit,says", [
+    ('lower="-1" upper="2" effort="5" velocity="1"', None),
+    ('lower="-1 rad" upper="2"', 'lower: must be a number (is "-1 rad")'),
+    ('lower="-1" upper="2" velocity="fast"', "velocity: must be a number"),
+    ('lower="2" upper="-1"', "upper must be greater than lower"),
+])
+def test_urdf_limits(tmp_path, limit, says):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**{**GOOD, "type": "revolute"}).replace("</joint>", f"<limit {limit}/></joint>"))
+    done = command("arm", file)
+    if says is None:
+        assert done.returncode == 0 and "angle_max_rad = 2\n" in done.stdout.decode()
+    else:
+        assert done.returncode == EXIT_INPUT and says in done.stderr.decode()
+        assert "arm.urdf:4:" in done.stderr.decode()
 
 
 @pytest.mark.parametrize("old,new,says", [

@@ -78,6 +78,8 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ('arm = "ess"', 'arm = "nothing"', "no shipped arm has this name"),
     ("direction_x = 1.0", "direction_x = 0.0", "manipulator.direction_x"),
     ("direction_x = 1.0", "direction_z = 1.0", "manipulator.direction_z"),
+    ("direction_x = 1.0", "direction_x = 1e300", "manipulator.direction_x: must be 0, or of a size"),
+    ("direction_x = 1.0", "direction_x = 1e-300", "manipulator.direction_x: must be 0, or of a size"),
     ("direction_x = 1.0", "initial_velocity_m_per_s = 0.1", "an arm starts at rest"),
     ("direction_x = 1.0", "coulomb_friction_N = 5", "one degree of freedom"),
     ("[limits]", "[prediction]\nenabled = true\n[limits]", "prediction.enabled"),
@@ -143,3 +145,14 @@ def test_an_arm_that_starts_stretched_is_refused(tmp_path):
     (tmp_path / "stretched.toml").write_text(arm)
     done = command("run", "ess", "--no-log", "--set", f"manipulator.arm={tmp_path / 'stretched.toml'}")
     assert done.returncode == EXIT_INPUT and "singular" in done.stderr.decode()
+
+
+def test_gravity_leaves_no_rest_to_linearise_about(tmp_path):
+    arm = tmp_path / "heavy.toml"
+    text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    arm.write_text(text.replace("is_free = true", "is_free = true\ngravity_m_per_s2 = [0, -1e-3, 0]"))
+    heavy = ("--set", f"manipulator.arm={arm}")
+    for words in (("eigen", "ess", *heavy), ("reduce", "ess", *heavy)):
+        done = command(*words)
+        assert done.returncode == EXIT_INPUT and b"base.gravity_m_per_s2" in done.stderr, done.stderr.decode()
+    assert run_json("ess", tmp_path, *heavy, "--set", "run.duration_s=2")["predicted_growth_per_s"] is None

@@ -255,6 +255,13 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("damping_N_s_per_m = 20.0\nrobot", "damping_N_s_per_m = -1.0\nrobot", "0 or more"),
     ("robot_dead_time_ms = 12.5", "robot_dead_time_ms = 1", "a period at least"),
     ("robot_dead_time_ms = 12.5", "angle_limit_rad = 4", "must be 3 at most"),
+    ("robot_dead_time_ms = 12.5", "robot_dead_time_ms = 1e9", "axis.rz.robot_dead_time_ms: must be from 0 to 1e+05"),
+    ("stiffness_N_per_m = 1500.0", "stiffness_N_per_m = 1e300", "axis.y.stiffness_N_per_m: must be from 0 to 1e+13"),
+    ("mass_kg = 60.0", "mass_kg = 1e-300", "axis.y.mass_kg: must be from 1e-06 to 1e+09"),
+    ("grip_close_s = 0.0", "grip_close_s = 2.0", "axis.y: is gripped before the run and stays so"),
+    ("grip_close_s = 0.0", "grip_release_s = 2.0", "axis.y: is gripped before the run and stays so"),
+    ("x_m = 0.12", "x_m = 1e300", "wrench.x_m: must be within +-100"),
+    ("roll_rad = 0.4", "roll_rad = 23", "wrench.roll_rad: must be within +-10"),
     ('arm = "ess"', "", "needs an arm"),
     ("[axis.y]", "[robot_channel]\nprofile = \"cia402\"\n[axis.y]", "frames of berth.dbc alone"),
     ("roll_rad = 0.4", "roll_deg = 0.4", "wrench.roll_deg: unknown"),
@@ -279,6 +286,57 @@ def test_a_singular_crosstalk_and_a_sensor_of_one_axis_are_refused(tmp_path):
     assert done.returncode == EXIT_INPUT and b"cannot be undone" in done.stderr
     done = command("run", rig_file(tmp_path, PLANAR_AXES), "--no-log")
     assert done.returncode == EXIT_INPUT and b"sensor_channel.layout" in done.stderr
+
+
+@pytest.mark.parametrize("order,says", [
+    ("joint = 1.9\nrate_rad_per_s = 0.001", "orders.joint: must be a whole number (is 1.9)"),
+    ("joint = 1\nrate_rad_per_s = 0.001\nspeed_m_per_s = 0.1", "orders.speed_m_per_s: goes with line_m only"),
+    ("line_m = [0.01, 0]\nspeed_m_per_s = 0.1\nrate_rad_per_s = 0.001", "orders.rate_rad_per_s: goes with joint only"),
+    ("follow = true\nmove_to_rad = 1.3", "orders.move_to_rad: goes with joint only"),
+    ("joint = 1", None),
+])
+def test_an_order_has_no_key_that_does_nothing(tmp_path, order, says):
+    file = rig_file(tmp_path)
+    file.write_text(file.read_text().split("[[orders]]")[0] + f"\n[[orders]]\nat_s = 0.5\n{order}\n")
+    done = command("run", file, "--print-config")
+    assert done.returncode == (0 if says is None else EXIT_INPUT), done.stderr.decode()
+    assert says is None or says in done.stderr.decode()
+
+
+def dead_times_ms(file, *arguments):
+    text = command("run", file, "--print-config", *LAYOUT, *arguments).stdout.decode()
+    axes = {line.split("=")[1].split("#")[0].strip() for line in text.splitlines() if "robot_dead_time_ms" in line}
+    return {float(value) for value in axes}
+
+
+def test_another_robot_has_its_dead_time_along_every_axis(tmp_path):
+    file = rig_file(tmp_path, PLANAR_AXES)
+    assert dead_times_ms(file) == {25.0, 12.5}
+    assert dead_times_ms(file, "--robot", "yaskawa-dx200") == {250.0}
+    assert dead_times_ms(file, "--robot", "ethercat-csp") == {7.5}
+    assert dead_times_ms(file, "--robot", "abb-egm", "--set", "robot.dead_time_ms=50") == {50.0}
+
+
+def test_both_ends_of_a_range_are_those_of_every_axis(tmp_path):
+    file = rig_file(tmp_path, PLANAR_AXES)
+    of = lambda *more: one_json_object(command("eigen", file, "--json", *LAYOUT, "--robot", "abb-egm", *more).stdout)  # noqa: E731
+    both = of()
+    assert both["growth_per_s"] == of("--set", "robot.dead_time_ms=80")["growth_per_s"]
+    assert both["lower_end"]["growth_per_s"] == of("--set", "robot.dead_time_ms=40")["growth_per_s"]
+    assert both["lower_end"]["growth_per_s"] != both["growth_per_s"]
+
+
+def test_more_eigenvalues_than_memory_are_refused(tmp_path):
+    slow = PLANAR_AXES.replace("robot_dead_time_ms = 25.0", "robot_dead_time_ms = 1e5")
+    for file in (rig_file(tmp_path, slow), rig_file(tmp_path, PLANAR_AXES.replace("25.0", "3000").replace("12.5", "3000"))):
+        done = command("eigen", file, *LAYOUT)
+        assert done.returncode == EXIT_INPUT and b"eigenvalues; more than" in done.stderr, done.stderr.decode()
+
+
+def test_what_the_command_line_cannot_set_is_said(tmp_path):
+    for key in ("axis.y.mass_kg=80", "wrench.x_m=1", "orders.at_s=2"):
+        done = command("run", rig_file(tmp_path, PLANAR_AXES), "--no-log", *LAYOUT, "--set", key)
+        assert done.returncode == EXIT_INPUT and b"is set in the rig file alone" in done.stderr
 
 
 @pytest.mark.parametrize("stiffer,duration_s", [(1, 240), (4, 95)])

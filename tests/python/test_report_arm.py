@@ -68,3 +68,10 @@ def test_without_an_arm_there_is_no_picture(tmp_path):
     assert report_arm.scene(read_log(log)) == "null"
     with Browser(log.with_suffix(".html") if made(log) else None, tmp_path / "profile") as browser:
         assert browser.evaluate("document.getElementById('arm').hidden")
+
+
+def test_what_orders_moved_is_not_called_stopped(tmp_path):
+    log, _ = run(tmp_path, "ess-pose", ["run.duration_s=10"])
+    page, _ = made(log)
+    assert "Not determined" in page.text and "too little free oscillation" in page.text
+    assert "was stopped before" not in page.text
