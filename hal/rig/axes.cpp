@@ -327,7 +327,9 @@ void print_axes(const rig &rig, std::ostream &text)
     text << "crosstalk = [";
     for (std::size_t i = 0; i < 36; i++) {
         text << (i % 6 == 0 ? "[" : "") << number_text(rig.wrench.crosstalk[i])
-             << (i == 35 ? "]]\n" : i % 6 == 5 ? "], " : ", ");
+             << (i == 35      ? "]]\n"
+                 : i % 6 == 5 ? "], "
+                              : ", ");
     }
 }
 
