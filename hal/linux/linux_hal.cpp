@@ -13,7 +13,7 @@
 #include "../../firmware/reception.h"
 #include "../hal.h"
 #include "../rig/rig_file.h"
-#include "../version.h"
+#include "../rig/rig_log.h"
 #include "can_link.h"
 #include "can_socket.h"
 #include "hardware_error.h"
@@ -85,18 +85,10 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
                      const bus_pair &buses)
 {
 #define FORMAT_FIELD(type, name) #type " " #name ";"
-    log_header header = {{{"sys_name", "berth"},
-                          {"ver_sw", version()},
-                          {"berth_config_hash", config_hash(rig)},
-                          {"berth_config", print_rig(rig)}},
-                         {{ULOG_TICK_ID, "tick", tick_record_format},
-                          {ULOG_FRAME_ID, "can_frame", frame_record_format},
-                          {ulog_line_id, "line", "line:" LINE_RECORD_FIELDS(FORMAT_FIELD)}}};
+    log_header header = rig_log_header(rig);
+    header.topics.push_back({ulog_line_id, "line", "line:" LINE_RECORD_FIELDS(FORMAT_FIELD)});
     for (auto &fact : facts_for_log(rig.target)) {
         header.infos.push_back(std::move(fact));
-    }
-    if (rig.firmware.arm.kind != ARM_NONE) {
-        header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});
     }
     header.infos.emplace_back("berth_scheduling", real_time.is_real_time()
                                                       ? real_time.description()

@@ -5,7 +5,7 @@
 
 #include "../../firmware/app.h"
 #include "../../hal/rig/rig_file.h"
-#include "../../hal/version.h"
+#include "../../hal/rig/rig_log.h"
 #include "rig_record.h"
 #include "wake_histogram.h"
 
@@ -36,19 +36,8 @@ constexpr std::int64_t progress_every_ticks = 4096;
 log_header header_of(const rig &rig, const sim_options &options)
 {
 #define FORMAT_FIELD(type, name) #type " " #name ";"
-    log_header header = {{{"sys_name", "berth"},
-                          {"ver_sw", version()},
-                          {"berth_config_hash", config_hash(rig)},
-                          {"berth_config", print_rig(rig)}},
-                         {{ULOG_TICK_ID, "tick", tick_record_format},
-                          {ULOG_FRAME_ID, "can_frame", frame_record_format},
-                          {ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)}}};
-    if (rig.firmware.arm.kind != ARM_NONE) {
-        header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});
-    }
-    if (rig.has_side_axes()) {
-        header.topics.push_back({ULOG_SIDE_ID, "side", side_record_format});
-    }
+    log_header header = rig_log_header(rig);
+    header.topics.push_back({ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)});
     if (!options.robot.empty()) {
         header.infos.emplace_back("berth_robot", options.robot);
     }
