@@ -47,6 +47,7 @@ class SensorFrame(ctypes.Structure):
 
 class LayoutRow(ctypes.Structure):
     _fields_ = [("frame_count", ctypes.c_uint8), ("axis_count", ctypes.c_uint8), ("force_max_N", ctypes.c_double),
+                ("torque_max_N_m", ctypes.c_double),
                 ("force_step_N", ctypes.c_double), ("frames", SensorFrame * 3)]
 
 
