@@ -50,6 +50,7 @@ bool block_search::find_next(block_diagnosis &result)
     if (candidates.empty()) {
         return false;
     }
+    fit_incumbent_from(candidates.front());
     incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
     incumbent_.rows = rows_under(metric_);
     std::vector<double> error;
@@ -95,6 +96,18 @@ void block_search::compare_anew(std::vector<candidate> &candidates)
     }
     std::sort(candidates.begin(), candidates.end(),
               [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
+}
+
+void block_search::fit_incumbent_from(const candidate &best)
+{
+    rig again = incumbent_.rig;
+    for (const free_parameter &known : incumbent_.parameters) {
+        set_number(again, known.key->path, value_of(best.fitted.rig, known.key->path));
+    }
+    fit_result other = fit(model_, metric_, again, incumbent_.parameters, input_.options.replays_max);
+    if (other.cost < cost_of(model_, metric_, incumbent_.rig)) {
+        incumbent_ = std::move(other);
+    }
 }
 
 void block_search::drop_those_unseen(std::vector<candidate> &candidates)

@@ -1,8 +1,8 @@
 #include "block_search.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "drifting_clock.h"
 #include "floor.h"
 
 namespace berth
@@ -24,7 +24,7 @@ void block_search::run(block_diagnosis &result)
     fit_base();
     base_ = incumbent_;
     rate_base(result);
-    is_rest_ = is_rest_of_switching();
+    is_rest_ = is_rest_of_switching() || is_within_rounding();
     for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
         if (!find_next(result) || found_.back()->decides_what_follows) {
             break;
@@ -45,7 +45,16 @@ void block_search::fit_base()
     model_.error(given_, error);
     const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
     noise_ = has_measured ? at_least(*input_.floor, model_.rounding_rms()) : noise_of(model_, error, true);
-    incumbent_ = fit(model_, noise_, given_, parameters, input_.options.base_replays_max);
+    incumbent_.rig = given_;
+    if (input_.without_switching_fault != nullptr && given_.robot.clock == robot_clock::free) {
+        const std::vector<row_use> uses = model_.uses();
+        model_.use(uses_beside_slips(model_, given_));
+        const auto base = base_parameters(model_.which(), given_);
+        incumbent_ = fit(model_, noise_, given_, base, input_.options.base_replays_max);
+        model_.use(uses);
+        match_slips(model_, incumbent_.rig);
+    }
+    incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
     const noise_model under = floor_under(model_, incumbent_.rig);
     /* Runs that repeat a command need not repeat what came of it: a floor above the error itself is none. */
     has_floor_ = has_measured && input_.floor->rms < 1.25 * under.rms;
@@ -74,6 +83,13 @@ double block_search::excess(double cost, std::size_t rows) const
     /* A floor that was found in the error itself, blind to what is unusual, is a little low. */
     const double blindness = has_floor_ ? 0.0 : 0.04;
     return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.share_of_rms * cost, 1e-9});
+}
+
+bool block_search::is_within_rounding() const
+{
+    constexpr double dominates = 0.9;
+    return model_.rounding_rms() > dominates * noise_.rms &&
+           incumbent_.cost <= static_cast<double>(incumbent_.rows);
 }
 
 noise_model block_search::metric_for(const rig &rig)

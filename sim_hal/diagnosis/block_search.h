@@ -41,6 +41,8 @@ class block_search
     bool find_next(block_diagnosis &result);
     /* Candidates are compared under the noise that the best of them leaves. */
     void compare_anew(std::vector<candidate> &candidates);
+    /* Where the candidate found better values for the parameters of before, it is compared with what these can do. */
+    void fit_incumbent_from(const candidate &best);
     void drop_those_unseen(std::vector<candidate> &candidates);
     /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
@@ -78,6 +80,8 @@ class block_search
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
      * of its own, as long as it is little beside what the fault did. */
     bool is_rest_of_switching();
+    /* All that is left may be the rounding of what was measured: it follows the motion, and proves nothing. */
+    bool is_within_rounding() const;
     /* Of the explainable error of the base. */
     double share_left();
     /* A re-tuned parameter would leave its tolerance if it could. */

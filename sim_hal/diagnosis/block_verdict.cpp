@@ -22,11 +22,13 @@ constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 ti
 constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
 constexpr double share_of_replay = 1e-4; /* of the explained error, that may be the replay's own */
 
-/* It has no size of its own: its whole turn is. */
-bool is_angle(const free_parameter &parameter)
+/* Known well enough to start from. An angle has no size of its own, its whole turn is; a clock's phase is known by
+ * the ticks at which it slips, whatever its share in the dead time. */
+bool is_known(const free_parameter &parameter, double value, double sd)
 {
     const std::string_view path = parameter.key->path;
-    return path.size() > 4 && path.substr(path.size() - 4) == "_rad";
+    const bool is_angle = path.size() > 4 && path.substr(path.size() - 4) == "_rad";
+    return path == "robot.clock_phase_ms" || sd < 0.1 * std::max(std::abs(value), is_angle ? 1.0 : 0.0);
 }
 
 } // namespace
@@ -101,8 +103,10 @@ bool block_search::is_rest_of_switching()
         return false;
     }
     const double rows = static_cast<double>(incumbent_.rows);
+    block_model without_losses(model_.which(), *input_.fit, given_, no_events_, held_out_parts::none);
+    without_losses.use(model_.uses());
     return cost_of(model_, noise_, incumbent_.rig) - rows <
-           left_full * (cost_of(model_, noise_, *input_.without_switching_fault) - rows);
+           left_full * (cost_of(without_losses, noise_, *input_.without_switching_fault) - rows);
 }
 
 double block_search::share_left()
@@ -168,7 +172,7 @@ std::vector<free_parameter> block_search::refinable() const
         const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
             return found->is_rough && found->parameters[0].key == known.key->path;
         });
-        if (!is_rough && sd > 0.0 && sd < 0.1 * std::max(std::abs(value), is_angle(known) ? 1.0 : 0.0)) {
+        if (!is_rough && sd > 0.0 && is_known(known, value, sd)) {
             made.push_back({known.key, value - 4.0 * sd, value + 4.0 * sd, value, sd});
         }
     }

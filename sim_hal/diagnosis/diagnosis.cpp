@@ -195,8 +195,7 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
 
 /* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
  * stiff contact: it is believed if the reports do not contradict. */
-void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input,
-                           const rig &given, const sample_events &events,
+void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input, const rig &given, const sample_events &events,
                            const std::vector<event_finding> &found_events)
 {
     constexpr double contradiction = 10.0; /* of the white sum of squares */
@@ -211,6 +210,20 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
     block_model reports(block::robot, *input.fit, given, events, held_out_parts::none);
     if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, given) + contradiction) {
         force = std::move(again);
+    }
+}
+
+/* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
+void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
+                       sample_events events)
+{
+    const bool is_open = robot.verdict == verdict::unknown || robot.verdict == verdict::partly_explained;
+    const bool has_more = std::any_of(force.causes.begin(), force.causes.end(), [](const cause &known) {
+        return known.effect->block() == "robot";
+    });
+    if (robot.block == block::robot && is_open && has_more) {
+        const block_diagnosis again = diagnose_block(block::robot, input, force.extended, events, {});
+        robot.verdict = again.causes.empty() ? again.verdict : robot.verdict;
     }
 }
 
@@ -299,13 +312,7 @@ diagnosis diagnose(const diagnosis_request &request)
     result.extended = request.rig;
     sample_events events;
     const std::vector<event_finding> repeats = find_repeats(data, request.rig, events);
-    bool any = false;
-    for (const block block : {block::manipulator, block::robot, block::force}) {
-        if (!can_replay(data, block)) {
-            continue;
-        }
-        any = true;
-        tell("looking at the " + std::string(block_names[static_cast<int>(block)]));
+    const auto input_of = [&](block block) {
         diagnosis_input input;
         input.fit = &data;
         input.validation = validation && can_replay(*validation, block) ? &*validation : nullptr;
@@ -315,6 +322,16 @@ diagnosis diagnose(const diagnosis_request &request)
             input.floor = repetition_floor(data, *repetition, block);
         }
         input.options = request.options;
+        return input;
+    };
+    bool any = false;
+    for (const block block : {block::manipulator, block::robot, block::force}) {
+        if (!can_replay(data, block)) {
+            continue;
+        }
+        any = true;
+        tell("looking at the " + std::string(block_names[static_cast<int>(block)]));
+        diagnosis_input input = input_of(block);
         if (block == block::manipulator && data.is_from_this_firmware) {
             input.effects_max = 0;
         }
@@ -323,7 +340,9 @@ diagnosis diagnose(const diagnosis_request &request)
             const std::vector<cause> &causes = result.blocks.back().causes;
             input.has_cause_upstream = !causes.empty();
             const bool switches =
-                std::any_of(causes.begin(), causes.end(), [](const cause &known) { return known.effect->switches; });
+                std::any_of(causes.begin(), causes.end(), [](const cause &known) {
+                    return known.effect->switches || known.effect->name == "robot.lost_commands";
+                });
             input.without_switching_fault = switches ? &request.rig : nullptr;
         }
         const sample_events events_before = events;
@@ -339,6 +358,9 @@ diagnosis diagnose(const diagnosis_request &request)
         }
         for (block_diagnosis &before : result.blocks) {
             drop_repeated(before, found);
+            if (block == block::force) {
+                judge_robot_again(before, found, input_of(before.block), events);
+            }
         }
         result.extended = found.extended;
         result.blocks.push_back(std::move(found));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <Eigen/Dense>
 
 namespace berth
 {
@@ -54,6 +55,27 @@ double left_by(const std::vector<lateness> &parts, double drift, double phase_s,
     return weight > 0.0 ? square - sum * sum / weight : 0.0;
 }
 
+/* Rows in which the clock slips: its lateness passes a whole period. */
+std::vector<std::size_t> slips_of(const rig &rig, const record &data)
+{
+    constexpr std::size_t many = 1000;
+    const double period_ms = 1e3 * data.period_s;
+    const double drift_ms_per_s = 1e-3 * rig.robot.clock_drift_ppm;
+    const double begin_s = data.time_s.front() - data.time_origin_s;
+    const double end_s = data.time_s.back() - data.time_origin_s;
+    const auto periods_late = [&](double time_s) {
+        return (rig.robot.clock_phase_ms + drift_ms_per_s * time_s) / period_ms;
+    };
+    const double first = std::min(periods_late(begin_s), periods_late(end_s));
+    const double last = std::max(periods_late(begin_s), periods_late(end_s));
+    std::vector<std::size_t> rows;
+    for (double whole = std::ceil(first); whole < last && rows.size() < many; whole++) {
+        const double time_s = (whole * period_ms - rig.robot.clock_phase_ms) / drift_ms_per_s;
+        rows.push_back(static_cast<std::size_t>((time_s - begin_s) / data.period_s));
+    }
+    return rows;
+}
+
 } // namespace
 
 std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const std::vector<double> &position_m,
@@ -91,6 +113,94 @@ std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const
         guesses.push_back(trials[i].guess);
     }
     return parts.empty() ? std::vector<clock_guess>{} : guesses;
+}
+
+namespace
+{
+
+/* By how many ticks, in halves, a slip may be off either way. */
+constexpr int half_ticks = 48;
+
+/* In which rows a stiff contact shows that a slip is in another tick. */
+std::vector<record_segment> answers_to_slips(const rig &rig, const record &data)
+{
+    constexpr std::size_t before = half_ticks / 2 + 6;
+    constexpr double answer_s = 0.2;
+    const std::size_t after = before + static_cast<std::size_t>(answer_s / data.period_s);
+    std::vector<record_segment> answers;
+    for (const std::size_t slip : slips_of(rig, data)) {
+        answers.push_back({slip - std::min(slip, before), std::min(data.size(), slip + after)});
+    }
+    return answers;
+}
+
+bool leaves_enough(const std::vector<record_segment> &answers, const record &data)
+{
+    return !answers.empty() && answers.size() * (answers.front().end - answers.front().begin) < data.size() / 2;
+}
+
+/* Phase and drift that make each slip so many ticks later. */
+void shift_slips(rig &rig, const record &data, const std::vector<record_segment> &answers,
+                 const std::vector<double> &ticks)
+{
+    const auto count = static_cast<Eigen::Index>(answers.size());
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Ones(count, count > 1 ? 2 : 1);
+    Eigen::VectorXd late_ms(count);
+    for (Eigen::Index k = 0; k < count; k++) {
+        const auto slip = static_cast<std::size_t>(k);
+        late_ms(k) = ticks[slip] * 1e-3 * rig.robot.clock_drift_ppm * data.period_s;
+        if (count > 1) {
+            basis(k, 1) = data.time_s[answers[slip].begin] - data.time_origin_s;
+        }
+    }
+    const Eigen::VectorXd line = basis.colPivHouseholderQr().solve(late_ms);
+    rig.robot.clock_phase_ms += line(0);
+    rig.robot.clock_drift_ppm += count > 1 ? 1e3 * line(1) : 0.0;
+}
+
+} // namespace
+
+std::vector<row_use> uses_beside_slips(const block_model &model, const rig &rig)
+{
+    std::vector<row_use> uses = model.uses();
+    const std::vector<record_segment> answers = answers_to_slips(rig, model.data());
+    if (leaves_enough(answers, model.data())) {
+        for (const record_segment &answer : answers) {
+            std::fill(uses.begin() + static_cast<std::ptrdiff_t>(answer.begin),
+                      uses.begin() + static_cast<std::ptrdiff_t>(answer.end), row_use::none);
+        }
+    }
+    return uses;
+}
+
+void match_slips(block_model &force, rig &rig)
+{
+    const record &data = force.data();
+    const std::vector<record_segment> answers = answers_to_slips(rig, data);
+    if (!leaves_enough(answers, data)) {
+        return;
+    }
+    const double tick_ms = 1e-3 * rig.robot.clock_drift_ppm * data.period_s; /* of lateness */
+    std::vector<double> least(answers.size(), unlimited);
+    std::vector<double> off(answers.size(), 0.0); /* ticks */
+    std::vector<double> error;
+    for (int i = 0; i <= 2 * half_ticks; i++) {
+        const double ticks = 0.5 * (i % 2 == 0 ? i / 2 : -(i + 1) / 2); /* nearest first */
+        berth::rig moved = rig;
+        moved.robot.clock_phase_ms += ticks * tick_ms;
+        force.error(moved, error);
+        for (std::size_t slip = 0; slip < answers.size(); slip++) {
+            double square = 0.0;
+            for (std::size_t n = answers[slip].begin; n < answers[slip].end; n++) {
+                square += error[n] * error[n];
+            }
+            if (square < least[slip]) {
+                least[slip] = square;
+                off[slip] = ticks;
+            }
+        }
+    }
+    shift_slips(rig, data, answers, off);
 }
 
 } // namespace berth

@@ -235,6 +235,125 @@ trace trace_of_loss(block_model &model, const rig &rig)
     return made;
 }
 
+/* Standard deviation of most of it. */
+double sigma_of(const std::vector<double> &error, const std::vector<row_use> &uses)
+{
+    std::vector<double> sizes;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (uses[n] != row_use::none) {
+            sizes.push_back(std::abs(error[n]));
+        }
+    }
+    return 1.4826 * median_of(sizes);
+}
+
+/* Setpoints that the robot stands on in each row: of lost ones those before. */
+std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
+{
+    std::vector<double> taken = sent;
+    for (std::size_t n = 1; n < taken.size(); n++) {
+        taken[n] = lost[n] != 0 ? taken[n - 1] : sent[n];
+    }
+    return taken;
+}
+
+/* Losses next to each other are not the sum of losses: of the second one the robot lacks the first one's way, too.
+ * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with one
+ * of its neighbours: a loss found one tick off is two mistakes. */
+class loss_settler
+{
+  public:
+    /* `error`: of a replay with the losses that were `known`. */
+    loss_settler(const block_model &model, const trace &loss, const std::vector<double> &error,
+                 const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> first_guess)
+        : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m), rest_(error),
+          end_(sent_.size() - std::min(sent_.size(), loss.first + loss.values.size()))
+    {
+        taken_ = taken_of(sent_, known);
+        const std::vector<double> taken = taken_of(sent_, lost);
+        for (std::size_t n = 0; n < end_; n++) {
+            put(n, taken[n]);
+        }
+    }
+
+    /* `least`: squares of sigma that a loss has to explain. */
+    void settle(double least)
+    {
+        constexpr int rounds = 8;
+        constexpr std::size_t apart_max = 3;
+        bool any = true;
+        for (int round = 0; round < rounds && any; round++) {
+            const double sigma = sigma_of(rest_, model_.uses());
+            any = false;
+            for (std::size_t n = 1; n + apart_max < end_; n++) {
+                for (std::size_t apart = 0; apart < apart_max; apart++) {
+                    any = try_flip(n, n + apart, least * sigma * sigma) || any;
+                }
+            }
+        }
+    }
+
+    std::vector<std::uint8_t> lost;
+
+  private:
+    double square(std::size_t begin, std::size_t end) const
+    {
+        double sum = 0.0;
+        for (std::size_t row = begin; row < end; row++) {
+            sum += model_.uses()[row] == row_use::none ? 0.0 : rest_[row] * rest_[row];
+        }
+        return sum;
+    }
+
+    bool try_flip(std::size_t first, std::size_t second, double least)
+    {
+        const int more = (lost[first] == 0 ? 1 : -1) + (second == first ? 0 : lost[second] == 0 ? 1 : -1);
+        const auto flip = [&] {
+            lost[first] = lost[first] == 0;
+            lost[second] = second == first ? lost[second] : lost[second] == 0;
+        };
+        flip();
+        std::size_t last = second + 1;
+        while (last < end_ && lost[last] != 0) {
+            last++;
+        }
+        const std::vector<double> before(taken_.begin() + static_cast<std::ptrdiff_t>(first),
+                                         taken_.begin() + static_cast<std::ptrdiff_t>(last));
+        const std::size_t to = last - 1 + loss_.first + loss_.values.size();
+        const double square_before = square(first + loss_.first, to);
+        double standing = taken_[first - 1];
+        for (std::size_t n = first; n < last; n++) {
+            standing = lost[n] != 0 ? standing : sent_[n];
+            put(n, standing);
+        }
+        if (square_before - square(first + loss_.first, to) > least * std::max(0, more)) {
+            return true;
+        }
+        flip();
+        for (std::size_t n = first; n < last; n++) {
+            put(n, before[n - first]);
+        }
+        return false;
+    }
+
+    /* The robot stands on this setpoint in tick n; the error is then another one. */
+    void put(std::size_t n, double taken)
+    {
+        const double way = taken_[n] - taken;
+        for (std::size_t k = 0; k < loss_.values.size() && way != 0.0; k++) {
+            rest_[n + loss_.first + k] -= way * loss_.values[k];
+        }
+        taken_[n] = taken;
+    }
+
+    const block_model &model_;
+    const trace &loss_;
+    const std::vector<double> &sent_;
+    std::vector<double> rest_;
+    std::vector<double> taken_;
+    std::size_t end_;
+};
+
 } // namespace
 
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
@@ -266,13 +385,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     if (loss.values.empty()) {
         return {};
     }
-    std::vector<double> sizes;
-    for (std::size_t n = 0; n < error.size(); n++) {
-        if (model.uses()[n] != row_use::none) {
-            sizes.push_back(std::abs(error[n]));
-        }
-    }
-    const double sigma = 1.4826 * median_of(sizes);
+    const double sigma = sigma_of(error, model.uses());
     const std::size_t length = loss.values.size();
     const auto way_of = [&](std::size_t n) {
         return record.command_position_m[n] - record.command_position_m[n - 1];
@@ -333,15 +446,25 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (const double share : shares) {
         counter_hits += share - usual < -like;
     }
-    if (hits < events_min || counter_hits * 4 > hits || hits * 4 > rows.size()) {
+    const bool are_none = hits < events_min || counter_hits * 4 > hits || hits * 4 > rows.size();
+    if (are_none && events.lost_command.empty()) {
         return {};
     }
-    if (events.lost_command.empty()) {
-        events.lost_command.assign(record.size(), 0);
-    }
+    std::vector<std::uint8_t> known = events.lost_command;
+    known.resize(lost.size(), 0);
     for (std::size_t n = 0; n < lost.size(); n++) {
-        events.lost_command[n] = events.lost_command[n] != 0 || lost[n] != 0;
+        lost[n] = known[n] != 0 || (lost[n] != 0 && !are_none);
     }
+    loss_settler settler(model, loss, error, known, std::move(lost));
+    /* Where one in eight is lost, less has to speak for it than where one in a thousand is. */
+    constexpr double sure = 6.0; /* logarithm of the odds */
+    const double odds = static_cast<double>(rows.size()) / static_cast<double>(count_of(settler.lost) + 1);
+    settler.settle(2.0 * (std::log(odds) + sure));
+    lost = std::move(settler.lost);
+    if (are_none && lost == known) {
+        return {};
+    }
+    events.lost_command = std::move(lost);
     std::size_t all = 0; /* with those that another channel has shown */
     for (const std::size_t n : rows) {
         all += events.lost_command[n] != 0;

@@ -94,6 +94,42 @@ double best_size(block_model &model, const noise_model &noise, rig at, std::stri
     return best;
 }
 
+/* Rows until the block's input has first moved by a tenth of its range, and half a second more. */
+std::size_t first_movement(const record &data)
+{
+    constexpr double share = 0.1;
+    const std::vector<double> &x =
+        data.command_position_m.empty() ? data.robot_position_m : data.command_position_m;
+    const auto [least, most] = std::minmax_element(x.begin(), x.end());
+    const auto moved = std::find_if(x.begin(), x.end(), [&](double value) {
+        return std::abs(value - x.front()) > share * (*most - *least);
+    });
+    const auto more = static_cast<std::size_t>(first_horizon_s / data.period_s);
+    return std::min(x.size(), static_cast<std::size_t>(moved - x.begin()) + more);
+}
+
+struct tried_size {
+    double size;
+    double cost;
+};
+
+/* The best ones, no two of them nearer than `apart` of their size. */
+std::vector<tried_size> best_apart(std::vector<tried_size> tried, std::size_t count, double apart)
+{
+    std::sort(tried.begin(), tried.end(),
+              [](const tried_size &a, const tried_size &b) { return a.cost < b.cost; });
+    std::vector<tried_size> kept;
+    for (const tried_size &one : tried) {
+        const bool is_near = std::any_of(kept.begin(), kept.end(), [&](const tried_size &other) {
+            return std::abs(one.size - other.size) < apart * other.size;
+        });
+        if (!is_near && kept.size() < count) {
+            kept.push_back(one);
+        }
+    }
+    return kept;
+}
+
 } // namespace
 
 fit_result fit_progressively(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
@@ -147,6 +183,43 @@ fit_result fit_progressively(block_model &model, const noise_model &noise, const
         return fit_size(model, 0.0);
     }
     return fit(model, noise, fitted.rig, fitted.parameters, replays_max);
+}
+
+rig size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
+                            const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
+                            int replays_max)
+{
+    noise_model white{{}, noise.rms, noise.rms, noise.rows_per_fact};
+    constexpr double longer = 1.4;
+    constexpr std::size_t followed = 6;
+    constexpr double first_spacing = 0.06; /* of the size: about that of the starts */
+    const std::string_view key = effect.parameters[0].key;
+    const auto all = static_cast<double>(model.data().size());
+    const auto first = static_cast<double>(first_movement(model.data()));
+    rig at = base;
+    std::vector<tried_size> kept;
+    for (const rig &start : starts) {
+        kept.push_back({value_of(start, key), 0.0});
+    }
+    for (double rows = first; rows <= all && !kept.empty(); rows = std::min(all, rows * longer)) {
+        const auto part = horizon_of(model, base, static_cast<std::size_t>(rows));
+        const double spacing = first_spacing * first / rows;
+        std::vector<tried_size> tried;
+        for (const tried_size &one : kept) {
+            for (const double place : {-1.0, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 1.0}) {
+                const double size = one.size * (1.0 + spacing * place);
+                set_number(at, key, size);
+                tried.push_back({size, cost_of(*part->model, white, at)});
+            }
+        }
+        kept = best_apart(std::move(tried), followed, 0.1 * spacing);
+        set_number(at, key, kept.front().size);
+        at = fit(*part->model, white, at, parameters, replays_max).rig;
+        if (rows >= all) {
+            break;
+        }
+    }
+    return at;
 }
 
 } // namespace berth

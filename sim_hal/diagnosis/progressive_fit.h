@@ -1,4 +1,4 @@
-/* An effect that decides all that follows, such as a grip that gives way: fitted over a horizon that grows. */
+/* Effects whose errors jump with their size: fitted over a horizon that grows. */
 #ifndef SIM_HAL_DIAGNOSIS_PROGRESSIVE_FIT_H
 #define SIM_HAL_DIAGNOSIS_PROGRESSIVE_FIT_H
 
@@ -15,6 +15,13 @@ namespace berth
 fit_result fit_progressively(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
                              const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
                              int replays_max);
+
+/* A size of an effect that switches a thousand times must be right to a thousandth before the error shows it: the
+ * best few of the `starts` over the first movement, and of sizes about them, ever nearer as the horizon grows. The
+ * base model's parameters follow the best one. */
+rig size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
+                            const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
+                            int replays_max);
 
 } // namespace berth
 

@@ -235,7 +235,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                           ? fit_progressively(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
                                               rigs_of(starts, *start.effect), options.replays_max)
                       : start.effect->is_rough
-                          ? fit_rough(model, noise, *start.effect, start.rig, incumbent, options)
+                          ? fit_rough(model, noise, *start.effect,
+                                      size_on_growing_horizon(model, noise, *start.effect, incumbent.rig,
+                                                              incumbent.parameters, rigs_of(starts, *start.effect),
+                                                              options.replays_max / 6),
+                                      incumbent, options)
                           : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());

@@ -15,7 +15,7 @@ effect object_impact_damping()
     made.parameters = {
         {"object.impact_damping_s_per_m", 0.0, 1e4, "c: contact force k p (1 + c p') instead of k p + d p'"}};
     made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(1.0 / std::max(1e-9, scales.velocity_m_per_s), {0.03, 0.1, 0.3});
+        return sizes_of(1.0 / std::max(1e-9, scales.velocity_m_per_s), {0.03, 0.1, 0.3, 1.0, 3.0, 10.0});
     };
     made.is_proportional = true;
     return made;

@@ -9,7 +9,7 @@ namespace berth
 namespace
 {
 
-constexpr int steps_with_effects = 4;
+constexpr int steps_with_effects = 8;
 
 Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double step_s)
 {

@@ -136,9 +136,14 @@ void object_steps::add_forces(const step_map &map, body_state &next, bool is_cro
     const double middle_m = 0.5 * (state_[object_position] + next[object_position]);
     double sum_N = 0.0;
     if (is_crossley) {
-        const double depth = middle_m - plant_.surface_m;
-        const double rate = 0.5 * (state_[object_velocity] + next[object_velocity]);
-        sum_N += std::max(0.0, plant_.stiffness_N_per_m * depth * (1.0 + impact_damping_s_per_m_ * rate));
+        /* The force of the step's middle, which it moves itself. */
+        constexpr int rounds = 3;
+        for (int round = 0; round < rounds; round++) {
+            const double depth = middle_m + 0.5 * push[object_position] * sum_N - plant_.surface_m;
+            const double rate =
+                0.5 * (state_[object_velocity] + next[object_velocity] + push[object_velocity] * sum_N);
+            sum_N = std::max(0.0, plant_.stiffness_N_per_m * depth * (1.0 + impact_damping_s_per_m_ * rate));
+        }
     }
     for (auto &force : forces_) {
         sum_N += force->force_N({middle_m, middle_m, next[object_velocity] + push[object_velocity] * sum_N, time_s,

@@ -23,8 +23,8 @@ constexpr int cornered_steps_a_tick = 8;
  * rings: with one step a lag of 12 ms makes the object look 3 % heavier. */
 constexpr int filtered_steps_a_tick = 8;
 
-/* Of a contact that stiffens with the velocity: 4 leave 10 % above a small noise's rms, 16 less than 2 %. */
-constexpr int stiffening_steps_a_tick = 16;
+/* Of a contact that stiffens with the velocity. */
+constexpr int stiffening_steps_a_tick = 8;
 
 /* Steps a tick that the object needs: one where it is linear. */
 int object_steps_a_tick(const rig &rig);
