@@ -286,7 +286,7 @@ void block_model::replay_windows(const rig &rig, std::vector<double> &error)
         return;
     }
     constexpr int rounds_max = 4;
-    constexpr double nearly = 1.002; /* of what the differences promise */
+    constexpr double nearly = 1.0002; /* of what the differences promise */
     for (int round = 0; round < rounds_max; round++) {
         follow_starts(rig, starts, at_start);
         add_to(starts, remove_followed(error), range_m_);

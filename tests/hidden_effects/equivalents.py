@@ -6,7 +6,7 @@ record: the names are then a documented pair, and no wrong name.
 """
 
 import numpy as np
-from detectability import Tuning, measured_channels, with_effects
+from detectability import Tuning, stacked, with_effects
 from effects import Change
 from scipy.optimize import least_squares
 
@@ -55,12 +55,28 @@ FIELDS = {
 }
 
 
+# From where to begin with an effect that a diagnosis offers without its size, in the units of diagnosis.json; the
+# others cannot be asked about then.
+BEGINNINGS = {"sensor.gain": {"gain": 1.001}, "robot.gain": {"gain": 1.001}, "robot.lag": {"lag_ms": 1.0},
+              "sensor.lag": {"lag_ms": 1.0},
+              "robot.resonance": {"transfer_frequency_Hz": 50.0, "transfer_damping_ratio": 0.7}}
+OF_THE_BASE = {"robot.dead_time", "sensor.delay", "object.parameters", "manipulator.parameters"}
+
+
+def beginning(scenario, effect):
+    """Parameters to begin with."""
+    if effect in OF_THE_BASE:
+        return {name: scenario.base[field] / factor for name, (field, factor) in FIELDS[effect].items()}
+    return BEGINNINGS.get(effect, {})
+
+
 def chi2_between(scenario, effect, start):
     """What is left of the true record when `effect` stands in for the truth; `start`: parameters to begin with.
 
     None where the question cannot be asked: a random effect, or a parameter that is missing.
     """
     table = FIELDS.get(effect)
+    start = start or beginning(scenario, effect)
     if table is None or not set(start) & set(table):
         return None
     run, tuning = scenario.runs["record"], Tuning(scenario)
@@ -70,8 +86,7 @@ def chi2_between(scenario, effect, start):
 
     def left(x):
         values = {table[name][0]: float(value) for name, value in zip(names, x * scale)}
-        other = with_effects(scenario, run, [Change(values, {})])
-        return tuning.whitened_left(scenario, {c: truth[c] - other[c] for c in measured_channels(scenario)})
+        return stacked(scenario, tuning.absorb(truth, [Change(values, {})])[1])
 
     first = np.array([start[name] * table[name][1] for name in names]) / scale
     found = least_squares(left, first, diff_step=1e-3, max_nfev=12)

@@ -73,6 +73,17 @@ def is_confident(diagnosis):
     return diagnosis.verdict == "named" and not diagnosis.partial
 
 
+def offered(diagnosis):
+    """All names that a diagnosis leaves the choice between."""
+    return {*diagnosis.causes, *diagnosis.alternatives}
+
+
+def is_rightly_undecided(diagnosis, effects, inseparable):
+    """`one_of` the truth and what this record cannot tell from it, and nothing else."""
+    names = offered(diagnosis)
+    return diagnosis.verdict == "one_of" and len(effects) == 1 and effects <= names <= effects | set(inseparable)
+
+
 def judge(truth, diagnosis, inseparable=()):
     """The judgement of a record; `inseparable`: names that this record cannot tell from the truth."""
     true = {entry["effect"] for entry in truth["effects"]} | set(inseparable)
@@ -88,6 +99,10 @@ def judge(truth, diagnosis, inseparable=()):
     if is_confident(diagnosis) and wrong:
         found.outcome = "wrong"
     elif visible and in_library and not wrong and visible <= named and diagnosis.verdict in verdicts:
+        found.outcome = "right"
+        found.intervals = intervals(truth, diagnosis)
+        found.gain = gain(truth, diagnosis)
+    elif visible and is_rightly_undecided(diagnosis, visible, inseparable):
         found.outcome = "right"
         found.intervals = intervals(truth, diagnosis)
         found.gain = gain(truth, diagnosis)
@@ -108,4 +123,4 @@ def admits_ignorance(diagnosis, inseparable=()):
     """For a record whose cause is not in the library: it says so, or what it names is flagged or inseparable."""
     if diagnosis.verdict in ("unknown", "partly_explained") or (diagnosis.verdict == "named" and diagnosis.partial):
         return True
-    return diagnosis.verdict == "named" and set(diagnosis.causes) <= set(inseparable)
+    return diagnosis.verdict in ("named", "one_of") and offered(diagnosis) <= set(inseparable)

@@ -23,7 +23,7 @@ import tally  # noqa: E402
 from effects import LIBRARY, SIZES  # noqa: E402
 from equivalents import indistinguishable  # noqa: E402
 from generate import write  # noqa: E402
-from judge import admits_ignorance, detectable, is_confident, judge, names_nothing  # noqa: E402
+from judge import admits_ignorance, detectable, is_confident, judge, names_nothing, offered  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
 from physics import Unstable  # noqa: E402
 from scenario import draw  # noqa: E402
@@ -73,12 +73,13 @@ def diagnose(program, folder, out, without=None):
 
 
 def inseparable_names(scenario, found, true):
-    """The wrong names among the causes that this record cannot tell from the truth; asked only if named outright."""
-    if not scenario.effects or not is_confident(found) or len(found.causes) != 1 or len(scenario.effects) != 1:
+    """The wrong names that this record cannot tell from the truth, of a cause named outright or of several offered."""
+    decided = is_confident(found) or found.verdict == "one_of"
+    if not decided or len(found.causes) != 1 or len(scenario.effects) != 1:
         return []
     try:
-        return [name for name in found.causes if name not in true and indistinguishable(
-            scenario, name, {p: value for p, (value, _, _) in found.parameters[name].items()})]
+        return [name for name in sorted(offered(found)) if name not in true and indistinguishable(
+            scenario, name, {p: value for p, (value, _, _) in found.parameters.get(name, {}).items()})]
     except Unstable:  # the loop with the other effect is none
         return []
 

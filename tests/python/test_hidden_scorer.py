@@ -63,6 +63,18 @@ def test_a_name_that_the_record_cannot_tell_apart_is_not_wrong():
     assert judge.judge(truth("robot.lag"), said("named", FRICTION), ["robot.dead_time"]).outcome == "wrong"
 
 
+def test_several_that_the_record_cannot_tell_apart_are_rightly_offered():
+    found = said("one_of", "object.parameters", alternatives=[{"effect": "sensor.gain"}])
+    for true, other in [("sensor.gain", "object.parameters"), ("object.parameters", "sensor.gain")]:
+        assert judge.judge(truth(true), found, [other]).outcome == "right"
+        assert judge.judge(truth(true), found).outcome == "missed"
+    assert judge.judge(truth("robot.lag"), found, ["object.parameters", "sensor.gain"]).outcome == "missed"
+    more = said("one_of", "object.parameters", alternatives=[{"effect": "sensor.gain"}, {"effect": FRICTION}])
+    assert judge.judge(truth("sensor.gain"), more, ["object.parameters"]).outcome == "missed"
+    assert judge.admits_ignorance(found, ["object.parameters", "sensor.gain"])
+    assert not judge.admits_ignorance(found, ["object.parameters"])
+
+
 def test_intervals_and_gain():
     found = judge.judge(truth(BACKLASH), said("named", BACKLASH))
     assert found.intervals == [("robot.backlash.backlash_m", True)]
