@@ -209,9 +209,10 @@ int run(const struct truth *p, const struct inputs *in, const struct outputs *ou
     struct robot_clock clock = {0, 0, 0.0};
     double standing_m = in->start_m;
     const double rest_N = sensed_N(&l);
-    const int64_t whole = (int64_t)floor(p->sensor_delay_s / T + 1e-9);
+    const double tiny = 1e-6; /* of a tick: no step of the integration is as short */
+    const int64_t whole = (int64_t)floor(p->sensor_delay_s / T + tiny);
     double early_s = p->sensor_delay_s - (double)whole * T; /* the sample is that much before a tick */
-    early_s = early_s < 1e-9 * T ? 0.0 : early_s;
+    early_s = early_s < tiny * T ? 0.0 : early_s;
     l.t = -p->settle_ticks * T;
 
     for (int64_t n = 0; n < in->ticks; n++) {
