@@ -73,6 +73,7 @@ class block_model
     std::vector<Eigen::Vector2d> remove_starts(const rig &rig, std::vector<double> &error) const;
     void follow_starts(const rig &rig, const std::vector<Eigen::Vector2d> &starts,
                        const std::vector<double> &at_start);
+    std::vector<double> squares_of_windows(const std::vector<double> &error) const;
     std::vector<Eigen::Vector2d> remove_followed(std::vector<double> &error) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
     void pass_sensor(const rig &rig, std::vector<double> &force_N) const;

@@ -13,7 +13,7 @@ effect object_backlash()
     made.source = "joints with play";
     made.parameters = {{"object.backlash_m", 0.0, 10.0, "full width of the gap in the spring"}};
     made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.position_m, {0.01, 0.03, 0.1, 0.3, 0.8});
+        return sizes_of(scales.position_m, {3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 0.8});
     };
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
         return std::make_unique<spring_gap>(value_of(rig, "object.stiffness_N_per_m"),
