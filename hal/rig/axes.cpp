@@ -216,10 +216,6 @@ std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
     if (rig.object.kind == object_kind::contact) {
         return rig_error{path, "needs a gripped object: object.kind = \"gripped\""};
     }
-    if (rig.run.grip_close_s > 0.0 || rig.run.grip_release_s < never) {
-        return rig_error{path, "is gripped before the run and stays so: leave out run.grip_close_s and "
-                               "run.grip_release_s, or this axis"};
-    }
     side_axis_config &config = rig.firmware.side_axes[axis];
     config.limits.position_min_m = -config.limits.position_max_m;
     for (const axis_key &key : axis_keys) {

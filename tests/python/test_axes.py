@@ -258,8 +258,6 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("robot_dead_time_ms = 12.5", "robot_dead_time_ms = 1e9", "axis.rz.robot_dead_time_ms: must be from 0 to 1e+05"),
     ("stiffness_N_per_m = 1500.0", "stiffness_N_per_m = 1e300", "axis.y.stiffness_N_per_m: must be from 0 to 1e+13"),
     ("mass_kg = 60.0", "mass_kg = 1e-300", "axis.y.mass_kg: must be from 1e-06 to 1e+09"),
-    ("grip_close_s = 0.0", "grip_close_s = 2.0", "axis.y: is gripped before the run and stays so"),
-    ("grip_close_s = 0.0", "grip_release_s = 2.0", "axis.y: is gripped before the run and stays so"),
     ("x_m = 0.12", "x_m = 1e300", "wrench.x_m: must be within +-100"),
     ("roll_rad = 0.4", "roll_rad = 23", "wrench.roll_rad: must be within +-10"),
     ('arm = "ess"', "", "needs an arm"),
