@@ -31,6 +31,9 @@ constexpr double mounting_way_max_m = 100.0;
 /* A calibration that is nearer to a singular one than this would make force of noise. */
 constexpr double condition_max = 1e6;
 
+/* A sensor that shows forces this much too large or too small is one in other units. */
+constexpr double shown_size_max = 1e3;
+
 /* Shown to the robot in whole frames; a rotation vector has two values for half a turn. */
 constexpr double way_max_m = 5.4;
 constexpr double angle_max_rad = 3.0;
@@ -178,6 +181,13 @@ std::optional<rig_error> complete_wrench(rig &rig)
                          "cannot be undone: it is singular, or so near to it that noise would be "
                          "all that is left"};
     }
+    const double size = values.singularValues()(0);
+    if (!(size < shown_size_max && size * shown_size_max > 1.0)) {
+        return rig_error{"wrench.crosstalk", "shows loads " + number_text(size) +
+                                                 " times as large as they are: must be from " +
+                                                 number_text(1.0 / shown_size_max) + " to " +
+                                                 number_text(shown_size_max) + " times, in N and N m"};
+    }
     Eigen::Map<matrix6>(firmware.to_robot) = shown.inverse();
     const std::int32_t layout = rig.firmware.sensor_channel.layout;
     if (layout >= 0 && layout < SENSOR_LAYOUT_COUNT && sensor_layouts[layout].axis_count == 1) {
@@ -199,6 +209,27 @@ std::string wrong_size(const axis_key &key, double value)
            ")";
 }
 
+/* As that of the loop's axis. */
+std::optional<rig_error> check_dead_time(const rig &rig, const std::string &path, double dead_time_ms)
+{
+    const double period_ms = 1e-6 * static_cast<double>(config_period_ns(&rig.firmware));
+    if (rig.robot.interpolation == interpolation::linear && dead_time_ms < period_ms) {
+        return rig_error{path + ".robot_dead_time_ms", "must be a period at least, " + number_text(period_ms) +
+                                                           " ms: the robot moves on straight lines"};
+    }
+    const double bus_ms = 1e-6 * static_cast<double>(robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8));
+    if (dead_time_ms < bus_ms) {
+        return rig_error{path + ".robot_dead_time_ms",
+                         "is shorter than the setpoint's time on the bus, which it includes (the other frames of a "
+                         "tick go first: " +
+                             number_text(bus_ms) + " ms); set bus.ideal = true"};
+    }
+    if (rig.run.dead_time_jump_s < never && dead_time_ms + rig.run.dead_time_jump_ms < 2.0 * period_ms) {
+        return rig_error{"run.dead_time_jump_ms", "must leave " + path + " a dead time of 2 periods or more"};
+    }
+    return {};
+}
+
 std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
 {
     const std::string path = "axis." + std::string(axis_names[axis]);
@@ -214,7 +245,7 @@ std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
         return rig_error{path, "is spoken to by frames of berth.dbc alone: robot_channel.profile = \"berth\""};
     }
     if (rig.object.kind == object_kind::contact) {
-        return rig_error{path, "needs a gripped object: object.kind = \"gripped\""};
+        return rig_error{path, "needs a gripped object: object.kind = \"gripped\" or \"beam\""};
     }
     side_axis_config &config = rig.firmware.side_axes[axis];
     config.limits.position_min_m = -config.limits.position_max_m;
@@ -229,12 +260,7 @@ std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
         return rig_error{path + "." + std::string(turns(axis) ? "angle_limit_rad" : "position_limit_m"),
                          "must be " + number_text(most) + " at most"};
     }
-    const double shortest_ms = 1e-6 * static_cast<double>(config_period_ns(&rig.firmware));
-    if (rig.robot.interpolation == interpolation::linear && rig.side_axes[axis].dead_time_ms < shortest_ms) {
-        return rig_error{path + ".robot_dead_time_ms", "must be a period at least, " + number_text(shortest_ms) +
-                                                           " ms: the robot moves on straight lines"};
-    }
-    return {};
+    return check_dead_time(rig, path, rig.side_axes[axis].dead_time_ms);
 }
 
 } // namespace

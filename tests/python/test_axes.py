@@ -286,6 +286,41 @@ def test_a_singular_crosstalk_and_a_sensor_of_one_axis_are_refused(tmp_path):
     assert done.returncode == EXIT_INPUT and b"sensor_channel.layout" in done.stderr
 
 
+@pytest.mark.parametrize("size,is_taken", [(1e-300, False), (1e-4, False), (0.01, True), (100, True), (1e4, False),
+                                           (1e150, False)])
+def test_a_sensor_in_other_units_is_refused(tmp_path, size, is_taken):
+    rows = ", ".join(str([size if i == j else 0.0 for i in range(6)]) for j in range(6))
+    done = command("run", rig_file(tmp_path, PLANAR_AXES, f"\n[wrench]\ncrosstalk = [{rows}]\n"), "--print-config",
+                   *LAYOUT)
+    assert done.returncode == (0 if is_taken else EXIT_INPUT)
+    assert is_taken or b"wrench.crosstalk: shows loads" in done.stderr, done.stderr.decode()
+
+
+def test_a_setpoint_that_comes_after_its_time_is_refused(tmp_path):
+    """An axis whose dead time is over before the setpoint is on the bus would not move at all."""
+    file = rig_file(tmp_path, PLANAR_AXES.replace("robot_dead_time_ms = 25.0", "robot_dead_time_ms = 0.9"))
+    hold = (*LAYOUT, "--set", "robot.interpolation=hold", "--set", "run.duration_s=2")
+    done = command("run", file, "--no-log", *hold)
+    assert done.returncode == EXIT_INPUT
+    assert b"axis.y.robot_dead_time_ms: is shorter than the setpoint's time on the bus" in done.stderr
+    side = topic(run_json(file, tmp_path, *hold, "--set", "bus.ideal=true")["log"], "side")
+    assert np.ptp(side["y_command_m"]) > 1e-4
+    assert np.abs(side["y_robot_m"][1:] - side["y_command_m"][:-1]).max() < 2e-11
+
+
+def test_a_dead_time_that_jumps_does_so_along_every_axis(tmp_path):
+    file = rig_file(tmp_path, PLANAR_AXES)
+    jump = (*LAYOUT, "--set", "run.dead_time_jump_s=4", "--set")
+    done = command("run", file, "--no-log", *jump, "run.dead_time_jump_ms=-10")
+    assert done.returncode == EXIT_INPUT
+    assert b"run.dead_time_jump_ms: must leave axis.rz a dead time of 2 periods or more" in done.stderr
+    side = topic(run_json(file, tmp_path, *jump, "run.dead_time_jump_ms=-5")["log"], "side")
+    for axis, unit, ticks in (("y", "m", 10), ("rz", "rad", 5)):
+        sent, reported = side[f"{axis}_command_{unit}"], side[f"{axis}_robot_{unit}"]
+        for late, part in ((ticks + 1, slice(100, 1500)), (ticks - 1, slice(1700, 3100))):
+            assert np.abs(reported[part] - sent[part.start - late:part.stop - late]).max() < 2e-11, axis
+
+
 @pytest.mark.parametrize("order,says", [
     ("joint = 1.9\nrate_rad_per_s = 0.001", "orders.joint: must be a whole number (is 1.9)"),
     ("joint = 1\nrate_rad_per_s = 0.001\nspeed_m_per_s = 0.1", "orders.speed_m_per_s: goes with line_m only"),
