@@ -263,6 +263,27 @@ std::optional<rig_error> check_axis(rig &rig, std::size_t axis)
     return check_dead_time(rig, path, rig.side_axes[axis].dead_time_ms);
 }
 
+/* Beyond half a turn a rotation vector points the other way all at once. */
+std::optional<rig_error> check_turns(const rig &rig)
+{
+    double square = 0.0;
+    std::string_view last;
+    for (std::size_t axis = SIDE_AXIS_RX; axis < SIDE_AXIS_COUNT; axis++) {
+        const side_axis_config &config = rig.firmware.side_axes[axis];
+        if (config.enabled != 0) {
+            square += config.limits.position_max_m * config.limits.position_max_m;
+            last = axis_names[axis];
+        }
+    }
+    if (square > angle_max_rad * angle_max_rad) {
+        return rig_error{"axis." + std::string(last) + ".angle_limit_rad",
+                         "leads beyond half a turn together with those of the other axes: the root of the sum of "
+                         "their squares must be " +
+                             number_text(angle_max_rad) + " at most (is " + number_text(std::sqrt(square)) + ")"};
+    }
+    return {};
+}
+
 } // namespace
 
 void read_axis(rig &rig, const std::string &name, const toml::node &node, const std::string &origin)
@@ -400,6 +421,9 @@ std::optional<rig_error> complete_and_check_axes(rig &rig)
         if (auto found = check_axis(rig, axis)) {
             return found;
         }
+    }
+    if (auto found = check_turns(rig)) {
+        return found;
     }
     return complete_wrench(rig);
 }

@@ -201,6 +201,18 @@ def test_arm64_replays_six_axes_bit_for_bit(tmp_path, arm64):
     assert replay_json(log, program=arm64)["equal"]
 
 
+def test_turns_about_several_axes_stay_below_half_a_turn_together(tmp_path):
+    file = six_axes(tmp_path)
+    text = file.read_text()
+    for limit_rad, is_taken in ((1.7, True), (1.8, False)):
+        changed = text.replace("inertia_kg_m2 = 0.01", f"inertia_kg_m2 = 0.01\nangle_limit_rad = {limit_rad}")
+        assert changed != text
+        file.write_text(changed)
+        done = command("run", file, "--print-config", *LAYOUT)
+        assert done.returncode == (0 if is_taken else EXIT_INPUT), done.stderr.decode()
+        assert is_taken or b"axis.rz.angle_limit_rad: leads beyond half a turn" in done.stderr
+
+
 def test_a_recorded_side_is_compared_too(tmp_path):
     log = run_json(rig_file(tmp_path, PLANAR_AXES), tmp_path, *LAYOUT, "--set", "run.duration_s=1")["log"]
     assert replay_json(log)["equal"]
