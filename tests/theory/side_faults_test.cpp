@@ -5,9 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <functional>
+#include <sstream>
 
+#include "hal/rig/arm_file.h"
+#include "sim_hal/arm/urdf.h"
 #include "tests/support/closed_loop.h"
+#include "tests/support/files.h"
 
 using namespace berth;
 
@@ -20,6 +26,9 @@ constexpr std::size_t axis_count = 1 + SIDE_AXIS_COUNT; /* x first */
 using pose = std::array<double, axis_count>;
 
 constexpr double wire_step = 1e-11;
+
+/* A tenth of what the robot may: as joints set out that are led back to where the operator wants the tool. */
+constexpr double gently_m_per_s2 = 5.0;
 
 class watched_loop
 {
@@ -162,7 +171,7 @@ tampering with_fault(std::uint32_t id)
 }
 
 struct trouble {
-    const char *name;
+    std::string name;
     tampering tamper;
     bool is_emergency_stop;
     supervisor_state state;
@@ -203,10 +212,7 @@ arm_record shape(const watched_loop &loop)
 
 bool same(const arm_record &a, const arm_record &b)
 {
-    return a.base_x_m == b.base_x_m && a.base_y_m == b.base_y_m && a.base_turn_rad == b.base_turn_rad &&
-           a.tool_x_m == b.tool_x_m && a.tool_y_m == b.tool_y_m && a.joint_0_rad == b.joint_0_rad &&
-           a.joint_1_rad == b.joint_1_rad && a.joint_2_rad == b.joint_2_rad && a.motor_0_rad == b.motor_0_rad &&
-           a.motor_1_rad == b.motor_1_rad && a.motor_2_rad == b.motor_2_rad;
+    return std::memcmp(&a, &b, sizeof a) == 0; /* made alike, of zeros first */
 }
 
 /* The way back that an operator goes: reset out of a fault, then run. */
@@ -227,7 +233,9 @@ void check_near(const watched_loop &loop, const pose &a, const pose &b, double d
 {
     for (std::size_t axis = 0; axis < axis_count; axis++) {
         CAPTURE(axis);
-        CHECK((!loop.has(axis) || std::abs(a[axis] - b[axis]) < distance));
+        if (loop.has(axis)) {
+            CHECK(std::abs(a[axis] - b[axis]) < distance);
+        }
     }
 }
 
@@ -241,19 +249,71 @@ rig slow_robot()
     return slow;
 }
 
+#ifdef BERTH_WITH_URDF
+/* Seven joints in space and the robot's six axes, of dead times from the shortest to a long one; one joint turns. */
+rig six_axes()
+{
+    const temporary_folder folder;
+    const std::string urdf = "tests/arms/seven.urdf";
+    arm_description arm = arm_from_urdf(read_bytes(urdf), urdf, {"", "gripper", false});
+    constexpr std::array angles_rad = {0.3, 0.6, -0.4, -1.2, 0.5, 0.9, 0.2};
+    for (std::size_t i = 0; i < angles_rad.size(); i++) {
+        arm.config.joints[i].initial_rad = angles_rad[i];
+    }
+    std::ofstream(folder / "seven.toml") << print_arm(arm);
+    std::ofstream(folder / "six.toml") << R"(
+[manipulator]
+arm = ")" << folder / "seven.toml"
+                                       << R"("
+direction_x = 1.0
+[limits]
+velocity_m_per_s = 0.5
+[robot]
+dead_time_ms = 17.5
+[sensor_channel]
+layout = "three_frames_motorola"
+[object]
+mass_kg = 0.5
+[axis.y]
+mass_kg = 0.5
+robot_dead_time_ms = 2.5
+[axis.z]
+mass_kg = 0.5
+robot_dead_time_ms = 100.0
+[axis.rx]
+inertia_kg_m2 = 0.01
+[axis.ry]
+inertia_kg_m2 = 0.01
+robot_dead_time_ms = 100.0
+[axis.rz]
+inertia_kg_m2 = 0.01
+robot_dead_time_ms = 2.5
+[[orders]]
+at_s = 0.5
+joint = 3
+rate_rad_per_s = 0.05
+)";
+    return load_rig(folder / "six.toml");
+}
+#endif
+
 struct moment {
-    const char *name;
+    std::string name;
     berth::rig rig;
     double time_s;
 };
 
 std::vector<moment> moments()
 {
-    return {{"along a line", load_rig("ess-pose"), 3.0},
-            {"by a joint", load_rig("ess-pose"), 15.0},
-            {"by a joint faster than the robot", slow_robot(), 3.0},
-            {"before the grip", load_rig("ess-berthing-pose"), 6.0},
-            {"after the grip", load_rig("ess-berthing-pose"), 27.0}};
+    return {
+#ifdef BERTH_WITH_URDF
+        {"six axes", six_axes(), 3.0},
+#endif
+        {"along a line", load_rig("ess-pose"), 3.0},
+        {"by a joint", load_rig("ess-pose"), 15.0},
+        {"by a joint faster than the robot", slow_robot(), 3.0},
+        {"before the grip", load_rig("ess-berthing-pose"), 6.0},
+        {"after the grip", load_rig("ess-berthing-pose"), 27.0}};
 }
 
 } // namespace
@@ -291,9 +351,10 @@ TEST_CASE("axes in trouble: all stop together, the arm waits where they stop, an
             loop.emergency_stop = 0;
             lead_back(loop, trouble.state);
             check_near(loop, rest, loop.sent(), 1e-6);
-            for (int i = 0; i < 8; i++) {
+            for (int i = 1; i <= 8; i++) {
                 loop.tick();
-                check_near(loop, rest, loop.sent(), 1e-4);
+                const double since_s = 2.5e-3 * i;
+                check_near(loop, rest, loop.sent(), 1e-6 + 0.5 * gently_m_per_s2 * since_s * since_s);
             }
             for (int i = 0; i < 400; i++) {
                 loop.tick();
