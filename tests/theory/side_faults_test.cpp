@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <functional>
-#include <sstream>
 
 #include "hal/rig/arm_file.h"
 #include "sim_hal/arm/urdf.h"
@@ -212,7 +210,11 @@ arm_record shape(const watched_loop &loop)
 
 bool same(const arm_record &a, const arm_record &b)
 {
-    return std::memcmp(&a, &b, sizeof a) == 0; /* made alike, of zeros first */
+    bool is_same = true;
+#define COMPARE(type, name) is_same = is_same && a.name == b.name;
+    ARM_RECORD_FIELDS(COMPARE)
+#undef COMPARE
+    return is_same;
 }
 
 /* The way back that an operator goes: reset out of a fault, then run. */
