@@ -1,30 +1,22 @@
 /* [axis.y], [axis.rz] ... of a rig file: what the robot shows of an arm's tool beside the direction of the loop,
- * with the hardware that it meets there; and [wrench]: how the force sensor is mounted, and what it confuses.
+ * with the hardware that it meets there.
  *
  *     [axis.y]                              [axis.rz]
  *     mass_kg = 100                         inertia_kg_m2 = 40         # of the object, needed
  *     stiffness_N_per_m = 2000              stiffness_N_m_per_rad = 800
- *     robot_dead_time_ms = 20               robot_dead_time_ms = 20    # else robot.dead_time_ms
- *
- *     [wrench]
- *     roll_rad = 0.0                        # the sensor's axes in the robot's frame: fixed-axis angles, as in URDF
- *     x_m = 0.1                             # the sensor's origin there, from the tool's point
- *     torque_noise_N_m = 0.05               # as sensor.noise_N
- *     crosstalk = [[1.0, 0.02, ...], ...]   # 6 x 6: what it shows = crosstalk * (force, torque) */
+ *     robot_dead_time_ms = 20               robot_dead_time_ms = 20    # else robot.dead_time_ms */
 #ifndef HAL_RIG_AXES_H
 #define HAL_RIG_AXES_H
 
 #include <ostream>
 
 #include "toml_file.h"
-#include "wrench_matrix.h"
 
 namespace berth
 {
 
 /* Throws input_error. */
 void read_axis(rig &rig, const std::string &name, const toml::node &node, const std::string &origin);
-void read_wrench(rig &rig, const toml::table &table, const std::string &origin);
 
 /* The axes show the dead time of the robot, whatever their sections say: it is another robot's. */
 void follow_dead_time(rig &rig);

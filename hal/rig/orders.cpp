@@ -1,6 +1,5 @@
 #include "orders.h"
 
-#include <charconv>
 #include <cmath>
 
 namespace berth
@@ -13,13 +12,6 @@ constexpr double way_max_m = 6.5; /* of the frame */
 constexpr double speed_max_m_per_s = 4.0;
 constexpr double rate_max_rad_per_s = 8.3;
 constexpr double angle_max_rad = 8.3;
-
-std::string number_text(double value)
-{
-    char digits[32];
-    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
-    return std::string(digits, end);
-}
 
 double number(const std::string &key, const toml::node &node, const std::string &origin, double limit)
 {

@@ -180,10 +180,10 @@ std::optional<rig_error> check_others(const rig &rig)
         return rig_error{"run.duration_s", "gives more than 1e10 ticks"};
     }
     if (rig.object.kind == object_kind::contact && rig.run.grip_release_s < never) {
-        return rig_error{"run.grip_release_s", "needs object.kind = \"gripped\": nothing else can be let go"};
+        return rig_error{"run.grip_release_s", "needs a gripped object: a tool in contact has nothing to let go"};
     }
     if (rig.object.kind == object_kind::contact && rig.run.grip_close_s > 0.0) {
-        return rig_error{"run.grip_close_s", "needs object.kind = \"gripped\": nothing else is gripped"};
+        return rig_error{"run.grip_close_s", "needs a gripped object: a tool in contact grips nothing"};
     }
     if (rig.run.grip_close_s > 0.0 && rig.run.grip_release_s <= rig.run.grip_close_s) {
         return rig_error{"run.grip_release_s", "must be later than run.grip_close_s"};
@@ -355,6 +355,11 @@ std::optional<rig_error> complete_and_check(rig &rig)
         return rig_error{compensation_error.key, compensation_error.message};
     }
     return {};
+}
+
+std::int64_t event_ns(double time_s)
+{
+    return time_s < 1e9 ? ns_from_ms(1e3 * time_s) : std::numeric_limits<std::int64_t>::max();
 }
 
 std::int64_t sync_wait_ns(const rig &rig)

@@ -252,6 +252,9 @@ struct rig {
  * effects of the library and the inverse filter stay with the loop's axis. */
 rig rig_along(const rig &whole, std::size_t axis);
 
+/* When an event of the run happens that may be never. */
+std::int64_t event_ns(double time_s);
+
 /* What is wrong with a rig: the key and a sentence. */
 struct rig_error {
     std::string key;

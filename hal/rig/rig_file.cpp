@@ -13,6 +13,7 @@
 #include "orders.h"
 #include "robot_file.h"
 #include "toml_file.h"
+#include "wrench.h"
 
 namespace berth
 {

@@ -54,6 +54,13 @@ std::string place(const std::string &origin, const toml::source_region &source)
     throw input_error(where + ": " + error.key + ": " + error.message);
 }
 
+std::string number_text(double value)
+{
+    char digits[32];
+    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
+    return std::string(digits, end);
+}
+
 std::string text_of(const toml::node &value)
 {
     std::ostringstream text;
@@ -62,15 +69,22 @@ std::string text_of(const toml::node &value)
     } else if (const auto *integer = value.as_integer()) {
         text << integer->get();
     } else if (const auto *number = value.as_floating_point()) {
-        char digits[32];
-        const auto [end, error] = std::to_chars(digits, digits + sizeof digits, number->get());
-        text << std::string(digits, end);
+        text << number_text(number->get());
     } else if (const auto *boolean = value.as_boolean()) {
         text << (boolean->get() ? "true" : "false");
     } else {
         text << value.type();
     }
     return text.str();
+}
+
+double finite_number(const std::string &key, const toml::node &node, const std::string &origin)
+{
+    const auto value = node.value<double>();
+    if (!node.is_number() || !value || !std::isfinite(*value)) {
+        fail(place(origin, node.source()), {key, "must be a finite number (is " + text_of(node) + ")"});
+    }
+    return *value;
 }
 
 void read_value(rig &rig, const std::string &path, const toml::node &value, const std::string &where)

@@ -35,6 +35,23 @@ std::string place(const std::string &origin, const toml::source_region &source);
 /* A value as it stands in the file. */
 std::string text_of(const toml::node &value);
 
+/* With as many digits as tell it from its neighbours. */
+std::string number_text(double value);
+
+/* With commas between. */
+template <typename Names>
+std::string list_of(const Names &names)
+{
+    std::string list;
+    for (const auto &name : names) {
+        list.append(list.empty() ? "" : ", ").append(name);
+    }
+    return list;
+}
+
+/* Throws input_error for anything else. */
+double finite_number(const std::string &key, const toml::node &node, const std::string &origin);
+
 /* Sets a key of the rig; refuses a value of the wrong type or out of range. */
 void read_value(rig &rig, const std::string &path, const toml::node &value, const std::string &where);
 

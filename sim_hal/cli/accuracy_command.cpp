@@ -153,13 +153,16 @@ bool names_rig(const std::string &name_or_path)
            (looks_like_path(name_or_path) && !parse_toml(read_file(name_or_path), name_or_path).contains("kind"));
 }
 
-measured_arm measured_for(const std::string &name_or_path)
+measured_arm measured_for(const std::string &name_or_path, const std::vector<std::string> &overrides)
 {
     if (!names_rig(name_or_path)) {
+        if (!overrides.empty()) {
+            throw input_error("--set: goes with a rig; " + name_or_path + " is an arm");
+        }
         const arm_description arm = load_arm(name_or_path);
         return {arm, print_arm(arm, "manipulator.arm"), {}};
     }
-    const rig rig = load_rig(name_or_path);
+    const rig rig = load_rig(name_or_path, overrides);
     if (rig.firmware.arm.kind == ARM_NONE) {
         throw input_error(name_or_path + ": manipulator.arm: is missing; accuracy is about an arm");
     }
@@ -181,7 +184,7 @@ measured_arm measured_for(const std::string &name_or_path)
 
 int accuracy_command(const accuracy_arguments &arguments)
 {
-    const measured_arm measured = measured_for(arguments.arm);
+    const measured_arm measured = measured_for(arguments.arm, arguments.overrides);
     if (std::find(accuracy_steps_ms.begin(), accuracy_steps_ms.end(), arguments.step_ms) ==
         accuracy_steps_ms.end()) {
         std::string steps;

@@ -39,6 +39,7 @@ struct arm_arguments {
 
 struct accuracy_arguments {
     std::string arm;
+    std::vector<std::string> overrides; /* of a rig */
     double step_ms = 2.5;
     double repeatability_um = 60.0; /* of the robot: what makers state for arms of 10 to 200 kg payload */
     bool json = false;

@@ -38,6 +38,14 @@ CLI::Validator is_within(double low, double high)
         "");
 }
 
+void add_set_option(CLI::App &command, std::vector<std::string> &overrides)
+{
+    command.add_option("--set", overrides, "override a key of the rig: section.key=value; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+}
+
 void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
 {
     command.add_option("RIG", arguments.rig, "a shipped rig (see `berth rigs`) or the path of a rig file")
@@ -48,11 +56,7 @@ void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
                     "dead time, before --set; of a reported range, the upper end")
         ->type_name("NAME")
         ->check(is_named("a robot preset needs a name; see `berth robots`"));
-    command
-        .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
-        ->type_name("KEY=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
+    add_set_option(command, arguments.overrides);
     command
         .add_option("--with", arguments.with,
                     "compensation of the dead time, before --set: " + berth::compensation_names() +
@@ -146,6 +150,7 @@ void add_accuracy_options(CLI::App &command, berth::accuracy_arguments &argument
 {
     command.add_option("RIG", arguments.arm, "a rig with an arm, or an arm; shipped or the path of a file")
         ->required();
+    add_set_option(command, arguments.overrides);
     command.add_option("--step-ms", arguments.step_ms, "of the loop that the verdict is about")
         ->type_name("MS")
         ->capture_default_str();
@@ -217,11 +222,7 @@ void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &argument
         ->required();
     command.add_option("--rig", arguments.rig, "the rig as it is believed to be: a shipped one or a rig file")
         ->required();
-    command
-        .add_option("--set", arguments.overrides, "override a key of the rig: section.key=value; may be repeated")
-        ->type_name("KEY=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
+    add_set_option(command, arguments.overrides);
     command.add_option("--validate", arguments.validation,
                        "a record with another command, on which the gain is proved");
     command.add_option("--repeat", arguments.repetition,

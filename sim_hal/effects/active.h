@@ -27,7 +27,7 @@ std::vector<std::unique_ptr<stage>> active_stages(const rig &rig,
 }
 
 /* The rig has an effect between the robot's reference and the force that the sensor samples that the plant's
- * equations do not have, or a grip that is to let go. */
+ * equations do not have. */
 bool has_hardware_effects(const rig &rig);
 bool is_hardware_effect(const effect &effect);
 

@@ -137,9 +137,6 @@ bool is_hardware_effect(const effect &effect)
 bool has_hardware_effects(const rig &rig)
 {
     const auto &library = effect_library();
-    if (rig.run.grip_release_s < never || rig.run.grip_close_s > 0.0) {
-        return true;
-    }
     return has_any_value(rig) && std::any_of(library.begin(), library.end(), [&](const effect &known) {
                return is_hardware_effect(known) && is_active(known, rig);
            });

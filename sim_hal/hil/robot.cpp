@@ -11,12 +11,6 @@ namespace berth
 namespace
 {
 constexpr std::int64_t no_event = std::numeric_limits<std::int64_t>::max();
-
-/* Of an event of the run that may be never. */
-std::int64_t event_ns(double time_s)
-{
-    return time_s < 1e9 ? ns_from_ms(1e3 * time_s) : no_event;
-}
 } // namespace
 
 robot::robot(const rig &rig, std::uint32_t setpoint_id)

@@ -4,15 +4,14 @@ namespace berth
 {
 
 side_hardware::side_hardware(const rig &rig, std::size_t axis)
-    : axis_(axis), robot_(rig_along(rig, axis), side_setpoint_id(axis)), equations_(rig_along(rig, axis)),
-      solver_(make_solver(rig_along(rig, axis))), state_(equations_.at_rest<beam_state>(0.0))
+    : axis_(axis), robot_(rig_along(rig, axis), side_setpoint_id(axis)), plant_(rig_along(rig, axis), 0.0)
 {
 }
 
 void side_hardware::travel_to(std::int64_t time_ns)
 {
     if (time_ns > now_ns_) {
-        solver_->advance(state_, robot_.line(now_ns_), time_ns - now_ns_);
+        plant_.advance(robot_.line(now_ns_), now_ns_, time_ns - now_ns_);
         now_ns_ = time_ns;
     }
 }
@@ -21,7 +20,7 @@ void side_hardware::move_reference()
 {
     const double jump = robot_.handle_event();
     if (jump != 0.0) {
-        equations_.apply_reference_jump(state_, jump);
+        plant_.jump(jump);
     }
 }
 
@@ -40,12 +39,12 @@ void side_hardware::advance_to(std::int64_t now_ns)
 
 double side_hardware::robot_position() const
 {
-    return equations_.robot_position_m(state_, robot_.line(now_ns_));
+    return plant_.robot_position_m(robot_.line(now_ns_));
 }
 
 double side_hardware::measured_force() const
 {
-    return equations_.measured_force_N(state_, robot_.line(now_ns_));
+    return plant_.measured_force_N(robot_.line(now_ns_));
 }
 
 std::vector<std::unique_ptr<side_hardware>> make_side_hardware(const rig &rig)

@@ -3,8 +3,7 @@
 #ifndef SIM_HAL_HIL_SIDE_HARDWARE_H
 #define SIM_HAL_HIL_SIDE_HARDWARE_H
 
-#include "../plant/plant.h"
-#include "../solver/solver.h"
+#include "../solver/gripped_plant.h"
 #include "robot.h"
 
 namespace berth
@@ -33,9 +32,7 @@ class side_hardware
 
     std::size_t axis_;
     berth::robot robot_;
-    plant equations_;
-    std::unique_ptr<solver> solver_;
-    beam_state state_;
+    gripped_plant plant_;
     std::int64_t now_ns_ = 0;
 };
 

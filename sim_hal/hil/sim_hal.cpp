@@ -44,11 +44,6 @@ log_header header_of(const rig &rig, const sim_options &options)
     return header;
 }
 
-std::int64_t ns_of(double time_s)
-{
-    return time_s < 1e9 ? ns_from_ms(1e3 * time_s) : std::numeric_limits<std::int64_t>::max();
-}
-
 void record_truth(struct hal &hal, std::int64_t now_ns)
 {
     const rig_truth truth = hal.rig.truth();
@@ -97,9 +92,9 @@ void sim_set_input(struct hal *hal, hal_line line, uint8_t level)
 hal::hal(const berth::rig &wanted, berth::sim_options given)
     : rig(wanted), lateness(berth::load_wake_histogram(wanted), wanted.run.seed),
       log(given.log_path, berth::header_of(wanted, given)), options(std::move(given)),
-      period_ns(config_period_ns(&wanted.firmware)), tick_count(berth::ns_of(wanted.run.duration_s) / period_ns),
-      emergency_stop_ns(berth::ns_of(wanted.run.emergency_stop_s)),
-      enable_off_ns(berth::ns_of(wanted.run.enable_off_s))
+      period_ns(config_period_ns(&wanted.firmware)), tick_count(berth::event_ns(wanted.run.duration_s) / period_ns),
+      emergency_stop_ns(berth::event_ns(wanted.run.emergency_stop_s)),
+      enable_off_ns(berth::event_ns(wanted.run.enable_off_s))
 {
 }
 

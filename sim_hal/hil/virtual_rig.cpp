@@ -6,24 +6,21 @@
 namespace berth
 {
 
-virtual_rig::virtual_rig(const rig &rig) : events_(rig), hardware_{plant(rig), make_solver(rig), {}, {}}
+virtual_rig::virtual_rig(const rig &rig)
+    : events_(rig), hardware_{gripped_plant(rig, events_.robot().line(0).position_m), {}}
 {
-    const double reference_m = events_.robot().line(0).position_m;
-    hardware_.state = hardware_.equations.at_rest<beam_state>(reference_m);
     if (has_hardware_effects(rig)) {
         if (rig.object.further_mode_count > 0) {
-            const std::string names = effect_names(rig, is_hardware_effect);
-            throw input_error("object.modes: a beam of several modes is gripped all the time and knows no effects "
-                              "beside it: leave out run.grip_close_s and run.grip_release_s" +
-                              (names.empty() ? names : " and " + names) + ", or set object.modes = 1");
+            throw input_error("object.modes: a beam of several modes knows no effects beside it: leave out " +
+                              effect_names(rig, is_hardware_effect) + ", or set object.modes = 1");
         }
-        hardware_.effects = std::make_unique<effect_solver>(rig, reference_m);
+        hardware_.effects = std::make_unique<effect_solver>(rig, events_.robot().line(0).position_m);
     }
 }
 
 void virtual_rig::set_state(const beam_state &state)
 {
-    hardware_.state = state;
+    hardware_.base.set_state(state);
     if (hardware_.effects) {
         hardware_.effects->set_state(state);
     }
@@ -37,8 +34,8 @@ rig_truth virtual_rig::truth() const
         return {state(robot_position),  state(robot_velocity),    state(object_position),
                 state(object_velocity), effects.spring_force_N(), effects.measured_force_N()};
     }
-    const plant &equations = hardware_.equations;
-    const beam_state &state = hardware_.state;
+    const plant &equations = hardware_.base.equations();
+    const beam_state &state = hardware_.base.state();
     const reference_line line = events_.robot().line(now_ns());
     return {equations.robot_position_m(state, line),
             equations.robot_velocity_m_per_s(state, line),

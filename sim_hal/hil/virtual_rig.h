@@ -3,9 +3,8 @@
 #ifndef SIM_HAL_HIL_VIRTUAL_RIG_H
 #define SIM_HAL_HIL_VIRTUAL_RIG_H
 
-#include "../plant/plant.h"
 #include "../solver/effect_solver.h"
-#include "../solver/solver.h"
+#include "../solver/gripped_plant.h"
 #include "rig_events.h"
 
 namespace berth
@@ -37,8 +36,8 @@ class virtual_rig
     void receive_from_loop(const hal_frame &frame) { events_.receive_from_loop(frame); }
 
     rig_truth truth() const;
-    beam_state state() const { return hardware_.effects ? hardware_.effects->state() : hardware_.state; }
-    const plant &equations() const { return hardware_.equations; }
+    beam_state state() const { return hardware_.effects ? hardware_.effects->state() : hardware_.base.state(); }
+    const plant &equations() const { return hardware_.base.equations(); }
 
     /* For tests: as advance_to(), but what happens at `now_ns` itself is still to come. */
     void approach(std::int64_t now_ns) { events_.approach(now_ns, hardware_); }
@@ -53,11 +52,9 @@ class virtual_rig
     operator_station &operators() { return events_.operators(); }
 
   private:
-    /* The plant, integrated between the events: the base model by its own solver, or with effects in it. */
+    /* The plant, integrated between the events: the base model, or with effects in it. */
     struct hardware {
-        plant equations;
-        std::unique_ptr<berth::solver> solver;
-        beam_state state;
+        gripped_plant base;
         std::unique_ptr<effect_solver> effects; /* nullptr: none between reference and sample */
 
         void travel(const robot &robot, std::int64_t now_ns, std::int64_t duration_ns)
@@ -65,22 +62,22 @@ class virtual_rig
             if (effects) {
                 return effects->advance(robot.line(now_ns), duration_ns);
             }
-            solver->advance(state, robot.line(now_ns), duration_ns);
+            base.advance(robot.line(now_ns), now_ns, duration_ns);
         }
         void jump(const robot &robot, double jump_m)
         {
             if (effects) {
                 return effects->jump(robot.course_now().from_m);
             }
-            equations.apply_reference_jump(state, jump_m);
+            base.jump(jump_m);
         }
         double measured_force_N(const robot &robot, std::int64_t now_ns) const
         {
-            return effects ? effects->measured_force_N() : equations.measured_force_N(state, robot.line(now_ns));
+            return effects ? effects->measured_force_N() : base.measured_force_N(robot.line(now_ns));
         }
         double robot_position_m(const robot &robot, std::int64_t now_ns) const
         {
-            return effects ? effects->robot_position_m() : equations.robot_position_m(state, robot.line(now_ns));
+            return effects ? effects->robot_position_m() : base.robot_position_m(robot.line(now_ns));
         }
     };
 

@@ -82,13 +82,14 @@ state_type plant::at_rest(double position_m) const
         }
     }
     const double share = one_sided ? 1.0 : sensor_stiffness_N_per_m / (sensor_stiffness_N_per_m + held_N_per_m);
-    state(object_position) = share * position_m;
-    state(filter_output) = filter_order > 0 ? sensor_stiffness_N_per_m * (position_m - state(object_position)) : 0.0;
+    const double pulled_m = is_held ? position_m - grip_m : 0.0;
+    state(object_position) = share * pulled_m;
+    const double spring_N = sensor_stiffness_N_per_m * (pulled_m - state(object_position));
+    state(filter_output) = filter_order > 0 ? spring_N : 0.0;
     state(robot_position) = has_transfer_behaviour ? position_m : 0.0;
     state(second_position) = second_mass_kg > 0.0 ? state(object_position) : 0.0;
     state(lagged_position) = robot_lag_s > 0.0 ? position_m : 0.0;
-    state(lagged_force) =
-        sensor_lag_s > 0.0 ? sensor_stiffness_N_per_m * (position_m - state(object_position)) : 0.0;
+    state(lagged_force) = sensor_lag_s > 0.0 ? spring_N : 0.0;
     if constexpr (has_room_for_beam<state_type>) {
         const double force_N = held_N_per_m * state(object_position);
         for (int i = 0; i < further_mode_count && force_N != 0.0; i++) {
@@ -101,7 +102,7 @@ state_type plant::at_rest(double position_m) const
 template <typename state_type>
 void plant::apply_reference_jump(state_type &state, double jump_m) const
 {
-    if (has_transfer_behaviour || robot_lag_s > 0.0) {
+    if (has_transfer_behaviour || robot_lag_s > 0.0 || !is_held) {
         return;
     }
     const double impulse_N_s = sensor_damping_N_s_per_m * jump_m;

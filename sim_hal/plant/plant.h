@@ -5,7 +5,7 @@
  *   reference line     u(t), straight between setpoints
  *   robot              p'' = w^2 (u - p) - 2 z w p'          (or p = u without transfer behaviour)
  *   its lag            tau_R r' = p - r                      (or r = p)
- *   sensor spring      F = k_S (r - x) + d_S (r' - x')
+ *   sensor spring      F = k_S (r - g - x) + d_S (r' - x')   (or F = 0, while nothing is held)
  *   gripped object     m x'' = F - d x' - k x + C
  *   tool in contact    m x'' = F - max(0, k (x - s) + d x') + C where x > s, else m x'' = F + C
  *   beam               x = q1 + q2 + ...; m_i q_i'' = F - d_i q_i' - k_i q_i, the first with m, d and k
@@ -77,6 +77,8 @@ struct plant {
     double robot_z = 0.0;
     double sensor_stiffness_N_per_m;
     double sensor_damping_N_s_per_m;
+    bool is_held = true; /* by the gripper; else there is no sensor spring */
+    double grip_m = 0.0; /* g: robot less object where neither pulls the other */
     bool one_sided;
     double mass_kg;
     double stiffness_N_per_m;
@@ -114,7 +116,8 @@ struct plant {
     template <typename state_type>
     state_type natural_scales() const;
 
-    /* Everything at rest with the robot at `position_m`, spring forces in balance, low-pass settled. */
+    /* Everything at rest with the robot at `position_m`, spring forces in balance, low-pass settled; the object at
+     * its own place where it is not held. */
     template <typename state_type>
     state_type at_rest(double position_m) const;
 
@@ -186,7 +189,10 @@ double plant::robot_velocity_m_per_s(const state_type &state, const reference_li
 template <typename state_type>
 double plant::spring_force_N(const state_type &state, const reference_line &line) const
 {
-    return sensor_stiffness_N_per_m * (robot_position_m(state, line) - state(object_position)) +
+    if (!is_held) {
+        return 0.0;
+    }
+    return sensor_stiffness_N_per_m * (robot_position_m(state, line) - grip_m - state(object_position)) +
            sensor_damping_N_s_per_m * (robot_velocity_m_per_s(state, line) - state(object_velocity));
 }
 

@@ -25,7 +25,7 @@ void require(int flag, const char *what)
 class cvode_solver final : public solver
 {
   public:
-    explicit cvode_solver(const rig &rig) : plant_(rig)
+    cvode_solver(const rig &rig, const plant &plant) : plant_(plant)
     {
         require(SUNContext_Create(nullptr, &context_), "SUNContext_Create");
         vector_ = N_VNew_Serial(plant_.state_count(), context_);
@@ -101,9 +101,9 @@ class cvode_solver final : public solver
 
 } // namespace
 
-std::unique_ptr<solver> make_cvode_solver(const rig &rig)
+std::unique_ptr<solver> make_cvode_solver(const rig &rig, const plant &plant)
 {
-    return std::make_unique<cvode_solver>(rig);
+    return std::make_unique<cvode_solver>(rig, plant);
 }
 
 } // namespace berth

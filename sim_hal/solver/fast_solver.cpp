@@ -105,7 +105,7 @@ template <int rows>
 class linear_solver final : public solver
 {
   public:
-    explicit linear_solver(const rig &rig) : steps_(plant(rig), contact_mode::attached) {}
+    explicit linear_solver(const plant &plant) : steps_(plant, contact_mode::attached) {}
 
     void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) override
     {
@@ -120,8 +120,8 @@ template <int rows>
 class contact_solver final : public solver
 {
   public:
-    explicit contact_solver(const rig &rig)
-        : plant_(rig), free_(plant_, contact_mode::free), attached_(plant_, contact_mode::attached),
+    contact_solver(const rig &rig, const plant &plant)
+        : plant_(plant), free_(plant_, contact_mode::free), attached_(plant_, contact_mode::attached),
           step_ns_(std::llround(rig.solver.contact_step_us * 1e3))
     {
     }
@@ -164,26 +164,25 @@ class contact_solver final : public solver
 };
 
 template <int rows>
-std::unique_ptr<solver> make(const rig &rig)
+std::unique_ptr<solver> make(const rig &rig, const plant &plant)
 {
     if (rig.object.kind == object_kind::contact) {
-        return std::make_unique<contact_solver<rows>>(rig);
+        return std::make_unique<contact_solver<rows>>(rig, plant);
     }
-    return std::make_unique<linear_solver<rows>>(rig);
+    return std::make_unique<linear_solver<rows>>(plant);
 }
 
 } // namespace
 
-std::unique_ptr<solver> make_fast_solver(const rig &rig)
+std::unique_ptr<solver> make_fast_solver(const rig &rig, const plant &plant)
 {
-    const plant plant(rig);
     if (plant.further_mode_count > 0) {
-        return std::make_unique<linear_solver<beam_state_count>>(rig);
+        return std::make_unique<linear_solver<beam_state_count>>(plant);
     }
     if (plant.has_linear_effects()) {
-        return make<plant_state_count>(rig);
+        return make<plant_state_count>(rig, plant);
     }
-    return rig.has_transfer_behaviour() ? make<base_state_count>(rig) : make<4>(rig);
+    return rig.has_transfer_behaviour() ? make<base_state_count>(rig, plant) : make<4>(rig, plant);
 }
 
 } // namespace berth

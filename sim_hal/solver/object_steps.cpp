@@ -26,8 +26,7 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
     constexpr auto columns = static_cast<Eigen::Index>(object_steps::columns);
     plant plant = original;
     if (grip == object_steps::grip::is_lost) {
-        plant.sensor_stiffness_N_per_m = 0.0;
-        plant.sensor_damping_N_s_per_m = 0.0;
+        plant.is_held = false;
     }
     const bool is_free = grip == object_steps::grip::free_of_material;
     const Eigen::MatrixXd full =

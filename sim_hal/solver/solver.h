@@ -23,14 +23,14 @@ class solver
 
 /* Exact discretisation where the plant is linear. With contact: exact in each mode over fixed sub-steps, and a
  * sub-step in which the mode changes is halved down to the instant of the change. */
-std::unique_ptr<solver> make_fast_solver(const rig &rig);
+std::unique_ptr<solver> make_fast_solver(const rig &rig, const plant &plant);
 
 /* SUNDIALS CVODE (Adams), stopped and started again at every known discontinuity. Throws input_error if the
  * program was built without SUNDIALS. */
-std::unique_ptr<solver> make_cvode_solver(const rig &rig);
+std::unique_ptr<solver> make_cvode_solver(const rig &rig, const plant &plant);
 
-/* The one that the rig asks for. */
-std::unique_ptr<solver> make_solver(const rig &rig);
+/* The one that the rig asks for, of the equations `plant`. */
+std::unique_ptr<solver> make_solver(const rig &rig, const plant &plant);
 
 } // namespace berth
 

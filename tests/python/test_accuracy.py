@@ -74,3 +74,15 @@ def test_bad_step():
     done = command("accuracy", "no-such-arm")
     assert done.returncode == EXIT_INPUT
     assert b"no shipped arm" in done.stderr and b"ess" in done.stderr
+
+
+def test_a_beam_is_measured_by_its_reduction():
+    """An object of several modes is refused with what to do about it, and that works."""
+    refused = command("accuracy", "ess-berthing-pose", "--json")
+    assert refused.returncode == EXIT_INPUT and b"--set object.modes=1" in refused.stderr
+    done = command("accuracy", "ess-berthing-pose", "--json", "--set", "object.modes=1")
+    assert done.returncode == 0, done.stderr.decode()
+    reduced = one_json_object(done.stdout)
+    assert reduced["events"] >= 2 and 0.0 < reduced["tool_m"] < 1e-4
+    of_an_arm = command("accuracy", "ess", "--set", "object.modes=1")
+    assert of_an_arm.returncode == EXIT_INPUT and b"--set: goes with a rig; ess is an arm" in of_an_arm.stderr

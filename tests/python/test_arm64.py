@@ -22,6 +22,7 @@ CASES = {
     "contact": ("concept-copper", {}),
     "a whole arm": ("ess-berthing", {}),
     "the pose of a whole arm": ("ess-pose", {}),
+    "a beam gripped along all axes": ("ess-berthing-pose", {}),
 }
 
 

@@ -201,6 +201,18 @@ def test_arm64_replays_six_axes_bit_for_bit(tmp_path, arm64):
     assert replay_json(log, program=arm64)["equal"]
 
 
+def test_turns_about_several_axes_stay_below_half_a_turn_together(tmp_path):
+    file = six_axes(tmp_path)
+    text = file.read_text()
+    for limit_rad, is_taken in ((1.7, True), (1.8, False)):
+        changed = text.replace("inertia_kg_m2 = 0.01", f"inertia_kg_m2 = 0.01\nangle_limit_rad = {limit_rad}")
+        assert changed != text
+        file.write_text(changed)
+        done = command("run", file, "--print-config", *LAYOUT)
+        assert done.returncode == (0 if is_taken else EXIT_INPUT), done.stderr.decode()
+        assert is_taken or b"axis.rz.angle_limit_rad: leads beyond half a turn" in done.stderr
+
+
 def test_a_recorded_side_is_compared_too(tmp_path):
     log = run_json(rig_file(tmp_path, PLANAR_AXES), tmp_path, *LAYOUT, "--set", "run.duration_s=1")["log"]
     assert replay_json(log)["equal"]
@@ -258,8 +270,6 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("robot_dead_time_ms = 12.5", "robot_dead_time_ms = 1e9", "axis.rz.robot_dead_time_ms: must be from 0 to 1e+05"),
     ("stiffness_N_per_m = 1500.0", "stiffness_N_per_m = 1e300", "axis.y.stiffness_N_per_m: must be from 0 to 1e+13"),
     ("mass_kg = 60.0", "mass_kg = 1e-300", "axis.y.mass_kg: must be from 1e-06 to 1e+09"),
-    ("grip_close_s = 0.0", "grip_close_s = 2.0", "axis.y: is gripped before the run and stays so"),
-    ("grip_close_s = 0.0", "grip_release_s = 2.0", "axis.y: is gripped before the run and stays so"),
     ("x_m = 0.12", "x_m = 1e300", "wrench.x_m: must be within +-100"),
     ("roll_rad = 0.4", "roll_rad = 23", "wrench.roll_rad: must be within +-10"),
     ('arm = "ess"', "", "needs an arm"),
@@ -286,6 +296,41 @@ def test_a_singular_crosstalk_and_a_sensor_of_one_axis_are_refused(tmp_path):
     assert done.returncode == EXIT_INPUT and b"cannot be undone" in done.stderr
     done = command("run", rig_file(tmp_path, PLANAR_AXES), "--no-log")
     assert done.returncode == EXIT_INPUT and b"sensor_channel.layout" in done.stderr
+
+
+@pytest.mark.parametrize("size,is_taken", [(1e-300, False), (1e-4, False), (0.01, True), (100, True), (1e4, False),
+                                           (1e150, False)])
+def test_a_sensor_in_other_units_is_refused(tmp_path, size, is_taken):
+    rows = ", ".join(str([size if i == j else 0.0 for i in range(6)]) for j in range(6))
+    done = command("run", rig_file(tmp_path, PLANAR_AXES, f"\n[wrench]\ncrosstalk = [{rows}]\n"), "--print-config",
+                   *LAYOUT)
+    assert done.returncode == (0 if is_taken else EXIT_INPUT)
+    assert is_taken or b"wrench.crosstalk: shows loads" in done.stderr, done.stderr.decode()
+
+
+def test_a_setpoint_that_comes_after_its_time_is_refused(tmp_path):
+    """An axis whose dead time is over before the setpoint is on the bus would not move at all."""
+    file = rig_file(tmp_path, PLANAR_AXES.replace("robot_dead_time_ms = 25.0", "robot_dead_time_ms = 0.9"))
+    hold = (*LAYOUT, "--set", "robot.interpolation=hold", "--set", "run.duration_s=2")
+    done = command("run", file, "--no-log", *hold)
+    assert done.returncode == EXIT_INPUT
+    assert b"axis.y.robot_dead_time_ms: is shorter than the setpoint's time on the bus" in done.stderr
+    side = topic(run_json(file, tmp_path, *hold, "--set", "bus.ideal=true")["log"], "side")
+    assert np.ptp(side["y_command_m"]) > 1e-4
+    assert np.abs(side["y_robot_m"][1:] - side["y_command_m"][:-1]).max() < 2e-11
+
+
+def test_a_dead_time_that_jumps_does_so_along_every_axis(tmp_path):
+    file = rig_file(tmp_path, PLANAR_AXES)
+    jump = (*LAYOUT, "--set", "run.dead_time_jump_s=4", "--set")
+    done = command("run", file, "--no-log", *jump, "run.dead_time_jump_ms=-10")
+    assert done.returncode == EXIT_INPUT
+    assert b"run.dead_time_jump_ms: must leave axis.rz a dead time of 2 periods or more" in done.stderr
+    side = topic(run_json(file, tmp_path, *jump, "run.dead_time_jump_ms=-5")["log"], "side")
+    for axis, unit, ticks in (("y", "m", 10), ("rz", "rad", 5)):
+        sent, reported = side[f"{axis}_command_{unit}"], side[f"{axis}_robot_{unit}"]
+        for late, part in ((ticks + 1, slice(100, 1500)), (ticks - 1, slice(1700, 3100))):
+            assert np.abs(reported[part] - sent[part.start - late:part.stop - late]).max() < 2e-11, axis
 
 
 @pytest.mark.parametrize("order,says", [

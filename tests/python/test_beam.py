@@ -301,8 +301,8 @@ def test_the_resolved_rig_reads_back(tmp_path):
      "object.beam_root_stiffness_N_m_per_rad: is next to no spring"),
     (RIG, "object.mass_kg=90", "object.mass_kg: follows from the beam"),
     (RIG, "object.coulomb_friction_N=1", "cannot be put into a beam"),
-    (RIG, "robot.backlash_m=1e-4", "object.modes"),
-    (RIG, "run.grip_close_s=5", "object.modes"),
+    (RIG, "robot.backlash_m=1e-4", "object.modes: a beam of several modes knows no effects beside it: leave out "
+     "robot.backlash"),
     ("ess", "object.modes=3", 'object.modes: counts with object.kind = "beam" only'),
 ])
 def test_bad_input(tmp_path, rig, setting, says):

@@ -19,7 +19,8 @@ def test_run_of_a_shipped_rig(rig, logs):
     result, log = logs(rig)
     assert RUN_KEYS <= result.keys()
     rate_Hz = 50 if rig == "ess-50hz" else 400
-    duration_s = {"concept-copper": 20, "concept-foam": 20, "ess-berthing": 70, "ess-beam": 8, "ess-pose": 30}.get(rig, 60)
+    duration_s = {"concept-copper": 20, "concept-foam": 20, "ess-berthing": 70, "ess-berthing-pose": 70,
+                  "ess-beam": 8, "ess-pose": 30}.get(rig, 60)
     assert result["ticks"] == rate_Hz * duration_s
     assert result["overruns"] == 0
     assert result["speed_x_realtime"] > 0
@@ -27,7 +28,7 @@ def test_run_of_a_shipped_rig(rig, logs):
     assert len(result["config_hash"]) == 16 and int(result["config_hash"], 16) >= 0
     assert result["peak_force_N"] == np.abs(topic(log)["force_N"]).max()
     assert result["stable"] is {"concept-copper": False, "ess-berthing": False, "ess-beam": False,
-                                "ess-pose": None}.get(rig, True)
+                                "ess-berthing-pose": None, "ess-pose": None}.get(rig, True)
     assert result["growth_per_s"] is None or math.isfinite(result["growth_per_s"])
     assert result["dropped_records"] == 0
 
@@ -106,7 +107,7 @@ AWKWARD = {
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("overrides", [{}, AWKWARD], ids=["as shipped", "awkward values"])
 def test_print_config_loads_again_as_the_same_rig(rig, overrides, tmp_path):
-    if rig == "ess-beam":  # the object's own follows from the beam's
+    if rig in ("ess-beam", "ess-berthing-pose"):  # the object's own follows from the beam's
         overrides = {key.replace("object.damping_N_s_per_m", "object.beam_damping_ratio"): value
                      for key, value in overrides.items()}
     arguments = settings({**SHORT, **overrides})

@@ -31,7 +31,7 @@ def test_pyulog_reads_every_record(rig, logs):
     result, log = logs(rig)
     ulog = ULog(str(log))
     assert not ulog.file_corruption and not ulog.dropouts
-    arm = {"ess-berthing": {"arm"}, "ess-pose": {"arm", "side"}}.get(rig, set())
+    arm = {"ess-berthing": {"arm"}, "ess-berthing-pose": {"arm", "side"}, "ess-pose": {"arm", "side"}}.get(rig, set())
     assert {data.name for data in ulog.data_list} == {"tick", "can_frame", "rig"} | arm
     assert all(len(topic(log, name)["timestamp"]) == result["ticks"] for name in arm)
     tick = topic(log)

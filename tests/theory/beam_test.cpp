@@ -53,7 +53,7 @@ TEST_CASE("beam: the links that eigenvalues are made of move as the exact solver
         CAPTURE(i);
         CAPTURE(rig.object.modes);
         const hardware_chain chain(rig);
-        const auto solver = make_fast_solver(rig);
+        const auto solver = make_fast_solver(rig, plant(rig));
         const beam_state scales = chain.equations().natural_scales<beam_state>();
         beam_state by_solver = beam_state::Zero();
         for (int k = 0; k < chain.state_count(); k++) {
