@@ -276,9 +276,9 @@ void block_model::compare(const std::vector<double> &simulated, std::vector<doub
 }
 
 /* What a window's start explains is linear in it only for a linear manipulator. With effects on it: from the start
- * that suits the linear one, how the replay itself follows position and velocity of the start, until it does as these
- * differences say. In the short windows of one without a spring friction turns with a start that encoder steps decide: there the linear way
- * is the truer one (friction of the EMPS benchmark within 1 % rather than 4 %). */
+ * that suits the linear one, how the replay itself follows position and velocity of the start, until it does as
+ * these differences say. In the short windows of one without a spring friction turns with a start that encoder steps
+ * decide: there the linear way is the truer one (friction of the EMPS benchmark within 1 % rather than 4 %). */
 void block_model::replay_windows(const rig &rig, std::vector<double> &error)
 {
     replay_manipulator(rig, record_, windows_, starts_, simulated_);

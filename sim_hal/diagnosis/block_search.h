@@ -41,7 +41,8 @@ class block_search
     bool find_next(block_diagnosis &result);
     /* Candidates are compared under the noise that the best of them leaves. */
     void compare_anew(std::vector<candidate> &candidates);
-    /* Where the candidate found better values for the parameters of before, it is compared with what these can do. */
+    /* Where the candidate found better values for the parameters of before, it is compared with what these can do.
+     */
     void fit_incumbent_from(const candidate &best);
     void drop_those_unseen(std::vector<candidate> &candidates);
     /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
@@ -75,6 +76,8 @@ class block_search
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
     bool exceeds_measured_floor() const;
+    /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
+    bool leaves_much();
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */
     bool exceeds_floor();
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause

@@ -77,7 +77,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
     if (result.causes.empty()) {
         return something_is_left ? verdict::unknown : verdict::nothing_detectable;
     }
-    if (something_is_left) {
+    if (something_is_left || (!is_rest_ && leaves_much())) {
         return verdict::partly_explained;
     }
     return result.alternatives.empty() ? verdict::named : verdict::one_of;
@@ -86,6 +86,19 @@ verdict block_search::verdict_of(block_diagnosis &result)
 bool block_search::exceeds_measured_floor() const
 {
     return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
+}
+
+bool block_search::leaves_much()
+{
+    constexpr double sure = 3.0; /* standard deviations */
+    constexpr double much = 0.2; /* of the explainable error */
+    const double rows = static_cast<double>(rows_under(noise_));
+    if (!has_floor_ || input_.floor->rows == 0 || rows == 0.0) {
+        return false;
+    }
+    const double sd = std::sqrt(2.0 / rows + 2.0 / static_cast<double>(input_.floor->rows));
+    const double left = cost_of(model_, noise_, incumbent_.rig) - rows;
+    return left > sure * sd * rows && left > much * (cost_of(model_, noise_, base_.rig) - rows);
 }
 
 bool block_search::exceeds_floor()

@@ -195,7 +195,8 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
 
 /* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
  * stiff contact: it is believed if the reports do not contradict. */
-void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input, const rig &given, const sample_events &events,
+void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input,
+                           const rig &given, const sample_events &events,
                            const std::vector<event_finding> &found_events)
 {
     constexpr double contradiction = 10.0; /* of the white sum of squares */
@@ -218,9 +219,8 @@ void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, con
                        sample_events events)
 {
     const bool is_open = robot.verdict == verdict::unknown || robot.verdict == verdict::partly_explained;
-    const bool has_more = std::any_of(force.causes.begin(), force.causes.end(), [](const cause &known) {
-        return known.effect->block() == "robot";
-    });
+    const bool has_more = std::any_of(force.causes.begin(), force.causes.end(),
+                                      [](const cause &known) { return known.effect->block() == "robot"; });
     if (robot.block == block::robot && is_open && has_more) {
         const block_diagnosis again = diagnose_block(block::robot, input, force.extended, events, {});
         robot.verdict = again.causes.empty() ? again.verdict : robot.verdict;
@@ -339,10 +339,9 @@ diagnosis diagnose(const diagnosis_request &request)
             input.upstream = result.blocks.back().refinable;
             const std::vector<cause> &causes = result.blocks.back().causes;
             input.has_cause_upstream = !causes.empty();
-            const bool switches =
-                std::any_of(causes.begin(), causes.end(), [](const cause &known) {
-                    return known.effect->switches || known.effect->name == "robot.lost_commands";
-                });
+            const bool switches = std::any_of(causes.begin(), causes.end(), [](const cause &known) {
+                return known.effect->switches || known.effect->name == "robot.lost_commands";
+            });
             input.without_switching_fault = switches ? &request.rig : nullptr;
         }
         const sample_events events_before = events;

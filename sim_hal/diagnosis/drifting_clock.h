@@ -15,8 +15,8 @@ namespace berth
 std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const std::vector<double> &position_m,
                                          double period_s, int count);
 
-/* Phase and drift of a free clock such that each of its slips, a setpoint taken twice or none, falls into the tick in
- * which a stiff contact shows it: the robot's own reports leave some ticks open. */
+/* Phase and drift of a free clock such that each of its slips, a setpoint taken twice or none, falls into the tick
+ * in which a stiff contact shows it: the robot's own reports leave some ticks open. */
 void match_slips(block_model &force, rig &rig);
 
 /* The model's uses, without the rows in which a slip in another tick would show. */

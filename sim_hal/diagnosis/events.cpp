@@ -257,17 +257,38 @@ std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<
     return taken;
 }
 
+/* Chance does not care how far a setpoint leads: where nearly only the smallest steps are missing, it is a
+ * threshold. */
+bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
+{
+    const std::vector<double> taken = taken_of(sent, lost);
+    std::vector<double> missing;
+    std::vector<double> done;
+    for (std::size_t n = 1; n < sent.size(); n++) {
+        (lost[n] != 0 ? missing : done).push_back(std::abs(sent[n] - taken[n - 1]));
+    }
+    if (missing.empty() || done.empty()) {
+        return false;
+    }
+    constexpr double most = 0.95;
+    const auto at = missing.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(missing.size() - 1));
+    std::nth_element(missing.begin(), at, missing.end());
+    const double way = *at;
+    const auto smaller = std::count_if(done.begin(), done.end(), [&](double step) { return step < way; });
+    return 2 * static_cast<std::size_t>(smaller) < done.size();
+}
+
 /* Losses next to each other are not the sum of losses: of the second one the robot lacks the first one's way, too.
- * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with one
- * of its neighbours: a loss found one tick off is two mistakes. */
+ * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with
+ * one of its neighbours: a loss found one tick off is two mistakes. */
 class loss_settler
 {
   public:
     /* `error`: of a replay with the losses that were `known`. */
     loss_settler(const block_model &model, const trace &loss, const std::vector<double> &error,
                  const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> first_guess)
-        : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m), rest_(error),
-          end_(sent_.size() - std::min(sent_.size(), loss.first + loss.values.size()))
+        : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m),
+          rest_(error), end_(sent_.size() - std::min(sent_.size(), loss.first + loss.values.size()))
     {
         taken_ = taken_of(sent_, known);
         const std::vector<double> taken = taken_of(sent_, lost);
@@ -461,7 +482,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     const double odds = static_cast<double>(rows.size()) / static_cast<double>(count_of(settler.lost) + 1);
     settler.settle(2.0 * (std::log(odds) + sure));
     lost = std::move(settler.lost);
-    if (are_none && lost == known) {
+    if ((are_none && lost == known) || (count_of(known) == 0 && are_the_smallest(record.command_position_m, lost))) {
         return {};
     }
     events.lost_command = std::move(lost);

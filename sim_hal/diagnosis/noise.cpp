@@ -46,6 +46,7 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
             std::max(1e-300, std::sqrt(sums(0, 0) / std::max<double>(1.0, static_cast<double>(rows))));
         return best;
     }
+    best.rows = rows;
     const double count = static_cast<double>(rows);
     double best_bic = 0.0;
     for (int order = 0; order <= order_max; order++) {
@@ -147,7 +148,7 @@ void whiten(const noise_model &noise, const std::vector<double> &error, const st
 
 noise_model at_least(const noise_model &noise, double rms)
 {
-    return noise.rms < rms ? noise_model{{}, rms, rms} : noise;
+    return noise.rms < rms ? noise_model{{}, rms, rms, 1.0, noise.rows} : noise;
 }
 
 double sum_of_squares(const std::vector<double> &values)

@@ -19,6 +19,7 @@ struct noise_model {
     double sigma = 1.0;
     double rms = 1.0;           /* of e */
     double rows_per_fact = 1.0; /* neighbouring rows that say the same; sigma is that much larger (square root) */
+    std::size_t rows = 0;       /* that it was estimated from */
 };
 
 /* By least squares over the rows in use. `order_max` lags are tried and as many kept as BIC wants. */

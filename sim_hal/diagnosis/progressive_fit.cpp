@@ -98,12 +98,10 @@ double best_size(block_model &model, const noise_model &noise, rig at, std::stri
 std::size_t first_movement(const record &data)
 {
     constexpr double share = 0.1;
-    const std::vector<double> &x =
-        data.command_position_m.empty() ? data.robot_position_m : data.command_position_m;
+    const std::vector<double> &x = data.command_position_m.empty() ? data.robot_position_m : data.command_position_m;
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
-    const auto moved = std::find_if(x.begin(), x.end(), [&](double value) {
-        return std::abs(value - x.front()) > share * (*most - *least);
-    });
+    const auto moved = std::find_if(
+        x.begin(), x.end(), [&](double value) { return std::abs(value - x.front()) > share * (*most - *least); });
     const auto more = static_cast<std::size_t>(first_horizon_s / data.period_s);
     return std::min(x.size(), static_cast<std::size_t>(moved - x.begin()) + more);
 }
@@ -116,8 +114,7 @@ struct tried_size {
 /* The best ones, no two of them nearer than `apart` of their size. */
 std::vector<tried_size> best_apart(std::vector<tried_size> tried, std::size_t count, double apart)
 {
-    std::sort(tried.begin(), tried.end(),
-              [](const tried_size &a, const tried_size &b) { return a.cost < b.cost; });
+    std::sort(tried.begin(), tried.end(), [](const tried_size &a, const tried_size &b) { return a.cost < b.cost; });
     std::vector<tried_size> kept;
     for (const tried_size &one : tried) {
         const bool is_near = std::any_of(kept.begin(), kept.end(), [&](const tried_size &other) {

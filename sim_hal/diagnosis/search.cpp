@@ -231,16 +231,16 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
         candidate made;
         made.effect = start.effect;
-        made.fitted = start.effect->decides_what_follows && same == 0
-                          ? fit_progressively(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
-                                              rigs_of(starts, *start.effect), options.replays_max)
-                      : start.effect->is_rough
-                          ? fit_rough(model, noise, *start.effect,
-                                      size_on_growing_horizon(model, noise, *start.effect, incumbent.rig,
-                                                              incumbent.parameters, rigs_of(starts, *start.effect),
-                                                              options.replays_max / 6),
-                                      incumbent, options)
-                          : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
+        made.fitted =
+            start.effect->decides_what_follows && same == 0
+                ? fit_progressively(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
+                                    rigs_of(starts, *start.effect), options.replays_max)
+            : start.effect->is_rough
+                ? fit_rough(model, noise, *start.effect,
+                            size_on_growing_horizon(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
+                                                    rigs_of(starts, *start.effect), options.replays_max / 6),
+                            incumbent, options)
+                : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
         candidates.push_back(std::move(made));
