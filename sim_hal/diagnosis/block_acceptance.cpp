@@ -100,6 +100,9 @@ void block_search::compare_anew(std::vector<candidate> &candidates)
 
 void block_search::fit_incumbent_from(const candidate &best)
 {
+    if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->is_rough; })) {
+        return; /* slopes mean nothing there */
+    }
     rig again = incumbent_.rig;
     for (const free_parameter &known : incumbent_.parameters) {
         set_number(again, known.key->path, value_of(best.fitted.rig, known.key->path));

@@ -193,6 +193,14 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
+/* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
+bool is_open(const block_diagnosis &force)
+{
+    return (force.verdict == verdict::unknown || force.verdict == verdict::partly_explained) &&
+           std::all_of(force.causes.begin(), force.causes.end(),
+                       [](const cause &known) { return known.effect->is_of_single_samples; });
+}
+
 /* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
  * stiff contact: it is believed if the reports do not contradict. */
 void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input,
@@ -347,9 +355,8 @@ diagnosis diagnose(const diagnosis_request &request)
         const sample_events events_before = events;
         const auto known_events = block == block::force ? repeats : std::vector<event_finding>{};
         block_diagnosis found = diagnose_block(block, input, result.extended, events, known_events);
-        if (block == block::force && found.verdict == verdict::unknown && found.causes.empty() &&
-            !result.blocks.empty() && result.blocks.back().block == block::robot &&
-            result.blocks.back().causes.empty()) {
+        if (block == block::force && is_open(found) && !result.blocks.empty() &&
+            result.blocks.back().block == block::robot && result.blocks.back().causes.empty()) {
             look_for_hidden_robot(found, result.blocks.back(), input, result.extended, events_before, known_events);
         }
         if (block == block::manipulator && data.is_from_this_firmware) {

@@ -111,6 +111,22 @@ struct tried_size {
     double cost;
 };
 
+/* From the smallest start to the largest. */
+std::vector<tried_size> evenly_between(const std::vector<rig> &starts, std::string_view key, double spacing)
+{
+    double least = unlimited;
+    double largest = 0.0;
+    for (const rig &start : starts) {
+        least = std::min(least, value_of(start, key));
+        largest = std::max(largest, value_of(start, key));
+    }
+    std::vector<tried_size> sizes;
+    for (double size = least; size > 0.0 && size <= largest; size *= 1.0 + spacing) {
+        sizes.push_back({size, 0.0});
+    }
+    return sizes;
+}
+
 /* The best ones, no two of them nearer than `apart` of their size. */
 std::vector<tried_size> best_apart(std::vector<tried_size> tried, std::size_t count, double apart)
 {
@@ -186,27 +202,27 @@ rig size_on_growing_horizon(block_model &model, const noise_model &noise, const 
                             const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
                             int replays_max)
 {
-    noise_model white{{}, noise.rms, noise.rms, noise.rows_per_fact};
+    const noise_model white{{}, noise.rms, noise.rms, noise.rows_per_fact};
     constexpr double longer = 1.4;
-    constexpr std::size_t followed = 6;
-    constexpr double first_spacing = 0.06; /* of the size: about that of the starts */
+    constexpr std::size_t followed = 8;
+    constexpr double first_spacing = 0.06; /* of the size */
     const std::string_view key = effect.parameters[0].key;
     const auto all = static_cast<double>(model.data().size());
     const auto first = static_cast<double>(first_movement(model.data()));
     rig at = base;
-    std::vector<tried_size> kept;
-    for (const rig &start : starts) {
-        kept.push_back({value_of(start, key), 0.0});
-    }
-    for (double rows = first; rows <= all && !kept.empty(); rows = std::min(all, rows * longer)) {
+    std::vector<tried_size> kept = evenly_between(starts, key, first_spacing);
+    for (double rows = first; !kept.empty(); rows = std::min(all, rows * longer)) {
         const auto part = horizon_of(model, base, static_cast<std::size_t>(rows));
         const double spacing = first_spacing * first / rows;
         std::vector<tried_size> tried;
         for (const tried_size &one : kept) {
             for (const double place : {-1.0, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 1.0}) {
+                const bool is_far = kept.size() > followed && std::abs(place) > 0.5; /* a neighbour's */
                 const double size = one.size * (1.0 + spacing * place);
                 set_number(at, key, size);
-                tried.push_back({size, cost_of(*part->model, white, at)});
+                if (!is_far) {
+                    tried.push_back({size, cost_of(*part->model, white, at)});
+                }
             }
         }
         kept = best_apart(std::move(tried), followed, 0.1 * spacing);

@@ -34,7 +34,8 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
             }
         }
         /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
-        if (block == block::force && now.empty() && input.without_switching_fault == nullptr) {
+        const bool may_jump = input.without_switching_fault != nullptr || input.options.robot_in_force;
+        if (block == block::force && now.empty() && !may_jump) {
             now = find_spikes(plain, error, events);
         }
         if (now.empty()) {
