@@ -184,8 +184,9 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
     const double better = improvement(best, bic_before);
     if (!is_believed(best, gained, better, share, of_all)) {
-        is_suspect_ =
-            is_suspect_ || (better > bic_suspect && of_all > share_of_precision && is_better_throughout(best));
+        const bool is_little = of_all < left_full && !exceeds_uncertainty(incumbent_.cost);
+        is_suspect_ = is_suspect_ || (better > bic_suspect && of_all > share_of_precision && !is_little &&
+                                      is_better_throughout(best));
         if (is_suspect_ && share > share_worthwhile) {
             result.alternatives.push_back({best.effect, best.bic - bic_before});
         }

@@ -76,6 +76,8 @@ class block_search
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
     bool exceeds_measured_floor() const;
+    /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
+    bool exceeds_uncertainty(double cost) const;
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much();
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */

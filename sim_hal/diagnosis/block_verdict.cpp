@@ -17,7 +17,6 @@ namespace
 constexpr double leftover_significant = 30.0;
 
 constexpr double moments_bearable = 0.08;
-constexpr double left_full = 0.003;      /* share of the explainable error that may be left of a full explanation */
 constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
 constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
 constexpr double share_of_replay = 1e-4; /* of the explained error, that may be the replay's own */
@@ -88,17 +87,23 @@ bool block_search::exceeds_measured_floor() const
     return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
 }
 
-bool block_search::leaves_much()
+bool block_search::exceeds_uncertainty(double cost) const
 {
     constexpr double sure = 3.0; /* standard deviations */
-    constexpr double much = 0.2; /* of the explainable error */
     const double rows = static_cast<double>(rows_under(noise_));
     if (!has_floor_ || input_.floor->rows == 0 || rows == 0.0) {
-        return false;
+        return true;
     }
-    const double sd = std::sqrt(2.0 / rows + 2.0 / static_cast<double>(input_.floor->rows));
-    const double left = cost_of(model_, noise_, incumbent_.rig) - rows;
-    return left > sure * sd * rows && left > much * (cost_of(model_, noise_, base_.rig) - rows);
+    return cost - rows > sure * rows * std::sqrt(2.0 / rows + 2.0 / static_cast<double>(input_.floor->rows));
+}
+
+bool block_search::leaves_much()
+{
+    constexpr double much = 0.2; /* of the explainable error */
+    const double rows = static_cast<double>(rows_under(noise_));
+    const double cost = cost_of(model_, noise_, incumbent_.rig);
+    return has_floor_ && exceeds_uncertainty(cost) &&
+           cost - rows > much * (cost_of(model_, noise_, base_.rig) - rows);
 }
 
 bool block_search::exceeds_floor()

@@ -314,6 +314,9 @@ class loss_settler
         }
     }
 
+    /* Sum of squares that is left. */
+    double square() const { return square(0, rest_.size()); }
+
     std::vector<std::uint8_t> lost;
 
   private:
@@ -400,7 +403,8 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events)
 {
-    constexpr double like = 0.75; /* share of a loss that the error must show */
+    constexpr double like = 0.75;      /* share of a loss that the error must show */
+    constexpr double nearly_all = 0.1; /* of the squares may be left where no loss is clear by itself */
     const record &record = model.data();
     const trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {
@@ -467,25 +471,27 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (const double share : shares) {
         counter_hits += share - usual < -like;
     }
-    const bool are_none = hits < events_min || counter_hits * 4 > hits || hits * 4 > rows.size();
-    if (are_none && events.lost_command.empty()) {
-        return {};
-    }
+    const bool are_clear = hits >= events_min && counter_hits * 4 <= hits && hits * 4 <= rows.size();
     std::vector<std::uint8_t> known = events.lost_command;
     known.resize(lost.size(), 0);
     for (std::size_t n = 0; n < lost.size(); n++) {
-        lost[n] = known[n] != 0 || (lost[n] != 0 && !are_none);
+        lost[n] = known[n] != 0 || (lost[n] != 0 && are_clear);
     }
     loss_settler settler(model, loss, error, known, std::move(lost));
+    const double square_before = settler.square();
     /* Where one in eight is lost, less has to speak for it than where one in a thousand is. */
     constexpr double sure = 6.0; /* logarithm of the odds */
     const double odds = static_cast<double>(rows.size()) / static_cast<double>(count_of(settler.lost) + 1);
     settler.settle(2.0 * (std::log(odds) + sure));
-    lost = std::move(settler.lost);
-    if ((are_none && lost == known) || (count_of(known) == 0 && are_the_smallest(record.command_position_m, lost))) {
+    const bool explain_all = settler.square() < nearly_all * square_before;
+    const std::size_t count = count_of(settler.lost);
+    const bool are_some = are_clear || count_of(known) > 0 || (explain_all && count >= events_min);
+    const bool is_new = count_of(known) == 0;
+    if (!are_some || settler.lost == known || (is_new && 4 * count > error.size()) ||
+        (is_new && are_the_smallest(record.command_position_m, settler.lost))) {
         return {};
     }
-    events.lost_command = std::move(lost);
+    events.lost_command = std::move(settler.lost);
     std::size_t all = 0; /* with those that another channel has shown */
     for (const std::size_t n : rows) {
         all += events.lost_command[n] != 0;

@@ -207,7 +207,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
             const bool is_scaled = effect->is_proportional && values[0] != 0.0;
             const auto [decrease, best] =
                 base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
-            /* What the noise of the robot's reports hides has many thresholds: none of the sizes need promise much. */
+            /* What the noise of the robot's reports hides has many thresholds: none of the sizes need promise much.
+             */
             const bool is_hidden = options.robot_in_force && effect->is_rough && effect->block() == "robot";
             start.promise = is_hidden ? std::numeric_limits<double>::max() : decrease;
             if (is_scaled) {
