@@ -78,13 +78,6 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
     return arm;
 }
 
-/* The same arm in the coordinates that the columns of `basis` combine. */
-linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
-{
-    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
-            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
-}
-
 /* Scales in which rotations and ways of a large arm are of one size: the inverse roots of the inertia's diagonal. */
 Eigen::MatrixXd scaling(const linear_arm &arm)
 {
@@ -104,7 +97,13 @@ linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
     return config.kind == ARM_PLANAR ? linearised<plane>(config, pose_rad) : linearised<space>(config, pose_rad);
 }
 
-linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
+linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
+{
+    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
+            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
+}
+
+Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direction)
 {
     const Eigen::Index dimension = direction.size();
     const Eigen::VectorXd along = direction.normalized();
@@ -121,7 +120,12 @@ linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
     const Eigen::MatrixXd kernel = free.kernel();
     const Eigen::MatrixXd orthonormal = Eigen::HouseholderQR<Eigen::MatrixXd>(kernel).householderQ() *
                                         Eigen::MatrixXd::Identity(kernel.rows(), kernel.cols());
-    return combined(arm, scaled * orthonormal);
+    return scaled * orthonormal;
+}
+
+linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    return combined(arm, guided_basis(arm, direction));
 }
 
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -177,6 +181,15 @@ std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
     }
     std::sort(found.begin(), found.end(), [](auto a, auto b) { return std::abs(a) < std::abs(b); });
     return found;
+}
+
+Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s)
+{
+    const Eigen::MatrixXd scaled = scaling(arm);
+    const linear_arm even = combined(arm, scaled);
+    const Eigen::MatrixXcd stiffness = s * s * even.inertia + s * even.damping + even.stiffness;
+    const Eigen::JacobiSVD<Eigen::MatrixXcd> parts(stiffness, Eigen::ComputeFullV);
+    return scaled * parts.matrixV().rightCols(1);
 }
 
 linear_arm arm_of(const manipulator_config &manipulator)

@@ -28,9 +28,22 @@ struct linear_arm {
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
 
+/* The same arm in the coordinates that the columns of `basis` combine. */
+linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis);
+
 /* The tool can only move along `direction` (as many numbers as the world has dimensions), and in space not turn:
  * what an object that is guided so leaves of the arm. Coordinates are new ones, orthonormal combinations of q. */
 linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* Its coordinates: q = basis * them. */
+Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* What of an arm is looked at. */
+struct reduction_choice {
+    Eigen::VectorXd pose_rad;
+    Eigen::VectorXd direction;
+    bool is_guided = true; /* else the tool moves as it likes */
+};
 
 /* Mass, damper and spring that a mode shows at the tool along the direction. */
 struct arm_mode {
@@ -51,6 +64,9 @@ arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
 std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm);
+
+/* q of the mode with this eigenvalue. */
+Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s);
 
 /* A manipulator of one degree of freedom as an arm: its tool moves along one direction. */
 linear_arm arm_of(const manipulator_config &manipulator);

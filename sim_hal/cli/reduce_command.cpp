@@ -6,6 +6,7 @@
 #include "../../hal/rig/arm_file.h"
 #include "../stability/reduction.h"
 #include "commands.h"
+#include "reduce_amplitude.h"
 #include "robot_choice.h"
 
 namespace berth
@@ -227,7 +228,8 @@ arm_description arm_for(const reduce_arguments &arguments, const rig &rig)
 bool asks_for_arm(const reduce_arguments &arguments, const rig &rig)
 {
     return rig.firmware.arm.kind != ARM_NONE || !arguments.arm.empty() || !arguments.pose.empty() ||
-           !arguments.direction.empty() || !arguments.sweep.empty() || arguments.is_held || arguments.is_unguided;
+           !arguments.direction.empty() || !arguments.sweep.empty() || !arguments.amplitudes.empty() ||
+           arguments.is_held || arguments.is_unguided;
 }
 
 Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig, Eigen::Index dimensions)
@@ -262,6 +264,7 @@ int reduce_command(const reduce_arguments &arguments)
                 print_json({{"rig", chosen.rig.name},
                             {"arm", nullptr},
                             {"poses", nlohmann::json::array()},
+                            {"amplitudes", nullptr},
                             {"object", object}});
             }
             return 0;
@@ -286,12 +289,22 @@ int reduce_command(const reduce_arguments &arguments)
     const bool is_sweep = !arguments.sweep.empty();
     const pose_sweep sweep =
         is_sweep ? sweep_of(arguments.sweep, joints) : pose_sweep{0, choice.pose_rad(0), 0.0, 1};
+    if (is_sweep && !arguments.amplitudes.empty()) {
+        throw input_error("--amplitude: is about one pose; leave --sweep out");
+    }
+    nlohmann::json amplitudes;
     nlohmann::json poses = nlohmann::json::array();
     for (int i = 0; i < sweep.count; i++) {
         if (is_sweep) {
             choice.pose_rad(sweep.joint) = sweep.from_rad + (sweep.to_rad - sweep.from_rad) * i / (sweep.count - 1);
         }
         const reduction found = reduce(chosen.rig, arm.config, choice);
+        std::optional<amplitude_result> by_amplitude;
+        if (!arguments.amplitudes.empty()) {
+            by_amplitude = look_at_amplitudes(arm.config, choice, chosen.rig.object, found,
+                                              amplitudes_of(arguments.amplitudes));
+            amplitudes = as_json(*by_amplitude);
+        }
         if (arguments.json) {
             poses.push_back(as_json(choice.pose_rad, found));
         } else if (is_sweep) {
@@ -305,11 +318,19 @@ int reduce_command(const reduce_arguments &arguments)
             print_row(choice.pose_rad(sweep.joint), found);
         } else {
             std::printf("%s in the loop of %s\n", arm.name.c_str(), chosen.rig.name.c_str());
-            print_one(found);
+            if (by_amplitude) {
+                print_amplitudes(*by_amplitude);
+            } else {
+                print_one(found);
+            }
         }
     }
     if (arguments.json) {
-        print_json({{"rig", chosen.rig.name}, {"arm", arm.name}, {"poses", poses}, {"object", object}});
+        print_json({{"rig", chosen.rig.name},
+                    {"arm", arm.name},
+                    {"poses", poses},
+                    {"amplitudes", amplitudes},
+                    {"object", object}});
     }
     return 0;
 }

@@ -29,20 +29,6 @@ swing coupled_of(const rig &rig, const arm_mode &mode)
     return {std::sqrt(std::max(0.0, w * w - decay * decay)) / two_pi, decay / w};
 }
 
-swing nearest(const linear_arm &arm, const swing &wanted)
-{
-    swing best = {0.0, 0.0};
-    double best_distance = INFINITY;
-    for (const std::complex<double> &s : eigenvalues_of(arm)) {
-        const double distance = std::abs(std::log(s.imag() / (two_pi * wanted.frequency_Hz)));
-        if (s.imag() > 0.0 && distance < best_distance) {
-            best_distance = distance;
-            best = swing_of(s);
-        }
-    }
-    return best;
-}
-
 /* The first factor on a fine grid at which the loop grows, halved down; a mode that is unstable in between only may
  * be passed over where it is narrower than the grid. */
 std::optional<double> stiffest(const rig &rig, const std::function<double(const berth::rig &)> &growth)
@@ -82,8 +68,9 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     result.modes = modes_along(arm, choice.direction);
     result.reduced = dominant_mode(result.modes);
     result.coupled_reduced = coupled_of(rig, result.reduced);
-    result.coupled_full =
-        nearest(with_object(arm, choice.direction, object_modes(rig.object)), result.coupled_reduced);
+    const std::optional<coupled_mode> nearest =
+        nearest_mode(config, choice, object_modes(rig.object), result.coupled_reduced.frequency_Hz);
+    result.coupled_full = nearest ? swing_of(nearest->s) : swing{0.0, 0.0};
     const double period_s = config_period_s(&rig.firmware);
     const auto full = [&](const berth::rig &at) {
         return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);

@@ -6,15 +6,11 @@
 #include <optional>
 
 #include "../../hal/rig/beam.h"
+#include "../arm/free_swing.h"
 #include "arm_loop.h"
 
 namespace berth
 {
-
-struct swing {
-    double frequency_Hz;
-    double damping_ratio;
-};
 
 struct reduction {
     std::vector<arm_mode> modes; /* along the direction */
@@ -28,12 +24,6 @@ struct reduction {
     /* By how much stiffer the object may be until the loop is unstable; nothing: not up to 1e4 times. */
     std::optional<double> object_limit_reduced;
     std::optional<double> object_limit_full;
-};
-
-struct reduction_choice {
-    Eigen::VectorXd pose_rad;
-    Eigen::VectorXd direction;
-    bool is_guided = true; /* else the tool moves as it likes */
 };
 
 /* A beam reduced to its first mode, at the manipulator of one degree of freedom. */
