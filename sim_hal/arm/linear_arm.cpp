@@ -16,7 +16,7 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-/* Below this share of the tool's mobility a mode is not seen at the tool; rounding. */
+/* Below this share of the tool's mobility a mode is not seen at the tool, nor a direction; rounding. */
 constexpr double share_min = 1e-9;
 
 /* Slower than this, nothing holds a mode: rounding of the eigenvalues. */
@@ -133,7 +133,11 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(arm.stiffness, arm.inertia);
     const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
     const Eigen::VectorXd mobility = (at_tool * solver.eigenvectors()).array().square();
+    const double all_ways = (arm.tool_way * solver.eigenvectors()).squaredNorm();
     std::vector<arm_mode> modes;
+    if (!(mobility.sum() > share_min * all_ways)) {
+        return modes;
+    }
     for (Eigen::Index i = 0; i < arm.count(); i++) {
         const double share = mobility(i) / mobility.sum();
         if (share < share_min) {
@@ -158,7 +162,7 @@ arm_mode dominant_mode(const std::vector<arm_mode> &modes)
         }
     }
     if (found == nullptr) {
-        throw input_error("at this pose nothing springy moves the tool along the direction; take another");
+        throw nothing_springy("at this pose nothing springy moves the tool along the direction; take another");
     }
     return *found;
 }

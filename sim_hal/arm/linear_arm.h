@@ -9,6 +9,7 @@
 #include "../../firmware/arm/arm_config.h"
 #include "../../firmware/config.h"
 #include "../../hal/rig/cantilever.h"
+#include "../../hal/rig/rig_file.h"
 
 namespace berth
 {
@@ -58,8 +59,13 @@ struct arm_mode {
 /* By rising frequency, without those that the tool along the direction has no part in. */
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction);
 
+class nothing_springy : public input_error
+{
+    using input_error::input_error;
+};
+
 /* The arm reduced to one degree of freedom: the one that is springy, along which the tool is most mobile. Throws
- * input_error if there is none. */
+ * nothing_springy if there is none. */
 arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
