@@ -86,6 +86,11 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 
 } // namespace
 
+bool lacks_thrusters(const arm_config &config)
+{
+    return config.kind != ARM_NONE && config.base_is_free != 0 && config.attitude.actuator == ATTITUDE_THRUSTERS;
+}
+
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
 {
     if (std::any_of(std::begin(config.gravity_m_per_s2), std::end(config.gravity_m_per_s2),

@@ -26,6 +26,11 @@ struct linear_arm {
     Eigen::Index count() const { return inertia.rows(); }
 };
 
+/* Its satellite has thrusters: they pulse beyond a dead band, which small motions know nothing of. */
+bool lacks_thrusters(const arm_config &config);
+constexpr const char *thrusters_left_out =
+    "attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not held";
+
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
 

@@ -297,6 +297,7 @@ int reduce_command(const reduce_arguments &arguments)
             if (arguments.json) {
                 print_json({{"rig", chosen.rig.name},
                             {"arm", nullptr},
+                            {"left_out", nlohmann::json::array()},
                             {"poses", nlohmann::json::array()},
                             {"amplitudes", nullptr},
                             {"object", object}});
@@ -309,6 +310,9 @@ int reduce_command(const reduce_arguments &arguments)
     if (arguments.is_held) {
         arm.config.base_is_free = 0;
         arm.config.attitude.actuator = ATTITUDE_NONE;
+    }
+    if (lacks_thrusters(arm.config)) {
+        std::fprintf(stderr, "berth: %s\n", thrusters_left_out);
     }
     reduction_choice choice;
     choice.pose_rad.resize(joints);
@@ -370,6 +374,8 @@ int reduce_command(const reduce_arguments &arguments)
     if (arguments.json) {
         print_json({{"rig", chosen.rig.name},
                     {"arm", arm.name},
+                    {"left_out",
+                     lacks_thrusters(arm.config) ? nlohmann::json({thrusters_left_out}) : nlohmann::json::array()},
                     {"poses", poses},
                     {"amplitudes", amplitudes},
                     {"object", object}});
