@@ -9,6 +9,7 @@ from berth_log import InputError, read_log, read_summary
 from report_accuracy import accuracy_of
 from report_figure import build_figure
 from report_page import build_page
+from report_reduction import sweeps_of
 
 ROOT = Path(__file__).resolve().parents[1]
 EXIT_INPUT = 2
@@ -41,7 +42,7 @@ def main():
     try:
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
-        page = build_page(log, summary, accuracy_of(log, arguments.accuracy))
+        page = build_page(log, summary, accuracy_of(log, arguments.accuracy), sweeps_of(log, arguments.berth))
         reports = {".html": page.encode(), ".png": build_figure(log, summary)}
         for suffix, content in reports.items():
             path = arguments.log.with_suffix(suffix)

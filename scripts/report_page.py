@@ -10,6 +10,7 @@ from plotly.offline import get_plotlyjs
 
 import report_accuracy
 import report_arm
+import report_reduction
 import report_signals as signals
 
 HERE = Path(__file__).resolve().parent
@@ -329,8 +330,9 @@ def filled(template, parts):
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
 
 
-def build_page(log, summary, accuracy=None):
-    """The whole page as text. `accuracy`: what `berth accuracy` found of the run's arm, see report_accuracy."""
+def build_page(log, summary, accuracy=None, sweeps=None):
+    """The whole page as text. `accuracy`: what `berth accuracy` found of the run's arm, see report_accuracy; `sweeps`: what
+    `berth reduce` found of it, see report_reduction."""
     page = Page(log)
     if len(log.tick_s):
         add_positions(page)
@@ -366,6 +368,7 @@ def build_page(log, summary, accuracy=None):
         "data": page.data(start_s, end_s),
         "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
         "accuracy": report_accuracy.section(accuracy),
+        "reduction": report_reduction.section(log, sweeps),
         "arm": script_safe(report_arm.scene(log)),
         "arm_script": script_safe((HERE / "report_arm.js").read_text(encoding="utf-8")),
         "plotly": get_plotlyjs(),

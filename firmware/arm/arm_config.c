@@ -3,7 +3,22 @@
 #include <math.h>
 #include <stddef.h>
 
+/* Sizes beyond which products of them leave what a double can hold, or sums what it can tell apart. */
+#define LARGEST 1e12
+#define FARTHEST_m 1e6
+
 static const struct arm_error no_error = {NULL, 0, NULL, NULL};
+
+/* Neither infinite nor no number, too. */
+static int are_within(const double *values, int count, double most)
+{
+    for (int i = 0; i < count; i++) {
+        if (!(fabs(values[i]) <= most)) {
+            return 0;
+        }
+    }
+    return 1;
+}
 
 static int is_finite_all(const double *values, int count)
 {
@@ -51,6 +66,9 @@ static int is_inertia(const double i[6])
 static struct arm_error check_body(const struct arm_body *body, const char *section, int64_t joint, int is_planar)
 {
     const struct arm_error wrong_mass = {section, joint, "mass_kg", "must be 0 or more"};
+    const struct arm_error too_heavy = {section, joint, "mass_kg", "must be 1e12 at most"};
+    const struct arm_error too_far = {section, joint, "centre_m", "must be 1e6 m away at most"};
+    const struct arm_error too_hard_to_turn = {section, joint, "inertia_kg_m2", "must be 1e18 at most"};
     const struct arm_error wrong_centre = {section, joint, "centre_m", "must be finite"};
     const struct arm_error wrong_turning = {section, joint, "inertia_kg_m2",
                                             "zz must be 0 or more, about the centre of mass"};
@@ -61,11 +79,20 @@ static struct arm_error check_body(const struct arm_body *body, const char *sect
     if (!(body->mass_kg >= 0.0 && isfinite(body->mass_kg))) {
         return wrong_mass;
     }
+    if (body->mass_kg > LARGEST) {
+        return too_heavy;
+    }
     if (!is_finite_all(body->centre_m, 3)) {
         return wrong_centre;
     }
+    if (!are_within(body->centre_m, 3, FARTHEST_m)) {
+        return too_far;
+    }
     if (!is_finite_all(body->inertia_kg_m2, 6)) {
         return wrong_inertia;
+    }
+    if (!are_within(body->inertia_kg_m2, 6, 1e18)) {
+        return too_hard_to_turn;
     }
     if (is_planar) {
         return body->inertia_kg_m2[5] >= 0.0 ? no_error : wrong_turning;
@@ -95,29 +122,34 @@ struct value_check {
     size_t offset;
     int zero_is_allowed;
     int infinity_is_allowed;
+    double least; /* but for 0 */
+    double most;  /* but for infinity */
+    const char *range;
 };
 
-#define JOINT_VALUE(member, zero_is_allowed, infinity_is_allowed)                                                   \
+#define JOINT_VALUE(member, zero_is_allowed, infinity_is_allowed, least, most)                                      \
     {                                                                                                               \
-#member, offsetof(struct arm_joint, member), zero_is_allowed, infinity_is_allowed                           \
+#member, offsetof(struct arm_joint, member), zero_is_allowed, infinity_is_allowed, least, most,             \
+            "must be from " #least " to " #most                                                                     \
     }
 
 static const struct value_check joint_checks[] = {
-    JOINT_VALUE(stiffness_N_m_per_rad, 0, 0),
-    JOINT_VALUE(damping_N_m_s_per_rad, 1, 0),
-    JOINT_VALUE(rotor_inertia_kg_m2, 0, 0),
-    JOINT_VALUE(gear_ratio, 0, 0),
-    JOINT_VALUE(servo_frequency_Hz, 1, 0),
-    JOINT_VALUE(servo_damping_ratio, 1, 0),
-    JOINT_VALUE(torque_limit_N_m, 0, 1),
-    JOINT_VALUE(rate_limit_rad_per_s, 0, 1),
-    JOINT_VALUE(acceleration_limit_rad_per_s2, 0, 1),
+    JOINT_VALUE(stiffness_N_m_per_rad, 0, 0, 1e-6, 1e12),
+    JOINT_VALUE(damping_N_m_s_per_rad, 1, 0, 1e-12, 1e12),
+    JOINT_VALUE(rotor_inertia_kg_m2, 0, 0, 1e-12, 1e9),
+    JOINT_VALUE(gear_ratio, 0, 0, 1e-3, 1e6),
+    JOINT_VALUE(servo_frequency_Hz, 1, 0, 1e-6, 1e6),
+    JOINT_VALUE(servo_damping_ratio, 1, 0, 1e-6, 1e6),
+    JOINT_VALUE(torque_limit_N_m, 0, 1, 1e-9, 1e12),
+    JOINT_VALUE(rate_limit_rad_per_s, 0, 1, 1e-9, 1e9),
+    JOINT_VALUE(acceleration_limit_rad_per_s2, 0, 1, 1e-9, 1e12),
 };
 
 static struct arm_error check_joint(const struct arm_joint *joint, int64_t number, int is_planar)
 {
     const struct arm_error wrong_frame = {"joint", number, "rpy_rad",
                                           is_planar ? "a planar arm turns about z alone" : "must be finite"};
+    const struct arm_error too_far = {"joint", number, "origin_m", "must be 1e6 m away at most"};
     const struct arm_error wrong_axis = {"joint", number, "axis",
                                          is_planar ? "of a planar arm must be [0, 0, 1] or [0, 0, -1]"
                                                    : "must be a direction, its length 1"};
@@ -126,6 +158,9 @@ static struct arm_error check_joint(const struct arm_joint *joint, int64_t numbe
                                           "must be from angle_min_rad to angle_max_rad"};
     if (!is_frame(&joint->frame, is_planar)) {
         return wrong_frame;
+    }
+    if (!are_within(joint->frame.origin_m, 3, FARTHEST_m)) {
+        return too_far;
     }
     const double *axis = joint->axis;
     const double square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
@@ -142,6 +177,9 @@ static struct arm_error check_joint(const struct arm_joint *joint, int64_t numbe
         }
         if (!check->infinity_is_allowed && !isfinite(value)) {
             return (struct arm_error){"joint", number, check->key, "must be finite"};
+        }
+        if (value != 0.0 && isfinite(value) && !(value >= check->least && value <= check->most)) {
+            return (struct arm_error){"joint", number, check->key, check->range};
         }
     }
     if (!(joint->angle_max_rad > joint->angle_min_rad)) {
@@ -163,9 +201,13 @@ static struct arm_error check_attitude(const struct arm_config *config)
     static const char *const keys[] = {"stiffness_N_m_per_rad", "damping_N_m_s_per_rad", "torque_limit_N_m",
                                        "momentum_limit_N_m_s",  "deadband_rad",          "rate_weight_s",
                                        "on_time_min_ms"};
+    static const int is_limit[] = {0, 0, 1, 1, 1, 0, 0}; /* may be infinite */
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
         if (!(values[i] >= 0.0)) {
             return (struct arm_error){"attitude", 0, keys[i], "must be 0 or more"};
+        }
+        if (values[i] > LARGEST && !(is_limit[i] && isinf(values[i]))) {
+            return (struct arm_error){"attitude", 0, keys[i], "must be 1e12 at most"};
         }
     }
     if (attitude->on_time_min_ms > 60000.0) {
@@ -189,11 +231,11 @@ struct arm_error arm_validate(const struct arm_config *config)
     if (config->substeps < 1 || config->substeps > 1000) {
         return (struct arm_error){"substeps", 0, "", "must be from 1 to 1000"};
     }
-    if (!is_finite_all(config->base_position_m, 3)) {
-        return (struct arm_error){"base", 0, "position_m", "must be finite"};
+    if (!are_within(config->base_position_m, 3, FARTHEST_m)) {
+        return (struct arm_error){"base", 0, "position_m", "must be finite, and 1e6 m away at most"};
     }
-    if (!is_finite_all(config->gravity_m_per_s2, 3)) {
-        return (struct arm_error){"base", 0, "gravity_m_per_s2", "must be finite"};
+    if (!are_within(config->gravity_m_per_s2, 3, 1e6)) {
+        return (struct arm_error){"base", 0, "gravity_m_per_s2", "must be finite, and 1e6 at most"};
     }
     const double *q = config->base_attitude;
     if (is_planar ? !isfinite(q[0]) : !(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-9)) {
@@ -206,6 +248,9 @@ struct arm_error arm_validate(const struct arm_config *config)
     }
     if (error.key == NULL && !is_frame(&config->tool, is_planar)) {
         error = (struct arm_error){"tool", 0, "rpy_rad", "a planar arm turns about z alone"};
+    }
+    if (error.key == NULL && !are_within(config->tool.origin_m, 3, FARTHEST_m)) {
+        error = (struct arm_error){"tool", 0, "origin_m", "must be 1e6 m away at most"};
     }
     if (error.key == NULL) {
         error = check_body(&config->payload, "payload", 0, is_planar);

@@ -92,7 +92,7 @@ struct arm_config arm_default(void);
 
 /* What is wrong with an arm: section and key as in an arm file, and a sentence. key is NULL if nothing is. */
 struct arm_error {
-    const char *section; /* "joint": of the joint with this number */
+    const char *section; /* "joint": of the joint with this number, from 0 */
     int64_t joint;
     const char *key;
     const char *message;

@@ -70,9 +70,11 @@ placement_of<Space> tool_in_base(const chain<Space> &chain, const chain_pose<Spa
     return place * chain.tool;
 }
 
+/* Flattened: as calls, its many small products cost more in handing over than in reckoning. */
 template <class Space>
-chain_acceleration<Space> forward_dynamics(const chain<Space> &chain, const chain_state<Space> &state,
-                                           const joint_drive &drive, const chain_input<Space> &input)
+[[gnu::flatten]] chain_acceleration<Space>
+forward_dynamics(const chain<Space> &chain, const chain_state<Space> &state, const joint_drive &drive,
+                 const chain_input<Space> &input)
 {
     const int count = chain.joint_count;
     const chain_pose<Space> pose = pose_of(chain, joint_vector(state.link_rad()));

@@ -187,7 +187,7 @@ void read_joint(reader &reader, const std::string &section, const toml::node &no
     joint.torque_limit_N_m = joint.rate_limit_rad_per_s = joint.acceleration_limit_rad_per_s2 = never;
     joint.angle_min_rad = -never;
     joint.angle_max_rad = never;
-    std::string name = "joint " + std::to_string(arm.config.joint_count);
+    std::string name = "joint " + std::to_string(arm.config.joint_count + 1);
     for (const auto &[key, value] : reader.table(section, node)) {
         if (key.str() == "name") {
             name = read_text(section + ".name", value, reader.where(value));
@@ -211,7 +211,7 @@ void read_joints(reader &reader, const toml::node &node, arm_description &arm)
              {"joint", "must be 1 to " + std::to_string(ARM_JOINTS_MAX) + " sections [[joint]]"});
     }
     for (const toml::node &joint : *joints) {
-        read_joint(reader, "joint." + std::to_string(arm.config.joint_count), joint, arm);
+        read_joint(reader, "joint." + std::to_string(arm.config.joint_count + 1), joint, arm);
     }
 }
 
@@ -311,7 +311,7 @@ arm_description read_arm(const toml::table &table, const std::string &origin)
         std::string path = error.section;
         std::string spoken = path;
         if (path.substr(0, 5) == "joint" && arm.config.joint_count > 0) {
-            path.insert(5, "." + std::to_string(error.joint));
+            path.insert(5, "." + std::to_string(error.joint + 1));
             spoken = path + " (" + arm.joint_names[static_cast<std::size_t>(error.joint)] + ")";
         }
         const std::string key = error.key[0] == '\0' ? "" : std::string(".") + error.key;

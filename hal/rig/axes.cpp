@@ -235,6 +235,17 @@ rig rig_along(const rig &whole, std::size_t axis)
     return along;
 }
 
+void move_dead_time(rig &rig, double dead_time_ms)
+{
+    const double more_ms = dead_time_ms - rig.robot.dead_time_ms;
+    rig.robot.dead_time_ms = dead_time_ms;
+    for (std::size_t axis = 0; axis < axis_names.size(); axis++) {
+        if (rig.firmware.side_axes[axis].enabled != 0) {
+            rig.side_axes[axis].dead_time_ms += more_ms;
+        }
+    }
+}
+
 std::optional<rig_error> complete_and_check_axes(rig &rig)
 {
     for (std::size_t axis = 0; axis < axis_names.size(); axis++) {

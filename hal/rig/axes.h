@@ -21,6 +21,9 @@ void read_axis(rig &rig, const std::string &name, const toml::node &node, const 
 /* The axes show the dead time of the robot, whatever their sections say: it is another robot's. */
 void follow_dead_time(rig &rig);
 
+/* Another dead time of the robot, and as much more or less of its further axes. */
+void move_dead_time(rig &rig, double dead_time_ms);
+
 void print_axes(const rig &rig, std::ostream &text);
 
 /* What is wrong with them; fills in what the firmware has to know. */

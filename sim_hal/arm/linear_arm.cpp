@@ -16,7 +16,7 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 
-/* Below this share of the tool's mobility a mode is not seen at the tool; rounding. */
+/* Below this share of the tool's mobility a mode is not seen at the tool, nor a direction; rounding. */
 constexpr double share_min = 1e-9;
 
 /* Slower than this, nothing holds a mode: rounding of the eigenvalues. */
@@ -78,13 +78,6 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
     return arm;
 }
 
-/* The same arm in the coordinates that the columns of `basis` combine. */
-linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
-{
-    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
-            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
-}
-
 /* Scales in which rotations and ways of a large arm are of one size: the inverse roots of the inertia's diagonal. */
 Eigen::MatrixXd scaling(const linear_arm &arm)
 {
@@ -92,6 +85,11 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 }
 
 } // namespace
+
+bool lacks_thrusters(const arm_config &config)
+{
+    return config.kind != ARM_NONE && config.base_is_free != 0 && config.attitude.actuator == ATTITUDE_THRUSTERS;
+}
 
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
 {
@@ -104,7 +102,13 @@ linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
     return config.kind == ARM_PLANAR ? linearised<plane>(config, pose_rad) : linearised<space>(config, pose_rad);
 }
 
-linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
+linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
+{
+    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
+            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
+}
+
+Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direction)
 {
     const Eigen::Index dimension = direction.size();
     const Eigen::VectorXd along = direction.normalized();
@@ -121,7 +125,12 @@ linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
     const Eigen::MatrixXd kernel = free.kernel();
     const Eigen::MatrixXd orthonormal = Eigen::HouseholderQR<Eigen::MatrixXd>(kernel).householderQ() *
                                         Eigen::MatrixXd::Identity(kernel.rows(), kernel.cols());
-    return combined(arm, scaled * orthonormal);
+    return scaled * orthonormal;
+}
+
+linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    return combined(arm, guided_basis(arm, direction));
 }
 
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -129,7 +138,11 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(arm.stiffness, arm.inertia);
     const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
     const Eigen::VectorXd mobility = (at_tool * solver.eigenvectors()).array().square();
+    const double all_ways = (arm.tool_way * solver.eigenvectors()).squaredNorm();
     std::vector<arm_mode> modes;
+    if (!(mobility.sum() > share_min * all_ways)) {
+        return modes;
+    }
     for (Eigen::Index i = 0; i < arm.count(); i++) {
         const double share = mobility(i) / mobility.sum();
         if (share < share_min) {
@@ -154,7 +167,7 @@ arm_mode dominant_mode(const std::vector<arm_mode> &modes)
         }
     }
     if (found == nullptr) {
-        throw input_error("at this pose nothing springy moves the tool along the direction; take another");
+        throw nothing_springy("at this pose nothing springy moves the tool along the direction; take another");
     }
     return *found;
 }
@@ -177,6 +190,15 @@ std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
     }
     std::sort(found.begin(), found.end(), [](auto a, auto b) { return std::abs(a) < std::abs(b); });
     return found;
+}
+
+Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s)
+{
+    const Eigen::MatrixXd scaled = scaling(arm);
+    const linear_arm even = combined(arm, scaled);
+    const Eigen::MatrixXcd stiffness = s * s * even.inertia + s * even.damping + even.stiffness;
+    const Eigen::JacobiSVD<Eigen::MatrixXcd> parts(stiffness, Eigen::ComputeFullV);
+    return scaled * parts.matrixV().rightCols(1);
 }
 
 linear_arm arm_of(const manipulator_config &manipulator)

@@ -9,6 +9,7 @@
 #include "../../firmware/arm/arm_config.h"
 #include "../../firmware/config.h"
 #include "../../hal/rig/cantilever.h"
+#include "../../hal/rig/rig_file.h"
 
 namespace berth
 {
@@ -25,12 +26,30 @@ struct linear_arm {
     Eigen::Index count() const { return inertia.rows(); }
 };
 
+/* Its satellite has thrusters: they pulse beyond a dead band, which small motions know nothing of. */
+bool lacks_thrusters(const arm_config &config);
+constexpr const char *thrusters_left_out =
+    "attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not held";
+
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
+
+/* The same arm in the coordinates that the columns of `basis` combine. */
+linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis);
 
 /* The tool can only move along `direction` (as many numbers as the world has dimensions), and in space not turn:
  * what an object that is guided so leaves of the arm. Coordinates are new ones, orthonormal combinations of q. */
 linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* Its coordinates: q = basis * them. */
+Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direction);
+
+/* What of an arm is looked at. */
+struct reduction_choice {
+    Eigen::VectorXd pose_rad;
+    Eigen::VectorXd direction;
+    bool is_guided = true; /* else the tool moves as it likes */
+};
 
 /* Mass, damper and spring that a mode shows at the tool along the direction. */
 struct arm_mode {
@@ -45,12 +64,20 @@ struct arm_mode {
 /* By rising frequency, without those that the tool along the direction has no part in. */
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction);
 
+class nothing_springy : public input_error
+{
+    using input_error::input_error;
+};
+
 /* The arm reduced to one degree of freedom: the one that is springy, along which the tool is most mobile. Throws
- * input_error if there is none. */
+ * nothing_springy if there is none. */
 arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */
 std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm);
+
+/* q of the mode with this eigenvalue. */
+Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s);
 
 /* A manipulator of one degree of freedom as an arm: its tool moves along one direction. */
 linear_arm arm_of(const manipulator_config &manipulator);

@@ -46,10 +46,11 @@ struct accuracy_arguments {
 };
 
 struct reduce_arguments : rig_arguments {
-    std::string arm;       /* empty: the rig's own, or "ess" */
-    std::string pose;      /* rad, with commas; empty: where the arm starts */
-    std::string direction; /* in the world, with commas; empty: the rig's */
-    std::string sweep;     /* JOINT=FROM:TO:COUNT */
+    std::string arm;        /* empty: the rig's own, or "ess" */
+    std::string pose;       /* rad, with commas; empty: where the arm starts */
+    std::string direction;  /* in the world, with commas; empty: the rig's */
+    std::string sweep;      /* JOINT=FROM:TO:COUNT */
+    std::string amplitudes; /* FROM:TO:COUNT */
     bool is_held = false;
     bool is_unguided = false;
 };

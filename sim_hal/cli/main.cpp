@@ -176,6 +176,12 @@ void add_reduce_options(CLI::App &command, berth::reduce_arguments &arguments)
         ->type_name("X,Y[,Z]");
     command.add_option("--sweep", arguments.sweep, "one joint from pose to pose, rad")
         ->type_name("JOINT=FROM:TO:COUNT");
+    command
+        .add_option(
+            "--amplitude", arguments.amplitudes,
+            "let the whole arm go, with the object and not linearised, from deflections of the tool of these "
+            "sizes, m, by equal ratios: where its swing parts company with the reduction's")
+        ->type_name("FROM:TO:COUNT");
     command.add_flag("--held", arguments.is_held, "hold the satellite");
     command.add_flag("--unguided", arguments.is_unguided,
                      "leave the tool free across the direction; otherwise the object guides it");

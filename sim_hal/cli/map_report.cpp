@@ -51,6 +51,28 @@ nlohmann::json axis_json(const map_axis &axis)
     return {{"name", axis.name}, {"from", axis.from}, {"to", axis.to}, {"count", axis.count}};
 }
 
+/* Where the robot has further axes: which of them an axis of the map is about. */
+std::vector<std::string> what_moves(const map_request &request)
+{
+    std::vector<std::string> lines;
+    if (!request.rig.has_side_axes()) {
+        return lines;
+    }
+    if (request.kind != map_kind::keys) {
+        return {"the object along x alone is varied; [axis.*] has its own along the others"};
+    }
+    for (const std::string &name : {request.x.name, request.y.name}) {
+        const bool is_of_x =
+            name.rfind("object.", 0) == 0 || name == "sensor.stiffness_N_per_m" || name == "sensor.damping_ratio";
+        if (name == "robot.dead_time_ms") {
+            lines.push_back(name + " moves the dead times of all axes by the same amount; it is that along x");
+        } else if (is_of_x) {
+            lines.push_back(name + " is that along x alone; [axis.*] has its own along the others");
+        }
+    }
+    return lines;
+}
+
 double value_of(const rig &rig, const std::string &name)
 {
     if (const rig_key *const key = find_key(name)) {
@@ -283,6 +305,8 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
                  {"wall_Hz", wall_Hz},
                  {"manipulator_Hz", arm_Hz}});
     json["reduced"] = nullptr;
+    json["moves"] = what_moves(request);
+    json["left_out"] = job.run_s > 0.0 ? std::vector<std::string>() : left_out(request.rig, request.amplitude_m);
     if (sums.misled.compared > 0) {
         json["reduced"] = {{"falsely_stable_share", share(sums.misled.falsely_stable, sums.misled.compared)},
                            {"falsely_unstable_share", share(sums.misled.falsely_unstable, sums.misled.compared)}};
@@ -318,6 +342,9 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
             "unstable at %.1f %%\n",
             percent(sums.misled.falsely_stable, sums.misled.compared),
             percent(sums.misled.falsely_unstable, sums.misled.compared));
+    }
+    for (const nlohmann::json &line : json["moves"]) {
+        std::printf("  %s\n", line.get<std::string>().c_str());
     }
     if (!json["varying"].is_null()) {
         print_varying(sums, json["varying"]);

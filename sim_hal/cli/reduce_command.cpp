@@ -6,6 +6,7 @@
 #include "../../hal/rig/arm_file.h"
 #include "../stability/reduction.h"
 #include "commands.h"
+#include "reduce_amplitude.h"
 #include "robot_choice.h"
 
 namespace berth
@@ -106,6 +107,13 @@ nlohmann::json as_json(const std::optional<double> &limit)
     return limit ? nlohmann::json(*limit) : nlohmann::json();
 }
 
+nlohmann::json as_json(const dead_time_limits &limits)
+{
+    return {{"reduced", as_json(limits.reduced_ms)},
+            {"full", as_json(limits.full_ms)},
+            {"looked_to", limits.looked_to_ms}};
+}
+
 nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
 {
     nlohmann::json modes = nlohmann::json::array();
@@ -118,7 +126,8 @@ nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
             {"object_limit",
-             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}}};
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
+            {"dead_time_limit_ms", as_json(found.dead_time)}};
 }
 
 nlohmann::json as_json(const object_reduction &found)
@@ -136,7 +145,8 @@ nlohmann::json as_json(const object_reduction &found)
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
             {"object_limit",
-             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}}};
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
+            {"dead_time_limit_ms", as_json(found.dead_time)}};
 }
 
 std::string limit_text(const std::optional<double> &factor)
@@ -169,6 +179,12 @@ void print_comparison(const char *full_title, const char *coupled_title, const r
          text("%.4f", found.loop_full.frequency_Hz));
     line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
          limit_text(found.object_limit_full));
+    const auto dead_time = [&](const std::optional<double> &limit_ms) {
+        return limit_ms ? text(*limit_ms > 0.0 ? "%.4g" : "none", *limit_ms)
+                        : text("> %.4g", found.dead_time.looked_to_ms);
+    };
+    line("robot's dead time may be up to, ms", dead_time(found.dead_time.reduced_ms),
+         dead_time(found.dead_time.full_ms));
 }
 
 void print_one(const reduction &found)
@@ -212,6 +228,25 @@ void print_row(double angle_rad, const reduction &found)
                 limit_text(found.object_limit_full).c_str());
 }
 
+/* Nothing at a pose of a sweep at which there is nothing to reduce to. */
+std::optional<reduction> reduce_if(bool is_sweep, const rig &rig, const arm_config &arm,
+                                   const reduction_choice &choice)
+{
+    try {
+        return reduce(rig, arm, choice);
+    } catch (const nothing_springy &) {
+        if (!is_sweep) {
+            throw;
+        }
+        return {};
+    }
+}
+
+nlohmann::json no_reduction_json(const Eigen::VectorXd &pose_rad)
+{
+    return {{"pose_rad", std::vector<double>(pose_rad.begin(), pose_rad.end())}, {"reduced", nullptr}};
+}
+
 arm_description arm_for(const reduce_arguments &arguments, const rig &rig)
 {
     if (!arguments.arm.empty() || rig.firmware.arm.kind == ARM_NONE) {
@@ -227,7 +262,8 @@ arm_description arm_for(const reduce_arguments &arguments, const rig &rig)
 bool asks_for_arm(const reduce_arguments &arguments, const rig &rig)
 {
     return rig.firmware.arm.kind != ARM_NONE || !arguments.arm.empty() || !arguments.pose.empty() ||
-           !arguments.direction.empty() || !arguments.sweep.empty() || arguments.is_held || arguments.is_unguided;
+           !arguments.direction.empty() || !arguments.sweep.empty() || !arguments.amplitudes.empty() ||
+           arguments.is_held || arguments.is_unguided;
 }
 
 Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig, Eigen::Index dimensions)
@@ -261,7 +297,9 @@ int reduce_command(const reduce_arguments &arguments)
             if (arguments.json) {
                 print_json({{"rig", chosen.rig.name},
                             {"arm", nullptr},
+                            {"left_out", nlohmann::json::array()},
                             {"poses", nlohmann::json::array()},
+                            {"amplitudes", nullptr},
                             {"object", object}});
             }
             return 0;
@@ -272,6 +310,9 @@ int reduce_command(const reduce_arguments &arguments)
     if (arguments.is_held) {
         arm.config.base_is_free = 0;
         arm.config.attitude.actuator = ATTITUDE_NONE;
+    }
+    if (lacks_thrusters(arm.config)) {
+        std::fprintf(stderr, "berth: %s\n", thrusters_left_out);
     }
     reduction_choice choice;
     choice.pose_rad.resize(joints);
@@ -286,30 +327,58 @@ int reduce_command(const reduce_arguments &arguments)
     const bool is_sweep = !arguments.sweep.empty();
     const pose_sweep sweep =
         is_sweep ? sweep_of(arguments.sweep, joints) : pose_sweep{0, choice.pose_rad(0), 0.0, 1};
+    if (is_sweep && !arguments.amplitudes.empty()) {
+        throw input_error("--amplitude: is about one pose; leave --sweep out");
+    }
+    if (is_sweep && !arguments.json) {
+        std::printf("%s in the loop of %s, joint %d from pose to pose; reduced, then full arm\n"
+                    "  %9s %10s %9s %8s %23s %23s %21s\n",
+                    arm.name.c_str(), chosen.rig.name.c_str(), static_cast<int>(sweep.joint) + 1, "rad", "mass kg",
+                    "Hz", "share", "with the object, Hz", "growth in the loop /s", "object may be stiffer");
+    }
+    nlohmann::json amplitudes;
     nlohmann::json poses = nlohmann::json::array();
     for (int i = 0; i < sweep.count; i++) {
         if (is_sweep) {
             choice.pose_rad(sweep.joint) = sweep.from_rad + (sweep.to_rad - sweep.from_rad) * i / (sweep.count - 1);
         }
-        const reduction found = reduce(chosen.rig, arm.config, choice);
+        const std::optional<reduction> reducible = reduce_if(is_sweep, chosen.rig, arm.config, choice);
+        if (!reducible) {
+            poses.push_back(no_reduction_json(choice.pose_rad));
+            if (!arguments.json) {
+                std::printf("  %9.3f  nothing springy moves the tool along the direction\n",
+                            choice.pose_rad(sweep.joint));
+            }
+            continue;
+        }
+        const reduction &found = *reducible;
+        std::optional<amplitude_result> by_amplitude;
+        if (!arguments.amplitudes.empty()) {
+            by_amplitude = look_at_amplitudes(arm.config, choice, chosen.rig.object, found,
+                                              amplitudes_of(arguments.amplitudes));
+            amplitudes = as_json(*by_amplitude);
+        }
         if (arguments.json) {
             poses.push_back(as_json(choice.pose_rad, found));
         } else if (is_sweep) {
-            if (i == 0) {
-                std::printf("%s in the loop of %s, joint %d from pose to pose; reduced, then full arm\n"
-                            "  %9s %10s %9s %8s %23s %23s %21s\n",
-                            arm.name.c_str(), chosen.rig.name.c_str(), static_cast<int>(sweep.joint) + 1, "rad",
-                            "mass kg", "Hz", "share", "with the object, Hz", "growth in the loop /s",
-                            "object may be stiffer");
-            }
             print_row(choice.pose_rad(sweep.joint), found);
         } else {
             std::printf("%s in the loop of %s\n", arm.name.c_str(), chosen.rig.name.c_str());
-            print_one(found);
+            if (by_amplitude) {
+                print_amplitudes(*by_amplitude);
+            } else {
+                print_one(found);
+            }
         }
     }
     if (arguments.json) {
-        print_json({{"rig", chosen.rig.name}, {"arm", arm.name}, {"poses", poses}, {"object", object}});
+        print_json({{"rig", chosen.rig.name},
+                    {"arm", arm.name},
+                    {"left_out",
+                     lacks_thrusters(arm.config) ? nlohmann::json({thrusters_left_out}) : nlohmann::json::array()},
+                    {"poses", poses},
+                    {"amplitudes", amplitudes},
+                    {"object", object}});
     }
     return 0;
 }

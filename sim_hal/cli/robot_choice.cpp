@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../arm/linear_arm.h"
 #include "../effects/active.h"
 #include "commands.h"
 #include "compensation_choice.h"
@@ -13,7 +14,11 @@ namespace berth
 
 std::vector<std::string> left_out(const rig &rig, double amplitude_m)
 {
-    return amplitude_m > 0.0 ? taken_as_at_the_start(rig) : left_out_when_small(rig);
+    std::vector<std::string> lines = amplitude_m > 0.0 ? taken_as_at_the_start(rig) : left_out_when_small(rig);
+    if (lacks_thrusters(rig.firmware.arm)) {
+        lines.emplace_back(thrusters_left_out);
+    }
+    return lines;
 }
 
 void tell_left_out(const rig &rig, double amplitude_m)

@@ -6,6 +6,7 @@
 
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
+#include "../arm/linear_arm.h"
 #include "../effects/active.h"
 #include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
@@ -82,9 +83,10 @@ void print_growth(const run_result &result)
 void print_prediction(const run_result &result, const rig &rig)
 {
     if (result.predicted_growth_per_s) {
-        std::printf("  %-14s the %s %+.6f /s\n", "predicted",
+        std::printf("  %-14s the %s %+.6f /s%s\n", "predicted",
                     is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
-                    *result.predicted_growth_per_s);
+                    *result.predicted_growth_per_s,
+                    lacks_thrusters(rig.firmware.arm) ? ", without the thrusters of the satellite" : "");
     }
 }
 
@@ -235,7 +237,12 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.predicted_growth_per_s = predict_growth_per_s(rig);
     result.is_ordered = !rig.orders.empty();
-    result.is_stable = judge(result, period_s);
+    const manipulator_config &manipulator = rig.firmware.manipulator;
+    result.is_stable =
+        judge(result, period_s,
+              manipulator.stiffness_N_per_m > 0.0
+                  ? 3.14159265358979323846 * std::sqrt(manipulator.mass_kg / manipulator.stiffness_N_per_m)
+                  : 0.0);
     if (result.running_m.empty()) {
         result.obstacles = obstacles_of(last);
     }
@@ -292,6 +299,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"growth_ci95_per_s", nullptr},
         {"frequency_hz", nullptr},
         {"predicted_growth_per_s", nullptr},
+        {"prediction_left_out", nullptr},
         {"ticks", result.ticks},
         {"overruns", result.overruns},
         {"peak_force_N", result.peak_force_N},
@@ -320,6 +328,8 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     if (result.predicted_growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted_growth_per_s;
+        json["prediction_left_out"] =
+            lacks_thrusters(rig.firmware.arm) ? nlohmann::json({thrusters_left_out}) : nlohmann::json::array();
     }
     if (result.wall_s > 0.0) {
         json["speed_x_realtime"] = result.simulated_s / result.wall_s;

@@ -43,9 +43,19 @@ std::optional<bool> judge_limited(const run_result &result, double period_s)
     return median_height(middle, heights.end()) < falls * median_height(heights.begin(), middle);
 }
 
+/* It did not swing often enough to tell growth from decay: it would have with more time. */
+bool is_too_short(const run_result &result, double period_s, double half_swing_s)
+{
+    const std::vector<oscillation_height> heights = oscillation_heights(result.running_m, period_s);
+    const std::size_t count = heights.size();
+    const double seen_s = count >= 2 ? heights[count - 1].time_s - heights[count - 2].time_s : 0.0;
+    const double duration_s = static_cast<double>(result.running_m.size()) * period_s;
+    return count < least_heights && duration_s < least_heights * std::max(half_swing_s, seen_s);
+}
+
 } // namespace
 
-std::optional<bool> judge(const run_result &result, double period_s)
+std::optional<bool> judge(const run_result &result, double period_s, double half_swing_s)
 {
     if (result.running_m.empty()) {
         return {};
@@ -64,6 +74,9 @@ std::optional<bool> judge(const run_result &result, double period_s)
     }
     if (result.is_ordered) {
         return {}; /* how far it went was ordered */
+    }
+    if (is_too_short(result, period_s, half_swing_s)) {
+        return {};
     }
     const auto middle = result.running_m.begin() + static_cast<std::ptrdiff_t>(result.running_m.size() / 2);
     return middle == result.running_m.begin() ||

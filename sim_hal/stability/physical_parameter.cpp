@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string>
 
+#include "../../hal/rig/axes.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/effect.h"
 
@@ -87,7 +88,11 @@ std::optional<rig_error> complete_and_check_steady(rig &rig)
 std::optional<rig> with_value(const rig &original, const rig_key &key, double value)
 {
     rig changed = original;
-    *static_cast<double *>(key.member(changed)) = value;
+    if (key.path == "robot.dead_time_ms") {
+        move_dead_time(changed, value);
+    } else {
+        *static_cast<double *>(key.member(changed)) = value;
+    }
     const bool in_range = value > key.low || (key.low_is_allowed && value == key.low);
     if (!in_range || complete_and_check_steady(changed)) {
         return {};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "../../hal/rig/axes.h"
 #include "../../hal/rig/rig_file.h"
 #include "spectrum.h"
 
@@ -15,6 +16,7 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 constexpr double stiffer_max = 1e4;
+constexpr double longer_max = 10.0; /* of the rig's own dead time: how far the longest is looked for */
 
 swing swing_of(std::complex<double> s)
 {
@@ -29,47 +31,64 @@ swing coupled_of(const rig &rig, const arm_mode &mode)
     return {std::sqrt(std::max(0.0, w * w - decay * decay)) / two_pi, decay / w};
 }
 
-swing nearest(const linear_arm &arm, const swing &wanted)
-{
-    swing best = {0.0, 0.0};
-    double best_distance = INFINITY;
-    for (const std::complex<double> &s : eigenvalues_of(arm)) {
-        const double distance = std::abs(std::log(s.imag() / (two_pi * wanted.frequency_Hz)));
-        if (s.imag() > 0.0 && distance < best_distance) {
-            best_distance = distance;
-            best = swing_of(s);
-        }
-    }
-    return best;
-}
+using growth_of_rig = std::function<double(const rig &)>;
 
-/* The first factor on a fine grid at which the loop grows, halved down; a mode that is unstable in between only may
- * be passed over where it is narrower than the grid. */
-std::optional<double> stiffest(const rig &rig, const std::function<double(const berth::rig &)> &growth)
+/* The last value, from `from` by equal ratios to `to`, before the loop grows, halved down; a mode that is unstable
+ * in between only may be passed over where it is narrower than the grid. */
+std::optional<double> stable_up_to(double from, double to, int steps, const std::function<double(double)> &growth)
 {
-    const auto at = [&](double factor) {
-        berth::rig stiffer = rig;
-        stiffer.object.stiffness_N_per_m *= factor;
-        return growth(stiffer);
-    };
-    constexpr int steps = 80;
-    double stable = 0.01;
-    if (at(stable) > 0.0) {
+    if (growth(from) > 0.0) {
         return 0.0;
     }
+    double stable = from;
     for (int i = 1; i <= steps; i++) {
-        double unstable = 0.01 * std::pow(stiffer_max / 0.01, static_cast<double>(i) / steps);
-        if (at(unstable) <= 0.0) {
+        double unstable = from * std::pow(to / from, static_cast<double>(i) / steps);
+        if (growth(unstable) <= 0.0) {
             stable = unstable;
             continue;
         }
         while (unstable > stable * (1.0 + 1e-6)) {
             const double middle = std::sqrt(stable * unstable);
-            (at(middle) > 0.0 ? unstable : stable) = middle;
+            (growth(middle) > 0.0 ? unstable : stable) = middle;
         }
         return stable;
     }
     return {};
+}
+
+std::optional<double> stiffest(const rig &rig, const growth_of_rig &growth)
+{
+    return stable_up_to(0.01, stiffer_max, 80, [&](double factor) {
+        berth::rig stiffer = rig;
+        stiffer.object.stiffness_N_per_m *= factor;
+        return growth(stiffer);
+    });
+}
+
+dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
+{
+    const double own_ms = rig.robot.dead_time_ms;
+    double least_ms = own_ms;
+    for (std::size_t axis = 0; axis < rig.side_axes.size(); axis++) {
+        if (rig.firmware.side_axes[axis].enabled != 0) {
+            least_ms = std::min(least_ms, rig.side_axes[axis].dead_time_ms);
+        }
+    }
+    /* A robot on straight lines is a period late at least. */
+    const double period_ms = 1e3 * config_period_s(&rig.firmware);
+    const double shortest_ms = own_ms - std::max(0.0, least_ms - period_ms);
+    const double looked_to_ms = longer_max * std::max(own_ms, period_ms);
+    if (!(shortest_ms > 0.0)) {
+        return {{}, {}, 0.0};
+    }
+    const auto longest = [&](const growth_of_rig &growth) {
+        return stable_up_to(shortest_ms, looked_to_ms, 24, [&](double dead_time_ms) {
+            berth::rig late = rig;
+            move_dead_time(late, dead_time_ms);
+            return growth(late);
+        });
+    };
+    return {longest(reduced), longest(full), looked_to_ms};
 }
 
 } // namespace
@@ -82,8 +101,9 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     result.modes = modes_along(arm, choice.direction);
     result.reduced = dominant_mode(result.modes);
     result.coupled_reduced = coupled_of(rig, result.reduced);
-    result.coupled_full =
-        nearest(with_object(arm, choice.direction, object_modes(rig.object)), result.coupled_reduced);
+    const std::optional<coupled_mode> nearest =
+        nearest_mode(config, choice, object_modes(rig.object), result.coupled_reduced.frequency_Hz);
+    result.coupled_full = nearest ? swing_of(nearest->s) : swing{0.0, 0.0};
     const double period_s = config_period_s(&rig.firmware);
     const auto full = [&](const berth::rig &at) {
         return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);
@@ -94,8 +114,13 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     };
     result.loop_full = full(rig);
     result.loop_reduced = reduced(rig);
-    result.object_limit_full = stiffest(rig, [&](const berth::rig &at) { return full(at).growth_per_s; });
-    result.object_limit_reduced = stiffest(rig, [&](const berth::rig &at) { return reduced(at).growth_per_s; });
+    const auto full_growth = [&](const berth::rig &at) { return full(at).growth_per_s; };
+    const auto reduced_growth = [&](const berth::rig &at) {
+        return std::log(spectral_radius_of(with_reduced(at, result.reduced)));
+    };
+    result.object_limit_full = stiffest(rig, full_growth);
+    result.object_limit_reduced = stiffest(rig, reduced_growth);
+    result.dead_time = dead_times(rig, reduced_growth, full_growth);
     return result;
 }
 
@@ -132,6 +157,19 @@ object_reduction reduce_object(const rig &rig)
     const auto growth = [&](const berth::rig &at) { return std::log(spectral_radius_of(at)); };
     result.object_limit_reduced = stiffest(first, growth);
     result.object_limit_full = stiffest(full, growth);
+    result.dead_time = dead_times(
+        rig,
+        [&](const berth::rig &at) {
+            berth::rig one = at;
+            one.firmware.arm.kind = ARM_NONE;
+            one.object.further_mode_count = 0;
+            return growth(one);
+        },
+        [&](const berth::rig &at) {
+            berth::rig all = at;
+            all.firmware.arm.kind = ARM_NONE;
+            return growth(all);
+        });
     return result;
 }
 

@@ -6,14 +6,18 @@
 #include <optional>
 
 #include "../../hal/rig/beam.h"
+#include "../arm/free_swing.h"
 #include "arm_loop.h"
 
 namespace berth
 {
 
-struct swing {
-    double frequency_Hz;
-    double damping_ratio;
+/* The robot's dead time, from the shortest on, up to which the loop is stable; 0: it never is; nothing: as far as
+ * was looked. Further axes have theirs as much longer or shorter. */
+struct dead_time_limits {
+    std::optional<double> reduced_ms;
+    std::optional<double> full_ms;
+    double looked_to_ms;
 };
 
 struct reduction {
@@ -28,12 +32,7 @@ struct reduction {
     /* By how much stiffer the object may be until the loop is unstable; nothing: not up to 1e4 times. */
     std::optional<double> object_limit_reduced;
     std::optional<double> object_limit_full;
-};
-
-struct reduction_choice {
-    Eigen::VectorXd pose_rad;
-    Eigen::VectorXd direction;
-    bool is_guided = true; /* else the tool moves as it likes */
+    dead_time_limits dead_time;
 };
 
 /* A beam reduced to its first mode, at the manipulator of one degree of freedom. */
@@ -49,6 +48,7 @@ struct object_reduction {
     /* As of an arm. */
     std::optional<double> object_limit_reduced;
     std::optional<double> object_limit_full;
+    dead_time_limits dead_time;
 };
 
 /* Of a rig whose object is a beam. Throws input_error for a rig without one-period map. */

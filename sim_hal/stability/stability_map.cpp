@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../../hal/rig/axes.h"
 #include "../../hal/rig/hardware_model.h"
 #include "compensation_states.h"
 #include "equivalent_loop.h"
@@ -22,6 +23,8 @@ void set_number(rig &rig, const rig_key &key, double value)
 {
     if (key.type == key_type::integer) {
         *static_cast<std::int64_t *>(key.member(rig)) = std::llround(value);
+    } else if (key.path == "robot.dead_time_ms") {
+        move_dead_time(rig, value);
     } else {
         *static_cast<double *>(key.member(rig)) = value;
     }

@@ -156,3 +156,32 @@ def test_gravity_leaves_no_rest_to_linearise_about(tmp_path):
         done = command(*words)
         assert done.returncode == EXIT_INPUT and b"base.gravity_m_per_s2" in done.stderr, done.stderr.decode()
     assert run_json("ess", tmp_path, *heavy, "--set", "run.duration_s=2")["predicted_growth_per_s"] is None
+
+
+def with_thrusters(tmp_path):
+    text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    arm = tmp_path / "thrusters.toml"
+    arm.write_text(text.split("[attitude]")[0] + """[attitude]
+actuator = "thrusters"
+torque_limit_N_m = 20.0
+deadband_rad = 0.01
+rate_weight_s = 5.0
+on_time_min_ms = 100.0
+""")
+    return "--set", f"manipulator.arm={arm}"
+
+
+def test_thrusters_are_left_out_and_it_is_said(tmp_path):
+    arm = with_thrusters(tmp_path)
+    grid = ("--vary", "elasticity", "--grid", "3x2", "--out", tmp_path)
+    for words in (("eigen", "ess"), ("reduce", "ess"), ("map", "ess", *grid)):
+        done = command(*words, *arm)
+        assert done.returncode == 0 and b"thrusters have no linearisation and are left out" in done.stderr, words
+        assert any("thrusters" in line for line in one_json_object(command(*words, *arm, "--json").stdout)["left_out"])
+        plain = command(*words, *ARM, "--json")
+        assert plain.stderr == b"" and one_json_object(plain.stdout)["left_out"] == []
+    run = command("run", "ess", *arm, "--no-log", "--set", "run.duration_s=2").stdout.decode()
+    assert ", without the thrusters of the satellite" in run
+    told = run_json("ess", tmp_path, *arm, "--set", "run.duration_s=2")
+    assert told["predicted_growth_per_s"] is not None and "thrusters" in told["prediction_left_out"][0]
+    assert run_json("ess", tmp_path, *ARM, "--set", "run.duration_s=2")["prediction_left_out"] == []

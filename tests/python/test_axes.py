@@ -409,3 +409,20 @@ def test_the_report_shows_every_axis(tmp_path):
                  "y, command"):
         assert word in page, word
     assert "rx, command" not in page
+
+
+def test_a_map_over_the_dead_time_moves_every_axis(tmp_path):
+    words = ("--x", "robot.dead_time_ms=17.5:27.5:3", "--y", "sensor.stiffness_N_per_m=1e7:2e7:2", *LAYOUT)
+    file = rig_file(tmp_path, PLANAR_AXES)
+    found = one_json_object(command("map", file, "--json", *words, "--out", tmp_path).stdout)
+    columns = np.genfromtxt(found["csv"], delimiter=",", names=True)
+    at = np.flatnonzero((columns["robotdead_time_ms"] == 27.5) & (columns["sensorstiffness_N_per_m"] == 2e7))[0]
+    later = PLANAR_AXES.replace("= 25.0", "= 35.0").replace("= 12.5", "= 22.5")
+    there = command("eigen", rig_file(tmp_path, later, name="later"), "--json", *LAYOUT, "--set", "robot.dead_time_ms=27.5",
+                    "--set", "sensor.stiffness_N_per_m=2e7")
+    assert columns["spectral_radius"][at] == pytest.approx(one_json_object(there.stdout)["spectral_radius"], rel=1e-9)
+    assert "moves the dead times of all axes" in found["moves"][0] and "along x alone" in found["moves"][1]
+    said = command("map", file, *words, "--out", tmp_path).stdout.decode()
+    assert all(line in said for line in found["moves"])
+    alone = command("map", "ess", "--json", *words[:4], "--out", tmp_path)
+    assert one_json_object(alone.stdout)["moves"] == []

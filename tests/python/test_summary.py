@@ -99,3 +99,15 @@ def test_growth_is_of_motion_without_interruption(tmp_path):
     _, broken = run(tmp_path / "broken", "ess", ["manipulator.stiffness_N_per_m=1e9", "run.duration_s=5"])
     assert broken["limit_ticks"]["acceleration"] > 1000
     assert broken["growth_per_s"] is None
+
+
+@pytest.mark.parametrize("rig,settings,stable", [
+    ("ess-beam", ["run.duration_s=2"], None),   # grows, by its eigenvalues; 2 s do not tell
+    ("ess", ["run.duration_s=2"], None),        # decays; they do not tell that either
+    ("ess", ["run.duration_s=0.5"], None),
+    ("ess", ["run.duration_s=20"], True),
+    ("ess-beam", ["run.duration_s=20"], False),
+    ("ess", ["manipulator.initial_position_m=0", "run.duration_s=20"], True),  # nothing moves
+])
+def test_too_short_a_run_is_not_called_stable(tmp_path, rig, settings, stable):
+    assert run(tmp_path, rig, settings)[1]["stable"] is stable
