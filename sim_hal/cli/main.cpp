@@ -9,278 +9,12 @@
 #include "../../hal/version.h"
 #include "../rths/controller.h"
 #include "commands.h"
-#include "compensation_choice.h"
+#include "options.h"
 
 namespace
 {
 
 constexpr int exit_usage_or_input = 2;
-
-/* An empty text is no choice, as from a shell's variable that is not set. */
-CLI::Validator is_named(const std::string &advice)
-{
-    return CLI::Validator([advice](const std::string &name) { return name.empty() ? advice : std::string(); }, "");
-}
-
-/* As CLI::Range, which takes what is no number for one within. */
-CLI::Validator is_within(double low, double high)
-{
-    return CLI::Validator(
-        [low, high](const std::string &text) {
-            double value = 0.0;
-            const bool is_fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-            std::ostringstream problem;
-            if (!is_fine) {
-                problem << "Value " << text << " not in range " << low << " to " << high;
-            }
-            return problem.str();
-        },
-        "");
-}
-
-void add_set_option(CLI::App &command, std::vector<std::string> &overrides)
-{
-    command.add_option("--set", overrides, "override a key of the rig: section.key=value; may be repeated")
-        ->type_name("KEY=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
-}
-
-void add_rig_options(CLI::App &command, berth::rig_arguments &arguments)
-{
-    command.add_option("RIG", arguments.rig, "a shipped rig (see `berth rigs`) or the path of a rig file")
-        ->required();
-    command
-        .add_option("--robot", arguments.robot,
-                    "a robot preset (see `berth robots`) or the path of a preset file: the rig gets its period and "
-                    "dead time, before --set; of a reported range, the upper end")
-        ->type_name("NAME")
-        ->check(is_named("a robot preset needs a name; see `berth robots`"));
-    add_set_option(command, arguments.overrides);
-    command
-        .add_option("--with", arguments.with,
-                    "compensation of the dead time, before --set: " + berth::compensation_names() +
-                        "; may be repeated")
-        ->type_name("NAME")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
-}
-
-void add_amplitude_option(CLI::App &command, berth::rig_arguments &arguments)
-{
-    command
-        .add_option("--amplitude", arguments.amplitude_m,
-                    "of the manipulator's motion, at which effects that depend on it are taken, such as backlash; "
-                    "default: that of the profile, or 0.01 m; 0: small motions, without them")
-        ->check(CLI::Validator(CLI::Number).description(""))
-        ->type_name("M");
-}
-
-void add_jitter_option(CLI::App &command, std::string &jitter_file)
-{
-    command
-        .add_option("--jitter", jitter_file,
-                    "how late the loop wakes: a histogram of cyclictest --json (run.lateness_file)")
-        ->check(is_named("a file needs a name"))
-        ->type_name("FILE");
-}
-
-void add_varying_options(CLI::App &command, berth::varying_arguments &arguments, const char *ticks)
-{
-    add_rig_options(command, arguments);
-    add_jitter_option(command, arguments.jitter_file);
-    command.add_option("--seed", arguments.seed, "of jitter and losses (run.seed)")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()).description(""))
-        ->type_name("INTEGER");
-    command.add_option("--ticks", arguments.ticks, ticks)->check(CLI::Range(1000, 2000000));
-    add_amplitude_option(command, arguments);
-}
-
-void add_map_options(CLI::App &command, berth::map_arguments &arguments)
-{
-    add_varying_options(command, arguments,
-                        "length of the sequence that the growth with jitter, drift or losses is taken from, default "
-                        "8000, or 20 s; or of the runs in the time domain, default 20 s");
-    command.add_option(
-        "--vary", arguments.vary,
-        "elasticity or mass of the object: axes are frequency ratio and damping of the coupled system");
-    command.add_option("--x", arguments.x, "any number of the rig along x")->type_name("KEY=FROM:TO:COUNT");
-    command.add_option("--y", arguments.y, "another along y")->type_name("KEY=FROM:TO:COUNT");
-    command.add_option("--grid", arguments.grid, "points along x and y, with --vary")
-        ->type_name("NXxNY")
-        ->capture_default_str();
-    command
-        .add_option("--x-range", arguments.x_range,
-                    "with --vary: omega/omega_M; default: from below what the object allows to beyond the robot's "
-                    "5 Hz wall, or with mass to beyond an object without mass")
-        ->type_name("FROM:TO");
-    command.add_option("--y-range", arguments.y_range, "with --vary: damping ratio; default 0:0.3")
-        ->type_name("FROM:TO");
-    command.add_option("--out", arguments.out_folder, "folder for the CSV file")->capture_default_str();
-    command.add_flag("--time-domain", arguments.time_domain,
-                     "run each point and measure how its swing grows; always so with passivity, tank, "
-                     "identification and adaptive inverse, which have no eigenvalues");
-    command
-        .add_option("--model", arguments.model,
-                    "what prediction and the like are told: each point as it is (point), the rig as it is wherever "
-                    "the point is (rig), or each point wrong by the rig's tolerances, the worst of all (tolerances)")
-        ->check(CLI::IsMember({"point", "rig", "tolerances"}).description(""))
-        ->type_name("WHAT");
-    command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));
-    command.add_flag("--yes", arguments.yes, "go on where a map is very large");
-}
-
-void add_arm_options(CLI::App &command, berth::arm_arguments &arguments)
-{
-    command.add_option("ARM", arguments.arm, "a shipped arm, the path of an arm file, or of a URDF file")
-        ->required();
-    command.add_option("--base", arguments.base, "URDF: the link that is the satellite; default: the root")
-        ->type_name("LINK");
-    command.add_option("--tool", arguments.tool, "URDF: the link at the arm's end; default: the only leaf")
-        ->type_name("LINK");
-    command.add_flag("--planar", arguments.is_planar, "URDF: joints about z, motion in x and y");
-    command
-        .add_option("--states", arguments.states_file,
-                    "a JSON list of states: print inertia, bias forces, accelerations and momentum at each as JSON")
-        ->type_name("FILE");
-}
-
-void add_accuracy_options(CLI::App &command, berth::accuracy_arguments &arguments)
-{
-    command.add_option("RIG", arguments.arm, "a rig with an arm, or an arm; shipped or the path of a file")
-        ->required();
-    add_set_option(command, arguments.overrides);
-    command.add_option("--step-ms", arguments.step_ms, "of the loop that the verdict is about")
-        ->type_name("MS")
-        ->capture_default_str();
-    command.add_option("--repeatability-um", arguments.repeatability_um, "of the robot, to compare with")
-        ->check(CLI::PositiveNumber.description(""))
-        ->type_name("UM")
-        ->capture_default_str();
-    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
-}
-
-void add_reduce_options(CLI::App &command, berth::reduce_arguments &arguments)
-{
-    add_rig_options(command, arguments);
-    command
-        .add_option("--arm", arguments.arm,
-                    "a shipped arm or the path of an arm file; default: the rig's own, or ess")
-        ->type_name("ARM");
-    command.add_option("--pose", arguments.pose, "of the joints, rad; default: where the arm starts")
-        ->type_name("Q1,Q2,...");
-    command
-        .add_option("--direction", arguments.direction,
-                    "of the object's deflection, in the world; default: manipulator.direction_* of the rig")
-        ->type_name("X,Y[,Z]");
-    command.add_option("--sweep", arguments.sweep, "one joint from pose to pose, rad")
-        ->type_name("JOINT=FROM:TO:COUNT");
-    command
-        .add_option(
-            "--amplitude", arguments.amplitudes,
-            "let the whole arm go, with the object and not linearised, from deflections of the tool of these "
-            "sizes, m, by equal ratios: where its swing parts company with the reduction's")
-        ->type_name("FROM:TO:COUNT");
-    command.add_flag("--held", arguments.is_held, "hold the satellite");
-    command.add_flag("--unguided", arguments.is_unguided,
-                     "leave the tool free across the direction; otherwise the object guides it");
-}
-
-void add_tolerance_options(CLI::App &command, berth::compensate_arguments &arguments)
-{
-    const auto share = [&](const char *name, double &percent, const char *meaning) {
-        command.add_option(name, percent, meaning)
-            ->check(is_within(0.0, 99.0))
-            ->type_name("PERCENT")
-            ->capture_default_str();
-    };
-    share("--dead-time", arguments.dead_time_percent, "by which the robot's dead time may be off, either way");
-    share("--stiffness", arguments.stiffness_percent, "the same of the object's stiffness");
-    share("--mass", arguments.mass_percent, "the same of its mass");
-    command
-        .add_option("--noise", arguments.noise_N,
-                    "of the force: standard deviation; default: ten times the rig's, or 2 N if that is less")
-        ->check(is_within(0.0, 1e4))
-        ->type_name("N");
-    command
-        .add_option("--margin-ms", arguments.margin_ms,
-                    "the least dissipation is that with which the loop stays stable where the dead time is so much "
-                    "longer")
-        ->check(is_within(0.0, 1e4))
-        ->type_name("MS")
-        ->capture_default_str();
-    command.add_option("--margin-dB", arguments.margin_dB, "and the force so much larger")
-        ->check(is_within(0.0, 40.0))
-        ->type_name("DB")
-        ->capture_default_str();
-    command.add_option("--duration", arguments.duration_s, "of each trial, from the release on")
-        ->check(is_within(0.1, 600.0))
-        ->type_name("S")
-        ->capture_default_str();
-}
-
-void add_diagnose_options(CLI::App &command, berth::diagnose_arguments &arguments)
-{
-    command
-        .add_option("RECORD", arguments.records,
-                    "a log of `berth run` (.ulg) or a CSV file (also .gz) with units in its header")
-        ->required();
-    command.add_option("--rig", arguments.rig, "the rig as it is believed to be: a shipped one or a rig file")
-        ->required();
-    add_set_option(command, arguments.overrides);
-    command.add_option("--validate", arguments.validation,
-                       "a record with another command, on which the gain is proved");
-    command.add_option("--repeat", arguments.repetition,
-                       "the same command once more: how much of a record is noise");
-    command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone");
-    command.add_option("--without", arguments.without, "leave out an effect; may be repeated")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--out", arguments.out_folder, "folder for diagnosis.json and extended.toml")
-        ->capture_default_str();
-    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
-}
-
-void add_rths_options(CLI::App &command, berth::rths_arguments &arguments)
-{
-    command
-        .add_option(
-            "DATA_DIR", arguments.data_folder,
-            "folder with case_1.txt to case_4.txt (mass, damping, stiffness) and el_centro.csv.gz, kobe.csv.gz, "
-            "morgan.csv.gz (t_s, ground_acceleration_m_per_s2)")
-        ->required();
-    command.add_option("--earthquake", arguments.earthquake, "times 0.4")
-        ->check(CLI::IsMember({"el_centro", "kobe", "morgan"}))
-        ->capture_default_str();
-    command.add_option("--case", arguments.building_case, "of the frame")
-        ->check(CLI::Range(1, 4))
-        ->capture_default_str();
-    command.add_option("--controller", arguments.controller, "what moves the actuator")
-        ->check(CLI::IsMember(berth::rths::controller_names()))
-        ->capture_default_str();
-    command
-        .add_option("--perturbed", arguments.perturbed,
-                    "how many plants with drawn parameters to run besides the nominal one, and tell the worst of")
-        ->check(CLI::Range(0, 10000));
-    command.add_option("--seed", arguments.seed, "of the sensors' noise and the perturbed plants")
-        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53).description(""))
-        ->type_name("INTEGER")
-        ->capture_default_str();
-    command.add_option("--noise", arguments.noise, "times the benchmark's; 0: none, and ideal converters")
-        ->check(is_within(0.0, 1000.0))
-        ->capture_default_str();
-    command
-        .add_option("--force-age", arguments.force_age_samples,
-                    "samples by which the force is late, as the firmware's force lead is told; 1 is right")
-        ->check(is_within(0.0, 1.0))
-        ->capture_default_str();
-    command
-        .add_option("--samples", arguments.samples_file, "write every sample of the nominal run to this CSV file")
-        ->check(is_named("a file needs a name"))
-        ->type_name("FILE");
-    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
-}
 
 /* The parser only says that there is no subcommand. */
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
@@ -304,12 +38,12 @@ int run(int argc, char **argv)
 
     berth::run_arguments run;
     CLI::App *run_app = app.add_subcommand("run", "run the loop against the simulated rig");
-    add_rig_options(*run_app, run);
+    berth::add_rig_options(*run_app, run);
     run_app
         ->add_option("--profile", run.profile_file,
                      "operator follows this CSV file (column: --set profile.column=NAME)")
-        ->check(is_named("a file needs a name"));
-    add_jitter_option(*run_app, run.jitter_file);
+        ->check(berth::is_named("a file needs a name"));
+    berth::add_jitter_option(*run_app, run.jitter_file);
     run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
     run_app->add_flag("--no-log", run.no_log, "write no files");
     run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
@@ -336,14 +70,14 @@ int run(int argc, char **argv)
 
     berth::rig_arguments deadtime;
     CLI::App *deadtime_app = app.add_subcommand("deadtime", "measure command to motion from a step of the setpoint");
-    add_rig_options(*deadtime_app, deadtime);
+    berth::add_rig_options(*deadtime_app, deadtime);
     deadtime_app->callback([&] { exit_code = berth::deadtime_command(deadtime); });
 
     berth::varying_arguments eigen;
     CLI::App *eigen_app = app.add_subcommand(
         "eigen", "eigenvalues of the loop over one period, and what they mean; Lyapunov exponent of a loop that "
                  "changes from tick to tick");
-    add_varying_options(
+    berth::add_varying_options(
         *eigen_app, eigen,
         "length of the sequence that the Lyapunov exponent is taken from; default: until it is known "
         "to 1 % or 0.001 /s");
@@ -351,14 +85,14 @@ int run(int argc, char **argv)
 
     berth::map_arguments map;
     CLI::App *map_app = app.add_subcommand("map", "largest |z| of the loop over two parameters, as a CSV file");
-    add_map_options(*map_app, map);
+    berth::add_map_options(*map_app, map);
     map_app->callback([&] { exit_code = berth::map_command(map); });
 
     berth::limits_arguments limits;
     CLI::App *limits_app = app.add_subcommand(
         "limits", "how far each parameter of the rig may go until the loop is unstable, and what buys the most");
-    add_rig_options(*limits_app, limits);
-    add_amplitude_option(*limits_app, limits);
+    berth::add_rig_options(*limits_app, limits);
+    berth::add_amplitude_option(*limits_app, limits);
     limits_app
         ->add_option("--change", limits.change_percent, "by how much each thing changes to see what buys the most")
         ->check(CLI::Validator(CLI::Number).description(""))
@@ -369,33 +103,33 @@ int run(int argc, char **argv)
     berth::arm_arguments arm;
     CLI::App *arm_app =
         app.add_subcommand("arm", "print an arm on its satellite as an arm file; read one from URDF");
-    add_arm_options(*arm_app, arm);
+    berth::add_arm_options(*arm_app, arm);
     arm_app->callback([&] { exit_code = berth::arm_command(arm); });
 
     berth::accuracy_arguments accuracy;
     CLI::App *accuracy_app = app.add_subcommand(
         "accuracy", "how wrong fixed steps are in a berthing manoeuvre of 60 s with contact, against CVODE");
-    add_accuracy_options(*accuracy_app, accuracy);
+    berth::add_accuracy_options(*accuracy_app, accuracy);
     accuracy_app->callback([&] { exit_code = berth::accuracy_command(accuracy); });
 
     berth::reduce_arguments reduce;
     CLI::App *reduce_app = app.add_subcommand(
         "reduce", "a whole arm at a pose, and a beam, reduced to one degree of freedom, and what that leaves out");
-    add_reduce_options(*reduce_app, reduce);
+    berth::add_reduce_options(*reduce_app, reduce);
     reduce_app->callback([&] { exit_code = berth::reduce_command(reduce); });
 
     berth::compensate_arguments compensate;
     CLI::App *compensate_app = app.add_subcommand(
         "compensate", "which compensation of the dead time suits the rig, and what it costs in fidelity");
-    add_rig_options(*compensate_app, compensate);
-    add_tolerance_options(*compensate_app, compensate);
+    berth::add_rig_options(*compensate_app, compensate);
+    berth::add_tolerance_options(*compensate_app, compensate);
     compensate_app->add_flag("--each", compensate.each, "every method on every rig that was tried");
     compensate_app->callback([&] { exit_code = berth::compensate_command(compensate); });
 
     berth::diagnose_arguments diagnose;
     CLI::App *diagnose_app = app.add_subcommand(
         "diagnose", "where a rig file is wrong about measured data, why, and what the model has to know");
-    add_diagnose_options(*diagnose_app, diagnose);
+    berth::add_diagnose_options(*diagnose_app, diagnose);
     diagnose_app->callback([&] { exit_code = berth::diagnose_command(diagnose); });
 
     CLI::App *effects_app = app.add_subcommand("effects", "list the effects that a diagnosis knows");
@@ -405,7 +139,7 @@ int run(int argc, char **argv)
     berth::rths_arguments rths;
     CLI::App *rths_app = app.add_subcommand(
         "rths", "run the public benchmark of virtual real-time hybrid simulation: criteria J1 to J9");
-    add_rths_options(*rths_app, rths);
+    berth::add_rths_options(*rths_app, rths);
     rths_app->callback([&] { exit_code = berth::rths_command(rths); });
 
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");

@@ -6,6 +6,7 @@
 
 #include "acceptance.h"
 #include "events.h"
+#include "lost_commands.h"
 #include "response.h"
 
 namespace berth

@@ -12,7 +12,6 @@ namespace berth
 
 constexpr std::size_t events_min = 5;  /* fewer may be anything */
 constexpr double spike_far_sd = 7.0;   /* off the neighbours; of 24000 normal samples none lies beyond 5 */
-constexpr double loss_clear_sd = 8.0;  /* by which the loss of a setpoint must stand out */
 constexpr double rounding_share = 0.3; /* of all that is not explained, as variances */
 
 struct event_finding {
@@ -22,6 +21,9 @@ struct event_finding {
     std::size_t count;  /* of samples concerned */
     double share = 0.0; /* of the explainable error, set where it is known */
 };
+
+/* So many of so many samples, as an effect with the probability as its first parameter. */
+event_finding found_in(const char *effect, std::size_t count, std::size_t of);
 
 /* Samples that stay exactly what they were, more often than chance, while their neighbours change. Sets the rows in
  * `events`. */
@@ -33,14 +35,6 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
 /* Single samples far off their neighbours, in the error of the force. Sets the rows in `events`. */
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
                                        sample_events &events);
-
-/* Whether the setpoints marked as lost in `events` show in the force, too; `force` replays without them. */
-bool force_knows_of(block_model &force, const rig &rig, const sample_events &events);
-
-/* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
- * robot's position, and of the force. Adds the rows to `events`; `model` replays without them. */
-std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
-                                              sample_events &events);
 
 } // namespace berth
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "floor.h"
+#include "lost_commands.h"
 
 namespace berth
 {

@@ -1,0 +1,22 @@
+/* Setpoints that never reached the robot: seen in what came of them. */
+#ifndef SIM_HAL_DIAGNOSIS_LOST_COMMANDS_H
+#define SIM_HAL_DIAGNOSIS_LOST_COMMANDS_H
+
+#include "events.h"
+
+namespace berth
+{
+
+constexpr double loss_clear_sd = 8.0; /* by which the loss of a setpoint must stand out */
+
+/* Whether the setpoints marked as lost in `events` show in the force, too; `force` replays without them. */
+bool force_knows_of(block_model &force, const rig &rig, const sample_events &events);
+
+/* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
+ * robot's position, and of the force. Adds the rows to `events`; `model` replays without them. */
+std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
+                                              sample_events &events);
+
+} // namespace berth
+
+#endif
