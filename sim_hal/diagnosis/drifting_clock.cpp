@@ -69,9 +69,11 @@ std::vector<std::size_t> slips_of(const rig &rig, const record &data)
     const double first = std::min(periods_late(begin_s), periods_late(end_s));
     const double last = std::max(periods_late(begin_s), periods_late(end_s));
     std::vector<std::size_t> rows;
-    for (double whole = std::ceil(first); whole < last && rows.size() < many; whole++) {
+    double whole = std::ceil(first);
+    while (whole < last && rows.size() < many) {
         const double time_s = (whole * period_ms - rig.robot.clock_phase_ms) / drift_ms_per_s;
         rows.push_back(static_cast<std::size_t>((time_s - begin_s) / data.period_s));
+        whole++;
     }
     return rows;
 }

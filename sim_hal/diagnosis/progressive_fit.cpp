@@ -121,8 +121,10 @@ std::vector<tried_size> evenly_between(const std::vector<rig> &starts, std::stri
         largest = std::max(largest, value_of(start, key));
     }
     std::vector<tried_size> sizes;
-    for (double size = least; size > 0.0 && size <= largest; size *= 1.0 + spacing) {
+    double size = least;
+    while (size > 0.0 && size <= largest) {
         sizes.push_back({size, 0.0});
+        size *= 1.0 + spacing;
     }
     return sizes;
 }
@@ -198,39 +200,42 @@ fit_result fit_progressively(block_model &model, const noise_model &noise, const
     return fit(model, noise, fitted.rig, fitted.parameters, replays_max);
 }
 
-rig size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
-                            const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
-                            int replays_max)
+std::optional<rig> size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect,
+                                           const rig &base, const std::vector<free_parameter> &parameters,
+                                           const std::vector<rig> &starts, int replays_max)
 {
     const noise_model white{{}, noise.rms, noise.rms, noise.rows_per_fact};
     constexpr double longer = 1.4;
     constexpr std::size_t followed = 8;
-    constexpr double first_spacing = 0.06; /* of the size */
+    constexpr double first_spacing = 0.04; /* of the size */
+    constexpr double clear = 20.0;         /* white sum of squares */
+    const std::vector<double> few = {-0.25, 0.25};
+    const std::vector<double> many = {-1.0, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 1.0};
     const std::string_view key = effect.parameters[0].key;
     const auto all = static_cast<double>(model.data().size());
     const auto first = static_cast<double>(first_movement(model.data()));
     rig at = base;
     std::vector<tried_size> kept = evenly_between(starts, key, first_spacing);
-    for (double rows = first; !kept.empty(); rows = std::min(all, rows * longer)) {
+    double rows = kept.empty() ? 2.0 * all : first;
+    while (rows <= all) {
         const auto part = horizon_of(model, base, static_cast<std::size_t>(rows));
         const double spacing = first_spacing * first / rows;
         std::vector<tried_size> tried;
         for (const tried_size &one : kept) {
-            for (const double place : {-1.0, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 1.0}) {
-                const bool is_far = kept.size() > followed && std::abs(place) > 0.5; /* a neighbour's */
+            for (const double place : kept.size() > followed ? few : many) {
                 const double size = one.size * (1.0 + spacing * place);
                 set_number(at, key, size);
-                if (!is_far) {
-                    tried.push_back({size, cost_of(*part->model, white, at)});
-                }
+                tried.push_back({size, cost_of(*part->model, white, at)});
             }
         }
+        const bool is_first = kept.size() > followed;
         kept = best_apart(std::move(tried), followed, 0.1 * spacing);
+        if (is_first && kept.front().cost > cost_of(*part->model, white, base) - clear) {
+            return {};
+        }
         set_number(at, key, kept.front().size);
         at = fit(*part->model, white, at, parameters, replays_max).rig;
-        if (rows >= all) {
-            break;
-        }
+        rows = rows < all ? std::min(all, rows * longer) : 2.0 * all;
     }
     return at;
 }

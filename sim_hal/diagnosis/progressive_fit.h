@@ -2,6 +2,8 @@
 #ifndef SIM_HAL_DIAGNOSIS_PROGRESSIVE_FIT_H
 #define SIM_HAL_DIAGNOSIS_PROGRESSIVE_FIT_H
 
+#include <optional>
+
 #include "fit.h"
 
 namespace berth
@@ -17,11 +19,11 @@ fit_result fit_progressively(block_model &model, const noise_model &noise, const
                              int replays_max);
 
 /* A size of an effect that switches a thousand times must be right to a thousandth before the error shows it: the
- * best few of the `starts` over the first movement, and of sizes about them, ever nearer as the horizon grows. The
- * base model's parameters follow the best one. */
-rig size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect, const rig &base,
-                            const std::vector<free_parameter> &parameters, const std::vector<rig> &starts,
-                            int replays_max);
+ * best few between the `starts` over the first movement, and of sizes about them, ever nearer as the horizon grows.
+ * The base model's parameters follow the best one. Nothing where the first movement knows of none. */
+std::optional<rig> size_on_growing_horizon(block_model &model, const noise_model &noise, const effect &effect,
+                                           const rig &base, const std::vector<free_parameter> &parameters,
+                                           const std::vector<rig> &starts, int replays_max);
 
 } // namespace berth
 

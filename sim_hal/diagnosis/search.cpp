@@ -80,6 +80,18 @@ std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &e
     return rigs;
 }
 
+/* The most promising start, or where the beginning of the record leads from all of them. */
+rig rough_start(block_model &model, const noise_model &noise, const start_point &best,
+                const std::vector<start_point> &starts, const fit_result &incumbent, const search_options &options)
+{
+    if (!best.effect->acts_at_once) {
+        return best.rig;
+    }
+    const auto led = size_on_growing_horizon(model, noise, *best.effect, incumbent.rig, incumbent.parameters,
+                                             rigs_of(starts, *best.effect), options.replays_max / 6);
+    return led ? *led : best.rig;
+}
+
 /* Size of the error that only this share of the rows of the fit exceeds. */
 double exceeded_by(const std::vector<double> &error, const std::vector<row_use> &uses, double share)
 {
@@ -240,9 +252,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                                     rigs_of(starts, *start.effect), options.replays_max)
             : start.effect->is_rough
                 ? fit_rough(model, noise, *start.effect,
-                            size_on_growing_horizon(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
-                                                    rigs_of(starts, *start.effect), options.replays_max / 6),
-                            incumbent, options)
+                            rough_start(model, noise, start, starts, incumbent, options), incumbent, options)
                 : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());

@@ -49,6 +49,7 @@ effect robot_deadband()
         return std::make_unique<deadband>(value_of(rig, "robot.deadband_m"));
     };
     made.is_rough = true;
+    made.acts_at_once = true;
     made.switches = true;
     made.fits_max = 1;
     return made;
