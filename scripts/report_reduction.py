@@ -98,6 +98,8 @@ def sweeps_of(log, berth):
         rig.write_text(log.config_text)
         for number, joint in enumerate(arm["joint"]):
             low, high = range_of(joint)
+            if high - low > 1.999 * np.pi:  # all round: both ends are one pose
+                high -= (high - low) / count
             words = [str(berth), "reduce", str(rig), "--json", "--unguided", "--sweep",
                      f"{number + 1}={low!r}:{high!r}:{count}"]
             done = subprocess.run(words, capture_output=True, text=True)

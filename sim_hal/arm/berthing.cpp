@@ -334,7 +334,9 @@ momentum_drift drift_of(const arm_config &arm, const berthing_plan &plan, arm_in
     attitude_control<Space> control = attitude_control_at(task.start);
     momentum_drift drift;
     for (int row = 0; row < task.command_rows; row++) {
-        attitude_control_step(control, arm.attitude, plan.command_period_s, state);
+        if (arm.attitude.actuator != ATTITUDE_THRUSTERS) { /* their momentum comes from outside */
+            attitude_control_step(control, arm.attitude, plan.command_period_s, state);
+        }
         chain_input<Space> input = task.input_at(row, control);
         for (long i = 0; i < steps; i++) {
             state = advanced(task.chain, state, input, integrator, step_s, static_cast<double>(i) * step_s);

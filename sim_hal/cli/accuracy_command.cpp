@@ -185,6 +185,13 @@ measured_arm measured_for(const std::string &name_or_path, const std::vector<std
 int accuracy_command(const accuracy_arguments &arguments)
 {
     const measured_arm measured = measured_for(arguments.arm, arguments.overrides);
+    const arm_config &arm = measured.arm.config;
+    if (std::any_of(std::begin(arm.gravity_m_per_s2), std::end(arm.gravity_m_per_s2),
+                    [](double part) { return part != 0.0; })) {
+        throw input_error(arguments.arm +
+                          ": base.gravity_m_per_s2: the manoeuvre is one in orbit, and under gravity a "
+                          "free satellite falls out of every number; leave gravity out");
+    }
     if (std::find(accuracy_steps_ms.begin(), accuracy_steps_ms.end(), arguments.step_ms) ==
         accuracy_steps_ms.end()) {
         std::string steps;

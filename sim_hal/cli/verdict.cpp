@@ -10,6 +10,10 @@ namespace
 
 constexpr std::size_t least_heights = 8;
 
+/* What moves little more than this share of its first half in its second has come to rest; in between, a slow growth
+ * may be hidden in what the release has left. */
+constexpr double comes_to_rest = 0.2;
+
 double range(std::vector<double>::const_iterator from, std::vector<double>::const_iterator to)
 {
     const auto [low, high] = std::minmax_element(from, to);
@@ -79,8 +83,15 @@ std::optional<bool> judge(const run_result &result, double period_s, double half
         return {};
     }
     const auto middle = result.running_m.begin() + static_cast<std::ptrdiff_t>(result.running_m.size() / 2);
-    return middle == result.running_m.begin() ||
-           range(middle, result.running_m.end()) <= range(result.running_m.begin(), middle);
+    if (middle == result.running_m.begin()) {
+        return true;
+    }
+    const double first = range(result.running_m.begin(), middle);
+    const double second = range(middle, result.running_m.end());
+    if (second > first) {
+        return false;
+    }
+    return second <= comes_to_rest * first ? std::optional<bool>(true) : std::nullopt;
 }
 
 } // namespace berth

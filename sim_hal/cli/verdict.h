@@ -11,9 +11,10 @@ namespace berth
 
 /* A measured growth decides, unless limits still acted at the end: they turn a growing oscillation into one of
  * constant height, which then has to fall to count as stable. Without oscillation, a run that came to its end is
- * stable if its second half moves no more than its first. Nothing: the loop never ran, was stopped before there was
- * enough motion to judge, ended before it could have swung often enough, or an operator ordered the arm elsewhere.
- * `half_swing_s`: of the manipulator by itself; what is seen to be slower counts as it is. */
+ * stable if it hardly moves in its second half any more, and unstable if it moves more than in its first. Nothing:
+ * it was in between, the loop never ran, was stopped before there was enough motion to judge, ended before it could
+ * have swung often enough, or an operator ordered the arm elsewhere. `half_swing_s`: of the manipulator by itself;
+ * what is seen to be slower counts as it is. */
 std::optional<bool> judge(const run_result &result, double period_s, double half_swing_s);
 
 } // namespace berth
