@@ -19,7 +19,10 @@ constexpr double tolerance = 1e-10;    /* of the solver, against the deflection 
 constexpr int turning_points = 4;      /* after the first: two swings */
 constexpr int looks = 400;             /* in the longest half of a swing: how often limits are looked at */
 constexpr double turning_share = 0.02; /* of the small swing's period, in which it does not turn twice */
-constexpr double slowest_share = 0.1;  /* of the small swing's frequency: what is slower counts as no swing */
+constexpr long steps_max = 50000;      /* of the solver from turning point to turning point */
+constexpr double uneven_share = 0.5;   /* of the mean decrement: by how much each may be off it */
+constexpr double uneven_rounding = 1e-4;
+constexpr double slowest_share = 0.1; /* of the small swing's frequency: what is slower counts as no swing */
 
 /* Motion of the arm with an object whose modes all feel the force along the direction, its tool held in what is not
  * left free: a differential equation in what differs from rest. */
@@ -155,9 +158,12 @@ class swinging_arm
                                  joint.servo_damping_N_m_s_per_rad * at.motor_rate()(i);
             limits.joints[i] = limits.joints[i] || std::fabs(servo) > joint.torque_limit_N_m;
         }
-        limits.wheel = limits.wheel ||
-                       (config.attitude.actuator == ATTITUDE_WHEEL &&
-                        input_at(at).wheel_torque_N_m.cwiseAbs().maxCoeff() >= config.attitude.torque_limit_N_m);
+        if (config.attitude.actuator == ATTITUDE_WHEEL) {
+            const double torque_N_m = input_at(at).wheel_torque_N_m.cwiseAbs().maxCoeff();
+            const double momentum_N_m_s = at.wheel().cwiseAbs().maxCoeff();
+            limits.wheel = limits.wheel || torque_N_m >= config.attitude.torque_limit_N_m;
+            limits.wheel_momentum = limits.wheel_momentum || momentum_N_m_s >= config.attitude.momentum_limit_N_m_s;
+        }
     }
 
   private:
@@ -303,10 +309,16 @@ class swinging_arm
     }
 };
 
-/* From one side. */
+/* From turning point to turning point. */
+struct half_swings {
+    double duration_s = 0.0; /* of all */
+    double height_m[turning_points] = {};
+};
+
+/* From one side. Nothing where it does not swing so far; throws not_solved where it takes too many steps. */
 template <class Space>
-std::optional<swing> follow(const swinging_arm<Space> &arm, const coupled_mode &mode, double amplitude_m,
-                            limits_met &limits)
+std::optional<half_swings> follow(const swinging_arm<Space> &arm, const coupled_mode &mode, double amplitude_m,
+                                  limits_met &limits)
 {
     const std::optional<Eigen::VectorXd> start = arm.deflected(mode, amplitude_m);
     if (!start) {
@@ -314,88 +326,93 @@ std::optional<swing> follow(const swinging_arm<Space> &arm, const coupled_mode &
     }
     ode equations;
     equations.rate = [&](double, const Eigen::VectorXd &at) { return arm.rate(at); };
+    equations.steps_max = steps_max;
     const Eigen::VectorXd tolerances = Eigen::VectorXd::Constant(arm.states(), tolerance * std::fabs(amplitude_m));
     ode_solver away(equations, tolerance, tolerances); /* from a turning point, which is none that is looked for */
     equations.event = [&](double, const Eigen::VectorXd &at) { return arm.velocity_m_per_s(at); };
     ode_solver to_next(equations, tolerance, tolerances);
-    const double small_period_s = two_pi / mode.s.imag();
+    const double small_period_s = 1.0 / mode.frequency_Hz();
     const double longest_s = small_period_s / slowest_share;
     Eigen::VectorXd at = *start;
-    double reached_s = 0.0;
-    std::vector<double> ways_m = {arm.way_m(at)};
+    half_swings found;
+    double way_m = arm.way_m(at);
     arm.note_limits(at, limits);
-    for (int i = 0; i < turning_points; i++) {
-        const double until_s = reached_s + longest_s;
+    for (double &height_m : found.height_m) {
+        const double from_s = found.duration_s;
+        const double until_s = from_s + longest_s;
         std::vector<double> looks_s;
         for (int look = 1; look < looks; look++) {
-            looks_s.push_back(reached_s + look * (longest_s / looks));
+            looks_s.push_back(from_s + look * (longest_s / looks));
         }
-        reached_s = away.advance(at, reached_s, reached_s + turning_share * small_period_s);
-        reached_s = to_next.advance(at, reached_s, until_s, looks_s,
-                                    [&](double, const Eigen::VectorXd &values) { arm.note_limits(values, limits); });
-        if (!(reached_s < until_s) || !at.allFinite()) {
+        const double on_the_way_s = away.advance(at, from_s, from_s + turning_share * small_period_s);
+        found.duration_s =
+            to_next.advance(at, on_the_way_s, until_s, looks_s,
+                            [&](double, const Eigen::VectorXd &values) { arm.note_limits(values, limits); });
+        if (!(found.duration_s < until_s) || !at.allFinite()) {
             return {};
         }
-        ways_m.push_back(arm.way_m(at));
+        const double next_m = arm.way_m(at);
+        height_m = std::fabs(next_m - way_m);
+        way_m = next_m;
     }
-    const double half_swings = turning_points;
-    const double first = std::fabs(ways_m[1] - ways_m[0]);
-    const double last = std::fabs(ways_m[turning_points] - ways_m[turning_points - 1]);
-    const double decrement = 2.0 / (half_swings - 1.0) * std::log(first / last); /* over a swing */
-    return swing{0.5 * half_swings / reached_s, decrement / std::hypot(decrement, two_pi)};
+    return found;
+}
+
+/* One mode's half swings shrink by the same factor each. What a limit does to them changes that little by little;
+ * where another mode takes part, energy goes to it and comes back. */
+bool shrinks_evenly(const half_swings &found)
+{
+    const double *height_m = found.height_m;
+    const double mean = std::log(height_m[0] / height_m[turning_points - 1]) / (turning_points - 1);
+    for (int i = 1; i < turning_points; i++) {
+        const double one = std::log(height_m[i - 1] / height_m[i]);
+        if (!(std::fabs(one - mean) <= uneven_share * mean + uneven_rounding)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 template <class Space>
-std::optional<free_swing> both_sides(const arm_config &config, const reduction_choice &choice,
-                                     const std::vector<beam_mode> &object, const coupled_mode &mode,
-                                     double amplitude_m)
+free_swing both_sides(const arm_config &config, const reduction_choice &choice, const std::vector<beam_mode> &object,
+                      const coupled_mode &mode, double amplitude_m)
 {
     const swinging_arm<Space> arm(config, choice, object);
-    free_swing result = {};
+    free_swing result;
+    double frequency_Hz = 0.0;
+    double damping_ratio = 0.0;
+    bool is_even = true;
     for (const double side_m : {amplitude_m, -amplitude_m}) {
-        const std::optional<swing> found = follow(arm, mode, side_m, result.limits);
-        if (!found) {
-            return {};
+        std::optional<half_swings> found;
+        try {
+            found = follow(arm, mode, side_m, result.limits);
+        } catch (const not_solved &error) {
+            result.not_measured = std::string("not followed: ") + error.what();
+            return result;
         }
-        result.found.frequency_Hz += 0.5 * found->frequency_Hz;
-        result.found.damping_ratio += 0.5 * found->damping_ratio;
+        if (!found) {
+            result.not_measured = "does not swing so far";
+            return result;
+        }
+        const double decrement = /* over a swing */
+            2.0 / (turning_points - 1) * std::log(found->height_m[0] / found->height_m[turning_points - 1]);
+        frequency_Hz += 0.5 * (0.5 * turning_points / found->duration_s);
+        damping_ratio += 0.5 * (decrement / std::hypot(decrement, two_pi));
+        is_even = is_even && shrinks_evenly(*found);
+    }
+    result.frequency_Hz = frequency_Hz;
+    if (is_even) {
+        result.damping_ratio = damping_ratio;
+    } else {
+        result.not_measured = "no measure: energy goes between modes";
     }
     return result;
 }
 
 } // namespace
 
-std::optional<coupled_mode> nearest_mode(const arm_config &config, const reduction_choice &choice,
-                                         const std::vector<beam_mode> &object, double frequency_Hz)
-{
-    const linear_arm whole = linearise(config, choice.pose_rad);
-    const Eigen::MatrixXd basis = choice.is_guided
-                                      ? guided_basis(whole, choice.direction)
-                                      : Eigen::MatrixXd(Eigen::MatrixXd::Identity(whole.count(), whole.count()));
-    const linear_arm both = with_object(combined(whole, basis), choice.direction, object);
-    std::optional<coupled_mode> best;
-    double best_distance = INFINITY;
-    for (const std::complex<double> &s : eigenvalues_of(both)) {
-        const double distance = std::abs(std::log(s.imag() / (two_pi * frequency_Hz)));
-        if (s.imag() > 0.0 && distance < best_distance) {
-            best_distance = distance;
-            best = {s, {}};
-        }
-    }
-    if (best) {
-        const Eigen::VectorXcd q = shape_of(both, best->s);
-        const Eigen::Index further = both.count() - basis.cols();
-        best->shape.resize(whole.count() + further);
-        best->shape << basis * q.head(basis.cols()), q.tail(further);
-        const Eigen::RowVectorXd way = choice.direction.normalized().transpose() * whole.tool_way;
-        best->shape /= (way * best->shape.head(whole.count()))(0);
-    }
-    return best;
-}
-
-std::optional<free_swing> swing_from(const arm_config &config, const reduction_choice &choice,
-                                     const std::vector<beam_mode> &object, const coupled_mode &mode,
-                                     double amplitude_m)
+free_swing swing_from(const arm_config &config, const reduction_choice &choice, const std::vector<beam_mode> &object,
+                      const coupled_mode &mode, double amplitude_m)
 {
     return config.kind == ARM_PLANAR ? both_sides<plane>(config, choice, object, mode, amplitude_m)
                                      : both_sides<space>(config, choice, object, mode, amplitude_m);
