@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "linear_arm.h"
+#include "coupled_mode.h"
 
 namespace berth
 {
@@ -17,33 +17,26 @@ struct swing {
     double damping_ratio;
 };
 
-/* Of the small motions, the mode with the object that is nearest to a frequency; nothing where none swings. */
-struct coupled_mode {
-    std::complex<double> s;
-    Eigen::VectorXcd shape; /* q of the whole arm and, after it, of the object's further modes; 1 m of the tool */
-};
-std::optional<coupled_mode> nearest_mode(const arm_config &config, const reduction_choice &choice,
-                                         const std::vector<beam_mode> &object, double frequency_Hz);
-
 /* What came to its limit, which small motions know nothing of. */
 struct limits_met {
     bool joints[ARM_JOINTS_MAX] = {}; /* the servo's torque */
-    bool wheel = false;
+    bool wheel = false;               /* its torque */
+    bool wheel_momentum = false;
 };
 
 struct free_swing {
-    swing found;
+    std::optional<double> frequency_Hz;  /* nothing: it could not be followed over two swings */
+    std::optional<double> damping_ratio; /* nothing as well: the swings do not shrink as those of one mode */
+    std::string not_measured;            /* in words, why something is missing */
     limits_met limits;
 };
 
 /* The arm starts in the shape of `mode`, its tool at a turning point `amplitude_m` from rest, once on either side;
  * the mean of both over two swings each, from turning point to turning point: what one side makes faster and the
  * other slower is no change of the swing. Commands stand still; the attitude's wheel works all the time, with its
- * limits, thrusters do not. Nothing where it does not swing, or not as far: at the limits of what the arm can reach.
- */
-std::optional<free_swing> swing_from(const arm_config &config, const reduction_choice &choice,
-                                     const std::vector<beam_mode> &object, const coupled_mode &mode,
-                                     double amplitude_m);
+ * limits, thrusters do not. */
+free_swing swing_from(const arm_config &config, const reduction_choice &choice, const std::vector<beam_mode> &object,
+                      const coupled_mode &mode, double amplitude_m);
 
 } // namespace berth
 

@@ -135,10 +135,15 @@ linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
 
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction)
 {
+    return modes_along(arm, direction, arm);
+}
+
+std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction, const linear_arm &free)
+{
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(arm.stiffness, arm.inertia);
     const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
     const Eigen::VectorXd mobility = (at_tool * solver.eigenvectors()).array().square();
-    const double all_ways = (arm.tool_way * solver.eigenvectors()).squaredNorm();
+    const double all_ways = (free.tool_way * free.inertia.llt().solve(free.tool_way.transpose())).trace();
     std::vector<arm_mode> modes;
     if (!(mobility.sum() > share_min * all_ways)) {
         return modes;

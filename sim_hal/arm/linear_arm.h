@@ -61,7 +61,9 @@ struct arm_mode {
     double stiffness_N_per_m;
 };
 
-/* By rising frequency, without those that the tool along the direction has no part in. */
+/* By rising frequency, without those that the tool along the direction has no part in. Of a guided arm `free` is the
+ * one before: against its ways it shows whether the guide leaves the tool any. */
+std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction, const linear_arm &free);
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction);
 
 class nothing_springy : public input_error

@@ -1,5 +1,6 @@
 #include "amplitude.h"
 
+#include "../stability/arm_loop.h"
 #include <cmath>
 #include <cstdio>
 
@@ -37,6 +38,7 @@ settled_rig settle_at(const rig &rig, double amplitude_m)
     if (!(amplitude_m > 0.0)) {
         return {rig, true};
     }
+    refuse_arm(rig); /* here, while the rig has its effects, which the words name */
     const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);
     if (!std::isfinite(found.growth_per_s)) {
         char amplitude[32];

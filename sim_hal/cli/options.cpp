@@ -173,7 +173,10 @@ void add_reduce_options(CLI::App &command, reduce_arguments &arguments)
             "--amplitude", arguments.amplitudes,
             "let the whole arm go, with the object and not linearised, from deflections of the tool of these "
             "sizes, m, by equal ratios: where its swing parts company with the reduction's")
-        ->type_name("FROM:TO:COUNT");
+        ->type_name("FROM:TO:COUNT")
+        ->check([](const std::string &text) {
+            return text.empty() ? std::string("must be FROM:TO:COUNT, and is empty") : std::string();
+        });
     command.add_flag("--held", arguments.is_held, "hold the satellite");
     command.add_flag("--unguided", arguments.is_unguided,
                      "leave the tool free across the direction; otherwise the object guides it");

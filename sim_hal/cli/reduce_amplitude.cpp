@@ -3,9 +3,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 
 namespace berth
 {
@@ -37,6 +39,9 @@ std::vector<std::string> names_of(const limits_met &limits)
     if (limits.wheel) {
         names.emplace_back("wheel");
     }
+    if (limits.wheel_momentum) {
+        names.emplace_back("wheel's momentum");
+    }
     return names;
 }
 
@@ -45,23 +50,67 @@ nlohmann::json swing_json(const swing &swing)
     return {{"frequency_Hz", swing.frequency_Hz}, {"damping_ratio", swing.damping_ratio}};
 }
 
-nlohmann::json as_json(const amplitude_result::limits &limits)
+nlohmann::json number_or_null(const std::optional<double> &value)
 {
-    const auto number = [](const std::optional<double> &value) {
-        return value ? nlohmann::json(*value) : nlohmann::json();
-    };
-    return {{"frequency_m", number(limits.frequency_m)}, {"damping_m", number(limits.damping_m)}};
+    return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
-std::string limit_text(const std::optional<double> &from_m, const amplitude_range &range)
+nlohmann::json as_json(const amplitude_result::limits &limits)
+{
+    return {{"frequency_m", number_or_null(limits.frequency.from_m)},
+            {"frequency_determined", limits.frequency.is_determined},
+            {"damping_m", number_or_null(limits.damping.from_m)},
+            {"damping_determined", limits.damping.is_determined}};
+}
+
+std::string limit_text(const amplitude_result::limit &limit, double first_m)
 {
     char text[64];
-    if (!from_m) {
+    if (limit.from_m) {
+        std::snprintf(text, sizeof text, *limit.from_m > first_m ? "from %.4g m on" : "all the way from %.4g m on",
+                      *limit.from_m);
+        return text;
+    }
+    if (limit.is_determined) {
         return "nowhere";
     }
-    std::snprintf(text, sizeof text, *from_m > range.from_m ? "from %.4g m on" : "all the way from %.4g m on",
-                  *from_m);
+    if (!(limit.looked_to_m > 0.0)) {
+        return "not determined";
+    }
+    std::snprintf(text, sizeof text, "not up to %.4g m, beyond it not determined", limit.looked_to_m);
     return text;
+}
+
+using measured_swing = std::function<free_swing(double amplitude_m)>;
+
+/* `value` of the whole arm against a `known` one. */
+amplitude_result::limit first_beyond(const std::vector<amplitude_row> &rows, const measured_swing &measured,
+                                     std::optional<double> free_swing::*value, double known)
+{
+    amplitude_result::limit limit;
+    const auto is_beyond = [&](const free_swing &full) { return std::fabs(off(known, *(full.*value))) > exceeded; };
+    for (const amplitude_row &row : rows) {
+        if (!(row.full.*value)) {
+            return limit;
+        }
+        if (!is_beyond(row.full)) {
+            limit.looked_to_m = row.amplitude_m;
+            continue;
+        }
+        double beyond_m = row.amplitude_m;
+        while (limit.looked_to_m > 0.0 && beyond_m > limit.looked_to_m * (1.0 + fine)) {
+            const double middle_m = std::sqrt(limit.looked_to_m * beyond_m);
+            const free_swing middle = measured(middle_m);
+            if (!(middle.*value)) {
+                return limit;
+            }
+            (is_beyond(middle) ? beyond_m : limit.looked_to_m) = middle_m;
+        }
+        limit.from_m = beyond_m;
+        break;
+    }
+    limit.is_determined = true;
+    return limit;
 }
 
 } // namespace
@@ -89,45 +138,34 @@ amplitude_range amplitudes_of(const std::string &text)
     return range;
 }
 
-amplitude_result look_at_amplitudes(const arm_config &config, const reduction_choice &choice,
-                                    const object_rig &object, const reduction &found, const amplitude_range &range)
+amplitude_result look_at_amplitudes(const arm_config &config, const reduction_choice &choice, const rig &rig,
+                                    const reduction &found, const amplitude_range &range)
 {
-    const std::vector<beam_mode> modes = object_modes(object);
-    const std::optional<coupled_mode> mode = nearest_mode(config, choice, modes, found.coupled_reduced.frequency_Hz);
-    if (!mode || !(found.coupled_reduced.frequency_Hz > 0.0)) {
-        throw input_error("--amplitude: with the object the arm does not swing at this pose");
+    const std::string effects = effect_keys_of(rig, is_beyond_free_swing);
+    if (!effects.empty()) {
+        throw input_error("--amplitude: lets the arm go with the object alone, without the rig's " + effects +
+                          "; set to 0 what the swing is to be without");
     }
-    const auto measured = [&](double amplitude_m) { return swing_from(config, choice, modes, *mode, amplitude_m); };
+    const std::vector<beam_mode> modes = object_modes(rig.object);
+    if (!found.nearest) {
+        throw input_error("--amplitude: " + none_is_near(found.visible, found.coupled_reduced.frequency_Hz) +
+                          "; take another pose or direction");
+    }
+    const auto measured = [&](double amplitude_m) {
+        return swing_from(config, choice, modes, *found.nearest, amplitude_m);
+    };
     amplitude_result result;
-    result.small = found.coupled_full;
+    result.small = *found.coupled_full;
     result.reduced = found.coupled_reduced;
     for (int i = 0; i < range.count; i++) {
         const double share = static_cast<double>(i) / (range.count - 1);
         const double amplitude_m = std::pow(range.from_m, 1.0 - share) * std::pow(range.to_m, share);
         result.rows.push_back({amplitude_m, measured(amplitude_m)});
     }
-    const auto first_beyond = [&](double swing::*value, const swing &known) -> std::optional<double> {
-        const auto is_beyond = [&](const free_swing &full) {
-            return std::fabs(off(known.*value, full.found.*value)) > exceeded;
-        };
-        for (std::size_t i = 0; i < result.rows.size() && result.rows[i].full; i++) {
-            if (!is_beyond(*result.rows[i].full)) {
-                continue;
-            }
-            double beyond_m = result.rows[i].amplitude_m;
-            double within_m = i > 0 ? result.rows[i - 1].amplitude_m : beyond_m;
-            while (beyond_m > within_m * (1.0 + fine)) {
-                const double middle_m = std::sqrt(within_m * beyond_m);
-                const std::optional<free_swing> middle = measured(middle_m);
-                (!middle || is_beyond(*middle) ? beyond_m : within_m) = middle_m;
-            }
-            return beyond_m;
-        }
-        return {};
-    };
     const auto both = [&](const swing &known) {
-        return amplitude_result::limits{first_beyond(&swing::frequency_Hz, known),
-                                        first_beyond(&swing::damping_ratio, known)};
+        return amplitude_result::limits{
+            first_beyond(result.rows, measured, &free_swing::frequency_Hz, known.frequency_Hz),
+            first_beyond(result.rows, measured, &free_swing::damping_ratio, known.damping_ratio)};
     };
     result.reduced_off = both(result.reduced);
     result.size_alone = both(result.small);
@@ -141,30 +179,35 @@ void print_amplitudes(const amplitude_result &result)
                 "reduction is off\n"
                 "    %12s %10s %10s %10s %10s\n",
                 "amplitude m", "Hz", "off", "damping", "off");
-    const auto row = [&](const char *amplitude, const swing &full, const std::string &more) {
-        std::printf("    %12s %10.4f %9.2f%% %10.5f %9.2f%%%s\n", amplitude, full.frequency_Hz,
-                    100.0 * off(reduced.frequency_Hz, full.frequency_Hz), full.damping_ratio,
-                    100.0 * off(reduced.damping_ratio, full.damping_ratio), more.c_str());
+    const auto row = [&](const char *amplitude, double frequency_Hz, const std::optional<double> &damping_ratio,
+                         const std::string &more) {
+        std::printf("    %12s %10.4f %9.2f%% ", amplitude, frequency_Hz,
+                    100.0 * off(reduced.frequency_Hz, frequency_Hz));
+        if (damping_ratio) {
+            std::printf("%10.5f %9.2f%%", *damping_ratio, 100.0 * off(reduced.damping_ratio, *damping_ratio));
+        }
+        std::printf("%s\n", more.c_str());
     };
-    row("small", result.small, "");
+    row("small", result.small.frequency_Hz, result.small.damping_ratio, "");
     for (const amplitude_row &at : result.rows) {
         char amplitude[32];
         std::snprintf(amplitude, sizeof amplitude, "%.4g", at.amplitude_m);
-        if (!at.full) {
-            std::printf("    %12s  does not swing so far\n", amplitude);
+        if (!at.full.frequency_Hz) {
+            std::printf("    %12s  %s\n", amplitude, at.full.not_measured.c_str());
             continue;
         }
-        std::string more;
-        for (const std::string &name : names_of(at.full->limits)) {
-            more.append(more.empty() ? "   at its limit: " : ", ").append(name);
+        std::string more = at.full.not_measured;
+        bool is_first = true;
+        for (const std::string &name : names_of(at.full.limits)) {
+            more.append(is_first ? "   at its limit: " : ", ").append(name);
+            is_first = false;
         }
-        row(amplitude, at.full->found, more);
+        row(amplitude, *at.full.frequency_Hz, at.full.damping_ratio, more);
     }
-    const amplitude_range range = {result.rows.front().amplitude_m, result.rows.back().amplitude_m,
-                                   static_cast<int>(result.rows.size())};
     const auto line = [&](const char *what, const amplitude_result::limits &limits) {
-        std::printf("  %s: frequency %s, damping ratio %s\n", what, limit_text(limits.frequency_m, range).c_str(),
-                    limit_text(limits.damping_m, range).c_str());
+        const double first_m = result.rows.front().amplitude_m;
+        std::printf("  %s: frequency %s, damping ratio %s\n", what, limit_text(limits.frequency, first_m).c_str(),
+                    limit_text(limits.damping, first_m).c_str());
     };
     line("the reduction is off by more than 1 %", result.reduced_off);
     line("by its size alone the swing of the whole arm changes by 1 %", result.size_alone);
@@ -174,10 +217,15 @@ nlohmann::json as_json(const amplitude_result &result)
 {
     nlohmann::json rows = nlohmann::json::array();
     for (const amplitude_row &at : result.rows) {
-        nlohmann::json row = {{"amplitude_m", at.amplitude_m}, {"full", nullptr}, {"at_limit", nullptr}};
-        if (at.full) {
-            row["full"] = swing_json(at.full->found);
-            row["at_limit"] = names_of(at.full->limits);
+        nlohmann::json row = {
+            {"amplitude_m", at.amplitude_m}, {"full", nullptr}, {"not_measured", nullptr}, {"at_limit", nullptr}};
+        if (at.full.frequency_Hz) {
+            row["full"] = {{"frequency_Hz", *at.full.frequency_Hz},
+                           {"damping_ratio", number_or_null(at.full.damping_ratio)}};
+            row["at_limit"] = names_of(at.full.limits);
+        }
+        if (!at.full.not_measured.empty()) {
+            row["not_measured"] = at.full.not_measured;
         }
         rows.push_back(row);
     }

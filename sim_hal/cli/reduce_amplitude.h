@@ -23,25 +23,31 @@ amplitude_range amplitudes_of(const std::string &text);
 
 struct amplitude_row {
     double amplitude_m;
-    std::optional<free_swing> full;
+    free_swing full;
 };
 
 struct amplitude_result {
     swing small; /* of the whole arm, linearised */
     swing reduced;
     std::vector<amplitude_row> rows;
-    /* From where on it is more than 1 %; nothing: nowhere in the range. */
+    /* From where on it is more than 1 %. */
+    struct limit {
+        std::optional<double> from_m; /* nothing: nowhere as far as was looked */
+        double looked_to_m = 0.0;     /* up to here there is something to compare with, row by row; 0: nowhere */
+        bool is_determined = false;   /* from_m is known, or all the range was looked through */
+    };
     struct limits {
-        std::optional<double> frequency_m;
-        std::optional<double> damping_m;
+        limit frequency;
+        limit damping;
     };
     limits reduced_off; /* the reduced against the whole arm */
     limits size_alone;  /* the whole arm against its own small motions */
 };
 
-/* Throws input_error for an arm that does not swing with the object. */
-amplitude_result look_at_amplitudes(const arm_config &config, const reduction_choice &choice,
-                                    const object_rig &object, const reduction &found, const amplitude_range &range);
+/* Throws input_error where no swing of the whole arm with the object is near the reduction's, and for a rig with
+ * effects that the swing would not have. */
+amplitude_result look_at_amplitudes(const arm_config &config, const reduction_choice &choice, const rig &rig,
+                                    const reduction &found, const amplitude_range &range);
 
 void print_amplitudes(const amplitude_result &result);
 nlohmann::json as_json(const amplitude_result &result);

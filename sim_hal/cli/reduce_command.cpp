@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/arm_file.h"
+#include "../effects/active.h"
 #include "../stability/reduction.h"
 #include "commands.h"
 #include "reduce_amplitude.h"
@@ -95,6 +96,11 @@ nlohmann::json as_json(const swing &swing)
     return {{"frequency_Hz", swing.frequency_Hz}, {"damping_ratio", swing.damping_ratio}};
 }
 
+nlohmann::json as_json(const std::optional<swing> &swing)
+{
+    return swing ? as_json(*swing) : nlohmann::json();
+}
+
 nlohmann::json as_json(const arm_loop_growth &growth)
 {
     return {{"spectral_radius", growth.spectral_radius},
@@ -169,10 +175,11 @@ void print_comparison(const char *full_title, const char *coupled_title, const r
         return std::string(buffer);
     };
     line("", "reduced", full_title);
+    const std::optional<swing> full = found.coupled_full;
     line(coupled_title, text("%.4f", found.coupled_reduced.frequency_Hz),
-         text("%.4f", found.coupled_full.frequency_Hz));
+         full ? text("%.4f", full->frequency_Hz) : "none near");
     line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
-         text("%.5f", found.coupled_full.damping_ratio));
+         full ? text("%.5f", full->damping_ratio) : "");
     line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
          text("%+.5f", found.loop_full.growth_per_s));
     line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
@@ -199,6 +206,9 @@ void print_one(const reduction &found)
                     mode.mass_kg);
     }
     print_comparison("full arm", "with the object, no dead time: Hz", found);
+    if (!found.nearest) {
+        std::printf("  %s\n", none_is_near(found.visible, found.coupled_reduced.frequency_Hz).c_str());
+    }
 }
 
 void print_object(const rig &rig, const object_reduction &found)
@@ -221,9 +231,13 @@ void print_object(const rig &rig, const object_reduction &found)
 
 void print_row(double angle_rad, const reduction &found)
 {
-    std::printf("  %9.3f %10.2f %9.4f %7.1f%% %11.4f %11.4f %11.5f %11.5f %10s %10s\n", angle_rad,
+    char full_Hz[32] = "none near";
+    if (found.coupled_full) {
+        std::snprintf(full_Hz, sizeof full_Hz, "%.4f", found.coupled_full->frequency_Hz);
+    }
+    std::printf("  %9.3f %10.2f %9.4f %7.1f%% %11.4f %11s %11.5f %11.5f %10s %10s\n", angle_rad,
                 found.reduced.mass_kg, found.reduced.frequency_Hz, 100.0 * found.reduced.share,
-                found.coupled_reduced.frequency_Hz, found.coupled_full.frequency_Hz, found.loop_reduced.growth_per_s,
+                found.coupled_reduced.frequency_Hz, full_Hz, found.loop_reduced.growth_per_s,
                 found.loop_full.growth_per_s, limit_text(found.object_limit_reduced).c_str(),
                 limit_text(found.object_limit_full).c_str());
 }
@@ -286,6 +300,15 @@ Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig,
 int reduce_command(const reduce_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
+    if (chosen.rig.object.kind == object_kind::contact) {
+        throw input_error(
+            "object.kind: one-sided contact has no small motions, and so nothing to reduce to; look at a gripped "
+            "object of the same stiffness, object.kind = \"gripped\"");
+    }
+    std::vector<std::string> left_out = left_out_of_reduction(chosen.rig);
+    for (const std::string &line : left_out) {
+        std::fprintf(stderr, "berth: %s\n", line.c_str());
+    }
     nlohmann::json object;
     if (chosen.rig.object.kind == object_kind::beam) {
         const object_reduction found = reduce_object(chosen.rig);
@@ -297,7 +320,7 @@ int reduce_command(const reduce_arguments &arguments)
             if (arguments.json) {
                 print_json({{"rig", chosen.rig.name},
                             {"arm", nullptr},
-                            {"left_out", nlohmann::json::array()},
+                            {"left_out", left_out},
                             {"poses", nlohmann::json::array()},
                             {"amplitudes", nullptr},
                             {"object", object}});
@@ -312,6 +335,7 @@ int reduce_command(const reduce_arguments &arguments)
         arm.config.attitude.actuator = ATTITUDE_NONE;
     }
     if (lacks_thrusters(arm.config)) {
+        left_out.emplace_back(thrusters_left_out);
         std::fprintf(stderr, "berth: %s\n", thrusters_left_out);
     }
     reduction_choice choice;
@@ -354,8 +378,8 @@ int reduce_command(const reduce_arguments &arguments)
         const reduction &found = *reducible;
         std::optional<amplitude_result> by_amplitude;
         if (!arguments.amplitudes.empty()) {
-            by_amplitude = look_at_amplitudes(arm.config, choice, chosen.rig.object, found,
-                                              amplitudes_of(arguments.amplitudes));
+            by_amplitude =
+                look_at_amplitudes(arm.config, choice, chosen.rig, found, amplitudes_of(arguments.amplitudes));
             amplitudes = as_json(*by_amplitude);
         }
         if (arguments.json) {
@@ -374,8 +398,7 @@ int reduce_command(const reduce_arguments &arguments)
     if (arguments.json) {
         print_json({{"rig", chosen.rig.name},
                     {"arm", arm.name},
-                    {"left_out",
-                     lacks_thrusters(arm.config) ? nlohmann::json({thrusters_left_out}) : nlohmann::json::array()},
+                    {"left_out", left_out},
                     {"poses", poses},
                     {"amplitudes", amplitudes},
                     {"object", object}});

@@ -34,6 +34,15 @@ bool is_hardware_effect(const effect &effect);
 /* Names of the effects that the rig has, of those that are asked for; with commas between. */
 std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &));
 
+/* The keys of those effects that are not 0; with commas between. */
+std::string effect_keys_of(const rig &rig, bool (*is_asked_for)(const effect &));
+
+/* Small motions do not have it as it is: they would grow or swing by their size, or change as they go on. */
+bool is_beyond_small_motion(const effect &effect);
+
+/* A swing of an arm with the object's own modes does not have it. */
+bool is_beyond_free_swing(const effect &effect);
+
 /* The rig has a further force on its "object" or "manipulator". */
 inline bool has_body_effects(const rig &rig, std::string_view block)
 {
@@ -45,6 +54,9 @@ double gain_when_small(const rig &rig);
 
 /* A line for each effect of the rig that eigenvalues, exponents and maps of small motions leave out, and why. */
 std::vector<std::string> left_out_when_small(const rig &rig);
+
+/* A line for each effect of the rig that the reduction of an arm or a beam leaves out, by its keys. */
+std::vector<std::string> left_out_of_reduction(const rig &rig);
 
 /* A line for each effect that changes the loop for as long as it runs. */
 std::vector<std::string> taken_as_at_the_start(const rig &rig);

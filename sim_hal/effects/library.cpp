@@ -142,6 +142,61 @@ bool has_hardware_effects(const rig &rig)
            });
 }
 
+bool is_beyond_small_motion(const effect &effect)
+{
+    return effect.when_small != small_motion::no_influence && effect.when_small != small_motion::in_the_equations;
+}
+
+bool is_beyond_free_swing(const effect &effect)
+{
+    return is_beyond_small_motion(effect) ||
+           (effect.block() == "object" && effect.when_small == small_motion::in_the_equations);
+}
+
+namespace
+{
+
+/* Appended to `keys`, with commas between. */
+void add_keys(std::string &keys, const effect &of, const rig &rig)
+{
+    for (const effect_parameter &parameter : of.parameters) {
+        if (!parameter.meaning.empty() && value_of(rig, parameter.key) != 0.0) {
+            keys.append(keys.empty() ? "" : ", ").append(parameter.key);
+        }
+    }
+}
+
+} // namespace
+
+std::string effect_keys_of(const rig &rig, bool (*is_asked_for)(const effect &))
+{
+    std::string keys;
+    for (const effect &known : effect_library()) {
+        if (is_asked_for(known) && is_active(known, rig)) {
+            add_keys(keys, known, rig);
+        }
+    }
+    return keys;
+}
+
+std::vector<std::string> left_out_of_reduction(const rig &rig)
+{
+    std::vector<std::string> lines;
+    for (const effect &known : effect_library()) {
+        if (!is_beyond_free_swing(known) || !is_active(known, rig)) {
+            continue;
+        }
+        std::string line;
+        add_keys(line, known, rig);
+        line += known.when_small == small_motion::drifts ? ": changes for as long as it runs: taken as at the start"
+                : is_beyond_small_motion(known)
+                    ? ": a reduction is of small motions and leaves it out"
+                    : ": is in the loop only; the swing with the object alone leaves it out";
+        lines.push_back(std::move(line));
+    }
+    return lines;
+}
+
 std::string effect_names(const rig &rig, bool (*is_asked_for)(const effect &))
 {
     std::string names;

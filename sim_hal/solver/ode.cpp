@@ -1,8 +1,7 @@
 #include "ode.h"
 
+#include <algorithm>
 #include <string>
-
-#include "../../hal/rig/rig_file.h"
 
 #ifdef BERTH_WITH_SUNDIALS
 
@@ -53,6 +52,23 @@ struct ode_solver::parts {
         state_of(rate) = static_cast<const parts *>(self)->ode.rate(time_s, state_of(state));
         return 0;
     }
+    /* Returns CVode's flag. */
+    int go(double to_s, double &reached_s)
+    {
+        long taken = 0;
+        require(CVodeGetNumSteps(memory, &taken), "CVodeGetNumSteps");
+        require(CVodeSetMaxNumSteps(memory, std::max(1L, ode.steps_max - taken)), "CVodeSetMaxNumSteps");
+        const int flag = CVode(memory, to_s, vector, &reached_s, CV_NORMAL);
+        if (flag == CV_TOO_MUCH_WORK) {
+            throw not_solved("CVODE: more than " + std::to_string(ode.steps_max) +
+                             " steps; are there extreme values in the arm or the rig?");
+        }
+        if (flag < 0) {
+            throw not_solved("CVODE: failed with " + std::to_string(flag) +
+                             "; are there extreme values in the arm or the rig?");
+        }
+        return flag;
+    }
     static int event(double time_s, N_Vector state, double *value, void *self)
     {
         *value = static_cast<const parts *>(self)->ode.event(time_s, state_of(state));
@@ -77,7 +93,6 @@ ode_solver::ode_solver(berth::ode ode, double relative_tolerance, const Eigen::V
     p.iteration = SUNNonlinSol_FixedPoint(p.vector, 0, p.context);
     require(CVodeSetNonlinearSolver(p.memory, p.iteration), "CVodeSetNonlinearSolver");
     require(CVodeSetUserData(p.memory, &p), "CVodeSetUserData");
-    require(CVodeSetMaxNumSteps(p.memory, 10000000), "CVodeSetMaxNumSteps");
     if (p.ode.event) {
         require(CVodeRootInit(p.memory, 1, parts::event), "CVodeRootInit");
     }
@@ -96,15 +111,14 @@ double ode_solver::advance(Eigen::VectorXd &state, double from_s, double to_s, c
         if (output_s <= from_s || output_s >= to_s) {
             continue;
         }
-        flag = CVode(p.memory, output_s, p.vector, &reached_s, CV_NORMAL);
-        require(flag, "CVode");
+        flag = p.go(output_s, reached_s);
         if (flag == CV_ROOT_RETURN) {
             break;
         }
         tell(reached_s, parts::state_of(p.vector));
     }
     if (flag != CV_ROOT_RETURN) {
-        require(CVode(p.memory, to_s, p.vector, &reached_s, CV_NORMAL), "CVode");
+        p.go(to_s, reached_s);
     }
     state = parts::state_of(p.vector);
     return reached_s;

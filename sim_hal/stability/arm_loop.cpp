@@ -7,6 +7,7 @@
 #include "../../firmware/arm/robot_frame.h"
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
+#include "../effects/active.h"
 #include "../solver/balance.h"
 #include "period_map.h"
 #include "spectrum.h"
@@ -185,9 +186,12 @@ std::vector<std::complex<double>> arm_loop_eigenvalues(const rig &rig)
 void refuse_arm(const rig &rig)
 {
     if (rig.firmware.arm.kind != ARM_NONE) {
-        throw input_error(
-            rig.name + ": manipulator.arm: this reckons with a manipulator of one degree of freedom; run, eigen, "
-                       "map, reduce and accuracy look at the whole arm. Leave the arm out to look at its reduction");
+        const std::string effects = effect_keys_of(rig, is_beyond_small_motion);
+        throw input_error(rig.name +
+                          ": manipulator.arm: this reckons with a manipulator of one degree of freedom; run, eigen, "
+                          "map, reduce and accuracy look at the whole arm" +
+                          (effects.empty() ? "" : ", the last four for small motions, without " + effects) +
+                          ". Leave the arm out to look at its reduction");
     }
 }
 

@@ -98,12 +98,14 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     const linear_arm whole = linearise(config, choice.pose_rad);
     const linear_arm arm = choice.is_guided ? guided(whole, choice.direction) : whole;
     reduction result = {};
-    result.modes = modes_along(arm, choice.direction);
+    result.modes = modes_along(arm, choice.direction, whole);
     result.reduced = dominant_mode(result.modes);
     result.coupled_reduced = coupled_of(rig, result.reduced);
-    const std::optional<coupled_mode> nearest =
-        nearest_mode(config, choice, object_modes(rig.object), result.coupled_reduced.frequency_Hz);
-    result.coupled_full = nearest ? swing_of(nearest->s) : swing{0.0, 0.0};
+    result.visible = visible_modes(config, choice, object_modes(rig.object));
+    if (const coupled_mode *nearest = nearest_mode(result.visible, result.coupled_reduced.frequency_Hz)) {
+        result.nearest = *nearest;
+        result.coupled_full = swing_of(nearest->s);
+    }
     const double period_s = config_period_s(&rig.firmware);
     const auto full = [&](const berth::rig &at) {
         return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);

@@ -25,7 +25,9 @@ struct reduction {
     arm_mode reduced;            /* the dominant one of them: the manipulator of one degree of freedom */
     /* With the rig's object fixed to it, without dead time. */
     swing coupled_reduced;
-    swing coupled_full; /* the nearest of the full arm's */
+    std::vector<coupled_mode> visible;   /* of the full arm */
+    std::optional<coupled_mode> nearest; /* of those; nothing: none is near */
+    std::optional<swing> coupled_full;   /* its swing */
     /* In the rig's loop. */
     arm_loop_growth loop_reduced;
     arm_loop_growth loop_full;
