@@ -21,12 +21,12 @@ void add_to(std::vector<Eigen::Vector2d> &starts, const std::vector<Eigen::Vecto
     }
 }
 
-/* Each is no larger than promised, or hardly. */
-bool all_nearly(const std::vector<double> &squares, const std::vector<double> &promised)
+/* Each is no larger than the other, or hardly. */
+bool all_nearly(const std::vector<double> &squares, const std::vector<double> &others)
 {
     constexpr double hardly = 1.02;
     for (std::size_t i = 0; i < squares.size(); i++) {
-        if (squares[i] > hardly * promised[i]) {
+        if (squares[i] > hardly * others[i]) {
             return false;
         }
     }
@@ -36,9 +36,9 @@ bool all_nearly(const std::vector<double> &squares, const std::vector<double> &p
 } // namespace
 
 /* What a window's start explains is linear in it only for a linear manipulator. With effects on it: from the start
- * that suits the linear one, how the replay itself follows position and velocity of the start, until it does as
- * these differences say. In the short windows of one without a spring friction turns with a start that encoder steps
- * decide: there the linear way is the truer one (friction of the EMPS benchmark within 1 % rather than 4 %). */
+ * that suits the linear one, how the replay itself follows position and velocity of the start, until nothing more is
+ * to be gained. In the short windows of one without a spring friction turns with a start that encoder steps decide:
+ * there the linear way is the truer one (friction of the EMPS benchmark within 1 % rather than 4 %). */
 void block_model::replay_windows(const rig &rig, std::vector<double> &error)
 {
     replay_manipulator(rig, record_, windows_, starts_, simulated_);

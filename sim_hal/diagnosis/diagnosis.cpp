@@ -193,12 +193,17 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
-/* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
-bool is_open(const block_diagnosis &force)
+bool leaves_something(const block_diagnosis &block)
 {
-    return (force.verdict == verdict::unknown || force.verdict == verdict::partly_explained) &&
-           std::all_of(force.causes.begin(), force.causes.end(),
-                       [](const cause &known) { return known.effect->is_of_single_samples; });
+    return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
+}
+
+/* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
+bool may_hide_robot(const block_diagnosis &force)
+{
+    return leaves_something(force) && std::all_of(force.causes.begin(), force.causes.end(), [](const cause &known) {
+               return known.effect->is_of_single_samples;
+           });
 }
 
 /* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
@@ -226,10 +231,9 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
                        sample_events events)
 {
-    const bool is_open = robot.verdict == verdict::unknown || robot.verdict == verdict::partly_explained;
     const bool has_more = std::any_of(force.causes.begin(), force.causes.end(),
                                       [](const cause &known) { return known.effect->block() == "robot"; });
-    if (robot.block == block::robot && is_open && has_more) {
+    if (robot.block == block::robot && leaves_something(robot) && has_more) {
         const block_diagnosis again = diagnose_block(block::robot, input, force.extended, events, {});
         robot.verdict = again.causes.empty() ? again.verdict : robot.verdict;
     }
@@ -355,7 +359,7 @@ diagnosis diagnose(const diagnosis_request &request)
         const sample_events events_before = events;
         const auto known_events = block == block::force ? repeats : std::vector<event_finding>{};
         block_diagnosis found = diagnose_block(block, input, result.extended, events, known_events);
-        if (block == block::force && is_open(found) && !result.blocks.empty() &&
+        if (block == block::force && may_hide_robot(found) && !result.blocks.empty() &&
             result.blocks.back().block == block::robot && result.blocks.back().causes.empty()) {
             look_for_hidden_robot(found, result.blocks.back(), input, result.extended, events_before, known_events);
         }

@@ -6,6 +6,11 @@
 namespace berth
 {
 
+std::size_t count_of(const std::vector<std::uint8_t> &rows)
+{
+    return static_cast<std::size_t>(std::count(rows.begin(), rows.end(), std::uint8_t{1}));
+}
+
 event_finding found_in(const char *name, std::size_t count, std::size_t of)
 {
     const double p = static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of, 1));
@@ -71,11 +76,6 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     const double by_chance = 0.5 * static_cast<double>(single_steps);
     const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
     return {repeats < events_min || !is_more ? std::vector<std::uint8_t>{} : rows, chances};
-}
-
-std::size_t count_of(const std::vector<std::uint8_t> &rows)
-{
-    return static_cast<std::size_t>(std::count(rows.begin(), rows.end(), std::uint8_t{1}));
 }
 
 } // namespace

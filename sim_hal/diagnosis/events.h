@@ -22,6 +22,9 @@ struct event_finding {
     double share = 0.0; /* of the explainable error, set where it is known */
 };
 
+/* Rows that are marked. */
+std::size_t count_of(const std::vector<std::uint8_t> &rows);
+
 /* So many of so many samples, as an effect with the probability as its first parameter. */
 event_finding found_in(const char *effect, std::size_t count, std::size_t of);
 

@@ -9,11 +9,6 @@ namespace berth
 namespace
 {
 
-std::size_t count_of(const std::vector<std::uint8_t> &rows)
-{
-    return static_cast<std::size_t>(std::count(rows.begin(), rows.end(), std::uint8_t{1}));
-}
-
 /* What the loss of one setpoint does to the output, for 1 m of way that the robot lacks: from the tick after the
  * setpoint on. */
 struct trace {
