@@ -84,7 +84,8 @@ struct effect {
     /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */
     bool is_rough = false;
 
-    /* Of a rough one: whether it acts from the first movement on, so that the beginning of a record tells its size. */
+    /* Of a rough one: whether it acts from the first movement on, so that the beginning of a record tells its size.
+     */
     bool acts_at_once = false;
 
     /* Whether it acts by thresholds: of a size a little off, it now and then acts at another tick. */
