@@ -26,7 +26,7 @@ REDUCED, FULL = "tab:orange", "tab:blue"
 @dataclass(frozen=True)
 class Sweep:
     """Of one joint. Growth rates in 1/s and longest dead times in ms over the angle; NaN at poses without a reduction.
-    A dead time that is infinite was not found up to `looked_to_ms`."""
+    A dead time that is infinite was not found up to `looked_to_ms`; at one of 0 the loop is unstable at `looked_from_ms`."""
     joint: int  # from 1
     name: str
     angle_rad: np.ndarray
@@ -35,6 +35,7 @@ class Sweep:
     growth_full: np.ndarray
     dead_time_reduced_ms: np.ndarray
     dead_time_full_ms: np.ndarray
+    looked_from_ms: float
     looked_to_ms: float
 
     @property
@@ -76,13 +77,14 @@ def sweep_from(found, number, joint, visited_rad):
         return values(lambda pose: np.inf if pose["dead_time_limit_ms"][model] is None
                       else pose["dead_time_limit_ms"][model])
 
-    looked_to_ms = max((pose["dead_time_limit_ms"]["looked_to"] for pose in found["poses"]
-                        if pose["reduced"] is not None), default=0.0)
+    def looked(end):
+        return max((pose["dead_time_limit_ms"][end] for pose in found["poses"] if pose["reduced"] is not None), default=0.0)
+
     return Sweep(number + 1, joint.get("name", f"joint {number + 1}"),
                  np.array([pose["pose_rad"][number] for pose in found["poses"]]), visited_rad,
                  values(lambda pose: pose["loop"]["reduced"]["growth_per_s"]),
                  values(lambda pose: pose["loop"]["full"]["growth_per_s"]), dead_time("reduced"), dead_time("full"),
-                 looked_to_ms)
+                 looked("looked_from"), looked("looked_to"))
 
 
 def sweeps_of(log, berth):
@@ -146,8 +148,9 @@ def statement(sweeps):
     none = sum(int((sweep.dead_time_full_ms == 0).sum()) for sweep in sweeps)
     missed = sum(int(((sweep.dead_time_full_ms == 0) & (sweep.dead_time_reduced_ms > 0)).sum()) for sweep in sweeps)
     if none:
-        says.append(f"At {none} poses the whole arm bears no dead time at all; at {missed} of them the reduced model "
-                    "tells one that it bears.")
+        shortest_ms = max(sweep.looked_from_ms for sweep in sweeps)
+        says.append(f"At {none} poses the whole arm is unstable at the shortest dead time already, "
+                    f"{number_text(shortest_ms)} ms; at {missed} of them the reduced model bears a longer one.")
     return " ".join(says)
 
 
@@ -166,7 +169,8 @@ def draw(sweeps, own_ms, path):
         for axes in (growth, dead_time):
             axes.set_visible(True)
             axes.grid(True, alpha=0.25)
-            axes.axvspan(low, max(high, low + 0.01 * np.ptp(sweep.angle_rad)), color="tab:green", alpha=0.25, linewidth=0, label="visited")
+            axes.axvspan(low, max(high, low + 0.01 * np.ptp(sweep.angle_rad)), color="tab:green", alpha=0.25, linewidth=0,
+                         label="visited")
             axes.set_xlabel(f"joint {sweep.joint}, {sweep.name}: angle in rad" if sweep.name != f"joint {sweep.joint}"
                             else f"joint {sweep.joint}: angle in rad")
         growth.axhline(0.0, color="black", linewidth=0.8)
@@ -182,16 +186,13 @@ def draw(sweeps, own_ms, path):
             dead_time.plot(sweep.angle_rad, shown, "o-", color=colour, markersize=3)
             beyond = np.isinf(model)
             dead_time.plot(sweep.angle_rad[beyond], shown[beyond], "^", color=colour, markersize=6)
-        dead_time.axhline(own_ms, color="grey", linestyle=":", linewidth=1)
+        own = dead_time.axhline(own_ms, color="black", linestyle=":", linewidth=1.2)
         dead_time.set_ylim(bottom=-0.03 * max(sweep.looked_to_ms, own_ms))
         if column == 0:
             growth.set_ylabel("growth rate in 1/s")
             dead_time.set_ylabel("critical dead time in ms")
-            dead_time.annotate("the rig's", (1.0, own_ms), xycoords=("axes fraction", "data"), xytext=(-3, 3), ha="right",
-                               textcoords="offset points", fontsize=8, color="dimgrey",
-                               bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1})
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=len(labels), fontsize=9)
+    figure.legend([*handles, own], [*labels, "the rig's dead time"], loc="upper center", ncols=len(labels) + 1, fontsize=9)
     figure.tight_layout(rect=(0, 0, 1, 1 - 0.4 / figure.get_figheight()))
     figure.savefig(path, dpi=110, format="png")
     plt.close(figure)
@@ -208,10 +209,10 @@ def section(log, sweeps):
     draw(sweeps, log.config["robot"]["dead_time_ms"], picture)
     encoded = base64.b64encode(picture.getvalue()).decode()
     words = ("Each joint by itself, the others where the run starts; green is what the run came through. Both models, small "
-             "motions about rest, are in this run's loop with the object gripped: the whole arm linearised, and its most "
-             "mobile mode along the direction as the manipulator of one degree of freedom (berth reduce --unguided). Above "
-             "0 the oscillation grows. The critical dead time is the robot's, up to which the loop is stable; triangles: "
-             f"longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
+             "motions about rest, are in this run's loop with the object gripped: the whole arm linearised, and, of the "
+             "modes that its own springs hold, that by which the tool moves most along the direction as the manipulator of "
+             "one degree of freedom (berth reduce --unguided). Above 0 the oscillation grows. The critical dead time is the "
+             f"robot's, up to which the loop is stable; triangles: longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
     if log.config["manipulator"]["arm"].get("attitude", {}).get("actuator") == "thrusters":
         words += " Thrusters are left out of both."
     return (f"{head}<p><strong>{html.escape(statement(sweeps))}</strong> {words}</p>\n"

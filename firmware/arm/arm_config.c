@@ -156,6 +156,7 @@ static struct arm_error check_joint(const struct arm_joint *joint, int64_t numbe
     const struct arm_error wrong_range = {"joint", number, "angle_max_rad", "must be greater than angle_min_rad"};
     const struct arm_error wrong_start = {"joint", number, "initial_rad",
                                           "must be from angle_min_rad to angle_max_rad"};
+    const struct arm_error too_many_turns = {"joint", number, "initial_rad", "must be within 1e6 rad"};
     if (!is_frame(&joint->frame, is_planar)) {
         return wrong_frame;
     }
@@ -187,6 +188,9 @@ static struct arm_error check_joint(const struct arm_joint *joint, int64_t numbe
     }
     if (!(joint->initial_rad >= joint->angle_min_rad && joint->initial_rad <= joint->angle_max_rad)) {
         return wrong_start;
+    }
+    if (!(fabs(joint->initial_rad) <= ARM_ANGLE_MAX_rad)) {
+        return too_many_turns;
     }
     return check_body(&joint->link, "joint.link", number, is_planar);
 }

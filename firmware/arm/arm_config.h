@@ -14,6 +14,7 @@ extern "C" {
 #endif
 
 #define ARM_JOINTS_MAX 7
+#define ARM_ANGLE_MAX_rad 1e6 /* as far as sine_and_cosine keeps every digit */
 
 /* ARM_NONE: the manipulator has one degree of freedom. */
 enum arm_kind { ARM_NONE, ARM_PLANAR, ARM_SPATIAL, ARM_KIND_COUNT };

@@ -37,7 +37,7 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
 
     const Eigen::Index count = base + 2 * n;
     linear_arm arm;
-    arm.inertia = arm.damping = arm.stiffness = Eigen::MatrixXd::Zero(count, count);
+    arm.inertia = arm.damping = arm.stiffness = arm.attitude_stiffness = Eigen::MatrixXd::Zero(count, count);
     arm.inertia.block(base, base, n, n) = inertia.joints.topLeftCorner(n, n);
     if (base > 0) {
         arm.inertia.topLeftCorner(base, base) = inertia.base.matrix();
@@ -46,7 +46,7 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
         if (config.attitude.actuator == ATTITUDE_WHEEL) {
             for (int i = 0; i < Space::turns; i++) {
                 arm.damping(i, i) = config.attitude.damping_N_m_s_per_rad;
-                arm.stiffness(i, i) = config.attitude.stiffness_N_m_per_rad;
+                arm.stiffness(i, i) = arm.attitude_stiffness(i, i) = config.attitude.stiffness_N_m_per_rad;
             }
         }
     }
@@ -104,8 +104,12 @@ linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
 
 linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
 {
-    return {basis.transpose() * arm.inertia * basis, basis.transpose() * arm.damping * basis,
-            basis.transpose() * arm.stiffness * basis, arm.tool_turn * basis, arm.tool_way * basis};
+    return {basis.transpose() * arm.inertia * basis,
+            basis.transpose() * arm.damping * basis,
+            basis.transpose() * arm.stiffness * basis,
+            basis.transpose() * arm.attitude_stiffness * basis,
+            arm.tool_turn * basis,
+            arm.tool_way * basis};
 }
 
 Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -157,8 +161,9 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
         double w = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
         w = w < two_pi * held_min_Hz ? 0.0 : w;
         const double loss = shape.dot(arm.damping * shape);
-        modes.push_back({w / two_pi, w > 0.0 ? loss / (2.0 * w) : 0.0, share, 1.0 / mobility(i), loss / mobility(i),
-                         w * w / mobility(i)});
+        const double by_attitude = shape.dot(arm.attitude_stiffness * shape);
+        modes.push_back({w / two_pi, w > 0.0 ? loss / (2.0 * w) : 0.0, share, w > 0.0 ? by_attitude / (w * w) : 0.0,
+                         1.0 / mobility(i), loss / mobility(i), w * w / mobility(i)});
     }
     return modes;
 }
@@ -167,12 +172,13 @@ arm_mode dominant_mode(const std::vector<arm_mode> &modes)
 {
     const arm_mode *found = nullptr;
     for (const arm_mode &mode : modes) {
-        if (mode.frequency_Hz > 0.0 && (found == nullptr || mode.share > found->share)) {
+        const bool is_the_arms = mode.frequency_Hz > 0.0 && mode.attitude_share < 0.5;
+        if (is_the_arms && (found == nullptr || mode.share > found->share)) {
             found = &mode;
         }
     }
     if (found == nullptr) {
-        throw nothing_springy("at this pose nothing springy moves the tool along the direction; take another");
+        throw nothing_springy("at this pose no spring of the arm moves the tool along the direction; take another");
     }
     return *found;
 }
@@ -209,8 +215,12 @@ Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s)
 linear_arm arm_of(const manipulator_config &manipulator)
 {
     const auto number = [](double value) { return Eigen::MatrixXd::Constant(1, 1, value); };
-    return {number(manipulator.mass_kg), number(manipulator.damping_N_s_per_m),
-            number(manipulator.stiffness_N_per_m), Eigen::MatrixXd(0, 1), number(1.0)};
+    return {number(manipulator.mass_kg),
+            number(manipulator.damping_N_s_per_m),
+            number(manipulator.stiffness_N_per_m),
+            number(0.0),
+            Eigen::MatrixXd(0, 1),
+            number(1.0)};
 }
 
 linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, const std::vector<beam_mode> &modes)

@@ -20,8 +20,9 @@ struct linear_arm {
     Eigen::MatrixXd inertia;
     Eigen::MatrixXd damping;
     Eigen::MatrixXd stiffness;
-    Eigen::MatrixXd tool_turn; /* of the tool in the world's axes, rad, by q */
-    Eigen::MatrixXd tool_way;  /* m, by q */
+    Eigen::MatrixXd attitude_stiffness; /* what of it is the attitude control's */
+    Eigen::MatrixXd tool_turn;          /* of the tool in the world's axes, rad, by q */
+    Eigen::MatrixXd tool_way;           /* m, by q */
 
     Eigen::Index count() const { return inertia.rows(); }
 };
@@ -55,7 +56,8 @@ struct reduction_choice {
 struct arm_mode {
     double frequency_Hz; /* 0: nothing holds it */
     double damping_ratio;
-    double share; /* of the tool's mobility along the direction, 1 / mass_kg */
+    double share;          /* of the tool's mobility along the direction, 1 / mass_kg */
+    double attitude_share; /* of the energy in its springs, what the attitude control holds */
     double mass_kg;
     double damping_N_s_per_m;
     double stiffness_N_per_m;
@@ -71,8 +73,8 @@ class nothing_springy : public input_error
     using input_error::input_error;
 };
 
-/* The arm reduced to one degree of freedom: the one that is springy, along which the tool is most mobile. Throws
- * nothing_springy if there is none. */
+/* The arm reduced to one degree of freedom: of the modes that its own springs hold, more than the attitude control
+ * does, the one along which the tool is most mobile. Throws nothing_springy if there is none. */
 arm_mode dominant_mode(const std::vector<arm_mode> &modes);
 
 /* Of M q'' + D q' + K q = 0 by themselves, in 1/s; those with positive imaginary part and real ones. */

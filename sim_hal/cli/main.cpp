@@ -29,6 +29,18 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int a
     return message;
 }
 
+/* An empty text is no choice, as from a shell's variable that is not set. */
+void refuse_empty_values(CLI::App &app)
+{
+    for (CLI::App *command : app.get_subcommands({})) {
+        for (CLI::Option *option : command->get_options()) {
+            if (option->nonpositional() && option->get_items_expected_max() > 0) {
+                option->check(berth::is_named("needs a value"));
+            }
+        }
+    }
+}
+
 int run(int argc, char **argv)
 {
     CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
@@ -152,6 +164,7 @@ int run(int argc, char **argv)
     robots_app->add_flag("--json", json, "print one JSON object and nothing else");
     robots_app->callback([&] { exit_code = berth::robots_command(robot, json); });
 
+    refuse_empty_values(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {

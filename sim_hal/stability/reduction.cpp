@@ -16,7 +16,8 @@ namespace
 
 constexpr double two_pi = 6.28318530717958647692;
 constexpr double stiffer_max = 1e4;
-constexpr double longer_max = 10.0; /* of the rig's own dead time: how far the longest is looked for */
+constexpr double longer_max = 10.0;  /* of the rig's own dead time: how far the longest is looked for */
+constexpr double shorter_min = 0.01; /* of a period: where it begins for a robot without one */
 
 swing swing_of(std::complex<double> s)
 {
@@ -76,11 +77,8 @@ dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const 
     }
     /* A robot on straight lines is a period late at least. */
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
-    const double shortest_ms = own_ms - std::max(0.0, least_ms - period_ms);
+    const double shortest_ms = std::max(own_ms - std::max(0.0, least_ms - period_ms), shorter_min * period_ms);
     const double looked_to_ms = longer_max * std::max(own_ms, period_ms);
-    if (!(shortest_ms > 0.0)) {
-        return {{}, {}, 0.0};
-    }
     const auto longest = [&](const growth_of_rig &growth) {
         return stable_up_to(shortest_ms, looked_to_ms, 24, [&](double dead_time_ms) {
             berth::rig late = rig;
@@ -88,7 +86,7 @@ dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const 
             return growth(late);
         });
     };
-    return {longest(reduced), longest(full), looked_to_ms};
+    return {longest(reduced), longest(full), shortest_ms, looked_to_ms};
 }
 
 } // namespace

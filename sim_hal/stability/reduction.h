@@ -12,17 +12,18 @@
 namespace berth
 {
 
-/* The robot's dead time, from the shortest on, up to which the loop is stable; 0: it never is; nothing: as far as
- * was looked. Further axes have theirs as much longer or shorter. */
+/* The robot's dead time, from the shortest on, up to which the loop is stable; 0: it is unstable at the shortest;
+ * nothing: as far as was looked. Further axes have theirs as much longer or shorter. */
 struct dead_time_limits {
     std::optional<double> reduced_ms;
     std::optional<double> full_ms;
+    double looked_from_ms;
     double looked_to_ms;
 };
 
 struct reduction {
     std::vector<arm_mode> modes; /* along the direction */
-    arm_mode reduced;            /* the dominant one of them: the manipulator of one degree of freedom */
+    arm_mode reduced; /* the dominant one of them, dominant_mode: the manipulator of one degree of freedom */
     /* With the rig's object fixed to it, without dead time. */
     swing coupled_reduced;
     std::vector<coupled_mode> visible;   /* of the full arm */
@@ -56,8 +57,8 @@ struct object_reduction {
 /* Of a rig whose object is a beam. Throws input_error for a rig without one-period map. */
 object_reduction reduce_object(const rig &rig);
 
-/* Throws input_error for a rig without one-period map, or a pose at which nothing springy moves along the direction.
- */
+/* Throws input_error for a rig without one-period map, or a pose at which no spring of the arm moves its tool along
+ * the direction. */
 reduction reduce(const rig &rig, const arm_config &arm, const reduction_choice &choice);
 
 } // namespace berth

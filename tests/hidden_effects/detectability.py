@@ -121,16 +121,19 @@ class Tuning:
         return lsq_linear(self.J, s, (np.subtract(self.low, d) - 1e-12, np.subtract(self.high, d) + 1e-12)).x
 
     def absorb(self, truth, changes):
-        """(chi2, {channel: what is left}) of a record after the best re-tuning of the base with these changes."""
-        scenario, d, best = self.scenario, np.zeros(len(self.fields)), (np.inf, {})
+        """(chi2, {channel: what is left}) of a record after the best re-tuning of the base with these changes; not finite
+        where they let a block overflow."""
+        scenario, d, best = self.scenario, np.zeros(len(self.fields)), None
         for _ in range(self.ROUNDS):
             other = with_effects(scenario, scenario.runs["record"], changes, self.base(d))
             left = {c: truth[c] - other[c] for c in measured_channels(scenario)}
             s = stacked(scenario, left)
             chi2 = float(np.sum(s**2))
-            if not chi2 < 0.999 * best[0]:
+            if best and not chi2 < 0.999 * best[0]:
                 break
             best = (chi2, left)
+            if not np.isfinite(chi2):
+                break
             d = np.clip(d + self.step(s, d), self.low, self.high)
         return best
 

@@ -73,7 +73,7 @@ def beginning(scenario, effect):
 def chi2_between(scenario, effect, start):
     """What is left of the true record when `effect` stands in for the truth; `start`: parameters to begin with.
 
-    None where the question cannot be asked: a random effect, or a parameter that is missing.
+    None where the question cannot be asked: a random effect, a parameter that is missing, a block that overflows.
     """
     table = FIELDS.get(effect)
     start = start or beginning(scenario, effect)
@@ -89,7 +89,9 @@ def chi2_between(scenario, effect, start):
         return stacked(scenario, tuning.absorb(truth, [Change(values, {})])[1])
 
     first = np.array([start[name] * table[name][1] for name in names]) / scale
-    found = least_squares(left, first, diff_step=1e-3, max_nfev=12)
+    if not np.all(np.isfinite(left(first))):
+        return None
+    found = least_squares(left, first, diff_step=1e-3, max_nfev=12)  # passes over what is not finite
     return 2.0 * float(found.cost)
 
 

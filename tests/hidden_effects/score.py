@@ -2,7 +2,8 @@
 
     python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short] [--program build/berth] [--out DIR]
 
-Writes score.json and score.md into DIR; exits with 1 if a bound is missed. --short: 24 records,
+Writes score.json and score.md into DIR; exits with 1 if a bound is missed. What was cut short goes on where it ended,
+from DIR/records.jsonl, if program and records are the same. --short: 24 records,
 seeds from the date; few records cannot show a share, so a bound then fails only on a count that it makes improbable
 (0.1 %), and only wrong names, false alarms and crashes decide.
 """
@@ -10,12 +11,14 @@ seeds from the date; few records cannot show a share, so a bound then fails only
 import argparse
 import concurrent.futures
 import datetime
+import hashlib
 import json
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import traceback
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import diagnosis  # noqa: E402
@@ -125,6 +128,35 @@ def score_one(job, program, work):
     return record
 
 
+def score_safely(job, program, work):
+    """The same; where the scorer itself fails, a record that says so, so that the others are not lost."""
+    try:
+        return score_one(job, program, work)
+    except Exception:
+        return {"seed": job[0], "kind": job[1], "effect": None, "size": job[3], "noise": "", "richer": False,
+                "label": f"{job[1]} {job[2] or ''}".strip(), "visible": False, "again": reproduction(job[0], job[2], job[3], job[1]),
+                "detectability": {}, "outcome": "failed", "verdict": "none", "causes": [], "wrong_causes": [],
+                "intervals": [], "gain": None, "names_nothing": False, "error": traceback.format_exc()}
+
+
+class Journal:
+    """The records so far, a line each, below a line that says of which program and plan."""
+
+    def __init__(self, path, program, jobs):
+        self.path = path
+        digest = hashlib.sha256(pathlib.Path(program).read_bytes() + json.dumps(jobs).encode()).hexdigest()
+        lines = path.read_text().splitlines(keepends=True) if path.exists() else []
+        whole = [line for line in lines if line.endswith("\n")]
+        is_same = bool(whole) and json.loads(whole[0]) == {"sha256": digest}
+        self.records = [json.loads(line) for line in whole[1:]] if is_same else []
+        path.write_text("".join(json.dumps(line) + "\n" for line in [{"sha256": digest}, *self.records]))
+
+    def add(self, record):
+        self.records.append(record)
+        with self.path.open("a") as file:
+            file.write(json.dumps(record) + "\n")
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=300)
@@ -144,14 +176,17 @@ def main():
     work.mkdir(parents=True, exist_ok=True)
     print(f"{given.count} records from seed {given.seed} on; again: "
           f"python tests/hidden_effects/score.py --count {given.count} --seed {given.seed}", flush=True)
+    jobs = plan(given.seed, given.count)
+    journal = Journal(work / "records.jsonl", given.program, jobs)
+    known = {r["seed"] for r in journal.records}
     with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
-        jobs = [pool.submit(score_one, job, given.program, work) for job in plan(given.seed, given.count)]
-        records = []
-        for done in concurrent.futures.as_completed(jobs):
+        pending = [pool.submit(score_safely, job, given.program, work) for job in jobs if job[0] not in known]
+        for done in concurrent.futures.as_completed(pending):
             r = done.result()
-            records.append(r)
-            print(f"  {len(records):4d} seed {r['seed']} {r['label']}: {r['outcome']} ({r['verdict']} "
+            journal.add(r)
+            print(f"  {len(journal.records):4d} seed {r['seed']} {r['label']}: {r['outcome']} ({r['verdict']} "
                   f"{', '.join(r['causes'])})", flush=True)
+    records = journal.records
     records.sort(key=lambda r: r["seed"])
     bounds = tally.bounds(records)
     content = {"bounds": [b.as_json(given.short) for b in bounds], "records": records}

@@ -88,6 +88,7 @@ def test_urdf_limits(tmp_path, limit, says):
     ("gear_ratio = 600", "gear_ration = 600", "unknown key"),
     ("gear_ratio = 600", 'gear_ratio = "600"', "must be a number"),
     ("initial_rad = 1.35", "initial_rad = nan", "initial_rad"),
+    ("initial_rad = 1.35", "initial_rad = 1e15", "initial_rad"),
     ("period_ticks = 1", "period_ticks = 0", "attitude.period_ticks"),
     ("centre_m = [2.0, 0.0, 0.0]", "centre_m = [2.0, 0.0]", "must be 3 numbers"),
 ])

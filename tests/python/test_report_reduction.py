@@ -93,7 +93,7 @@ def test_poses_with_nothing_springy_are_left_out(tmp_path):
     assert " of 2 poses " in report_reduction.statement([found])
     shown = command("reduce", "ess", "--held", "--unguided", "--pose", "0,0", "--direction", "1,0", "--sweep",
                     "2=-0.5:0.5:3").stdout.decode()
-    assert "0.000  nothing springy moves the tool along the direction" in shown
+    assert "0.000  no spring of the arm moves the tool along the direction" in shown
 
 
 def test_a_rig_that_has_no_eigenvalues_says_why(tmp_path):
@@ -109,8 +109,8 @@ def test_without_an_arm_there_is_none(tmp_path):
 
 def test_dead_times_that_neither_model_ends_at_are_no_error():
     pose = {"pose_rad": [0.0], "reduced": {}, "loop": {"reduced": {"growth_per_s": -1.0}, "full": {"growth_per_s": -2.0}},
-            "dead_time_limit_ms": {"reduced": None, "full": None, "looked_to": 175.0}}
-    ended = pose | {"dead_time_limit_ms": {"reduced": 50.0, "full": 40.0, "looked_to": 175.0}}
+            "dead_time_limit_ms": {"reduced": None, "full": None, "looked_from": 2.5, "looked_to": 175.0}}
+    ended = pose | {"dead_time_limit_ms": {"reduced": 50.0, "full": 40.0, "looked_from": 2.5, "looked_to": 175.0}}
     both = report_reduction.sweep_from({"poses": [pose, pose]}, 0, {}, (0.0, 0.0))
     assert report_reduction.statement([both]).endswith("Both bear more than 175 ms of dead time at every pose.")
     one = report_reduction.sweep_from({"poses": [pose, ended]}, 0, {}, (0.0, 0.0))

@@ -23,7 +23,7 @@ import run as guest_run  # noqa: E402
 
 PROGRAMS = {"arm64": "build/aarch64-linux-gnu", "amd64": "build/x86_64-linux-gnu"}
 STEPS = ["machine", "preflight", "contract", "closed_loop", "closed_loop_cia402", "without_realtime", "sensor_layouts",
-         "arm_pose", "watchdog", "image"]
+         "arm_pose", "berthing", "concept", "watchdog", "image"]
 BOARD_STEPS = ["package"]
 SCENARIOS = {path.stem: tomllib.loads(path.read_text())
              for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}

@@ -60,3 +60,15 @@ class TargetLog:
         """Every tick that the loop ran is in the log: its index goes on by one and what was missed."""
         steps = np.diff(self.tick["index"])
         np.testing.assert_array_equal(steps, 1 + self.tick["missed_ticks"][1:].astype(int))
+
+    def check_arm_moves_as(self, simulated):
+        """Tool, satellite and joints to 2 % of how far they move, under the same orders."""
+        here, there = self.topic("arm"), simulated.topic("arm")
+        for field in ("tool_x_m", "tool_y_m", "base_turn_rad", "joint_1_rad"):
+            moved = np.ptp(there[field])
+            assert moved > 1e-3
+            # The run is released by frames that may come a tick later or earlier.
+            count = min(len(here[field]), len(there[field])) - 400
+            apart = min(np.abs(here[field][shift:count + shift] - there[field][:count]).max() for shift in range(4))
+            assert apart < 0.02 * moved, field
+        assert set(np.unique(here["order"])) == set(np.unique(there["order"]))

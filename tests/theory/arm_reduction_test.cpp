@@ -120,6 +120,32 @@ TEST_CASE("reduction: of a free satellite one degree of freedom is not enough")
     CHECK(steady.loop_full.growth_per_s == doctest::Approx(steady.loop_reduced.growth_per_s).epsilon(0.01));
 }
 
+TEST_CASE("reduction: what the attitude control alone holds is not the arm, whatever the tool has of it")
+{
+    const rig rig = load_rig("ess");
+    const arm_config wheel = load_arm("ess").config;
+    arm_config none = wheel;
+    none.attitude.actuator = ATTITUDE_NONE;
+    int passed_over = 0;
+    for (int i = 0; i < 24; i++) {
+        Eigen::VectorXd pose = start_of(wheel);
+        pose(1) = -2.7 + 0.11 * i;
+        const reduction held_by_wheel = reduce(rig, wheel, {pose, along_x, false});
+        const reduction free = reduce(rig, none, {pose, along_x, false});
+        CAPTURE(pose(1));
+        CHECK(held_by_wheel.reduced.frequency_Hz == doctest::Approx(free.reduced.frequency_Hz).epsilon(1e-3));
+        CHECK(held_by_wheel.reduced.mass_kg == doctest::Approx(free.reduced.mass_kg).epsilon(1e-2));
+        CHECK(held_by_wheel.reduced.attitude_share < 0.01);
+        CHECK(free.reduced.attitude_share == 0.0);
+        for (const arm_mode &mode : held_by_wheel.modes) {
+            const bool is_slow = mode.frequency_Hz > 0.0 && mode.frequency_Hz < 0.05;
+            CHECK((mode.attitude_share > 0.99) == is_slow);
+            passed_over += is_slow && mode.share > held_by_wheel.reduced.share ? 1 : 0;
+        }
+    }
+    CHECK(passed_over > 0);
+}
+
 TEST_CASE("reduction: small free swings of the whole arm have the eigenvalues of its linear terms")
 {
     const arm_config config = held(load_arm("ess").config);

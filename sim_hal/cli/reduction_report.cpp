@@ -1,0 +1,197 @@
+#include "reduction_report.h"
+
+#include <cstdio>
+
+namespace berth
+{
+
+namespace
+{
+
+nlohmann::json as_json(const arm_mode &mode)
+{
+    return {{"frequency_Hz", mode.frequency_Hz},
+            {"damping_ratio", mode.damping_ratio},
+            {"share", mode.share},
+            {"attitude_share", mode.attitude_share},
+            {"mass_kg", mode.mass_kg},
+            {"damping_N_s_per_m", mode.damping_N_s_per_m},
+            {"stiffness_N_per_m", mode.stiffness_N_per_m}};
+}
+
+nlohmann::json as_json(const swing &swing)
+{
+    return {{"frequency_Hz", swing.frequency_Hz}, {"damping_ratio", swing.damping_ratio}};
+}
+
+nlohmann::json as_json(const std::optional<swing> &swing)
+{
+    return swing ? as_json(*swing) : nlohmann::json();
+}
+
+nlohmann::json as_json(const arm_loop_growth &growth)
+{
+    return {{"spectral_radius", growth.spectral_radius},
+            {"growth_per_s", growth.growth_per_s},
+            {"frequency_Hz", growth.frequency_Hz}};
+}
+
+nlohmann::json as_json(const std::optional<double> &limit)
+{
+    return limit ? nlohmann::json(*limit) : nlohmann::json();
+}
+
+nlohmann::json as_json(const dead_time_limits &limits)
+{
+    return {{"reduced", as_json(limits.reduced_ms)},
+            {"full", as_json(limits.full_ms)},
+            {"looked_from", limits.looked_from_ms},
+            {"looked_to", limits.looked_to_ms}};
+}
+
+std::string limit_text(const std::optional<double> &factor)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", factor.value_or(0.0));
+    return factor ? text : "> 1e4";
+}
+
+/* What an arm's and a beam's reduction have in common. */
+template <typename reduction_type>
+void print_comparison(const char *full_title, const char *coupled_title, const reduction_type &found)
+{
+    const auto line = [](const char *what, const std::string &reduced, const std::string &full) {
+        std::printf("  %-44s %12s %12s\n", what, reduced.c_str(), full.c_str());
+    };
+    const auto text = [](const char *format, double value) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, format, value);
+        return std::string(buffer);
+    };
+    line("", "reduced", full_title);
+    const std::optional<swing> full = found.coupled_full;
+    line(coupled_title, text("%.4f", found.coupled_reduced.frequency_Hz),
+         full ? text("%.4f", full->frequency_Hz) : "none near");
+    line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
+         full ? text("%.5f", full->damping_ratio) : "");
+    line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
+         text("%+.5f", found.loop_full.growth_per_s));
+    line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
+         text("%.4f", found.loop_full.frequency_Hz));
+    line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
+         limit_text(found.object_limit_full));
+    const auto dead_time = [&](const std::optional<double> &limit_ms) {
+        if (!limit_ms) {
+            return text("> %.4g", found.dead_time.looked_to_ms);
+        }
+        return *limit_ms > 0.0 ? text("%.4g", *limit_ms) : text("< %.4g", found.dead_time.looked_from_ms);
+    };
+    line("robot's dead time may be up to, ms", dead_time(found.dead_time.reduced_ms),
+         dead_time(found.dead_time.full_ms));
+}
+
+} // namespace
+
+std::vector<std::string> what_is_compared(const rig &rig)
+{
+    if (!rig.has_side_axes()) {
+        return {};
+    }
+    return {"the object is stiffer along x alone; [axis.*] has its own along the others, which the reduced model is "
+            "without",
+            "the dead times of all axes move by the same amount; told is that along x"};
+}
+
+nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
+{
+    nlohmann::json modes = nlohmann::json::array();
+    for (const arm_mode &mode : found.modes) {
+        modes.push_back(as_json(mode));
+    }
+    return {{"pose_rad", std::vector<double>(pose_rad.begin(), pose_rad.end())},
+            {"reduced", as_json(found.reduced)},
+            {"modes", modes},
+            {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
+            {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
+            {"object_limit",
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
+            {"dead_time_limit_ms", as_json(found.dead_time)}};
+}
+
+nlohmann::json as_json(const object_reduction &found)
+{
+    nlohmann::json modes = nlohmann::json::array();
+    for (const beam_mode &mode : found.modes) {
+        modes.push_back({{"frequency_Hz", mode.frequency_Hz},
+                         {"mass_kg", mode.mass_kg},
+                         {"damping_N_s_per_m", mode.damping_N_s_per_m},
+                         {"stiffness_N_per_m", mode.stiffness_N_per_m}});
+    }
+    return {{"reduced", modes.front()},
+            {"modes", modes},
+            {"compliance_share", found.compliance_share},
+            {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
+            {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
+            {"object_limit",
+             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
+            {"dead_time_limit_ms", as_json(found.dead_time)}};
+}
+
+void print_reduction(const reduction &found)
+{
+    const arm_mode &r = found.reduced;
+    std::printf("  reduced to one degree of freedom: M = %.6g kg, D = %.6g N s/m, K = %.6g N/m (%.4f Hz, damping "
+                "ratio %.4f)\n",
+                r.mass_kg, r.damping_N_s_per_m, r.stiffness_N_per_m, r.frequency_Hz, r.damping_ratio);
+    std::printf("  modes along the direction\n    %10s %10s %10s %12s\n", "Hz", "damping", "share", "mass kg");
+    for (const arm_mode &mode : found.modes) {
+        std::printf("    %10.4f %10.4f %9.2f%% %12.5g%s\n", mode.frequency_Hz, mode.damping_ratio,
+                    100.0 * mode.share, mode.mass_kg,
+                    mode.attitude_share < 0.5 ? "" : "   held by the attitude control");
+    }
+    print_comparison("full arm", "with the object, no dead time: Hz", found);
+    if (!found.nearest) {
+        std::printf("  %s\n", none_is_near(found.visible, found.coupled_reduced.frequency_Hz).c_str());
+    }
+}
+
+void print_object(const rig &rig, const object_reduction &found)
+{
+    const beam_mode &first = found.modes.front();
+    std::printf("the beam of %s, %d modes\n", rig.name.c_str(), static_cast<int>(found.modes.size()));
+    std::printf(
+        "  reduced to one degree of freedom: m = %.6g kg, d = %.6g N s/m, k = %.6g N/m (%.4f Hz), %.2f %% of "
+        "the compliance\n",
+        first.mass_kg, first.damping_N_s_per_m, first.stiffness_N_per_m, first.frequency_Hz,
+        100.0 * found.compliance_share);
+    std::printf("  modes at the tip\n    %10s %12s %14s\n", "Hz", "mass kg", "stiffness N/m");
+    for (const beam_mode &mode : found.modes) {
+        std::printf("    %10.4f %12.5g %14.6g\n", mode.frequency_Hz, mode.mass_kg, mode.stiffness_N_per_m);
+    }
+    print_comparison("all modes", "with the manipulator, no dead time: Hz", found);
+    std::printf("  the first coupled frequency with one mode is off by %+.3f %%\n",
+                100.0 * (found.coupled_reduced.frequency_Hz / found.coupled_full.frequency_Hz - 1.0));
+}
+
+void print_sweep_head(const std::string &arm, const rig &rig, int joint)
+{
+    std::printf("%s in the loop of %s, joint %d from pose to pose; reduced, then full arm\n"
+                "  %9s %10s %9s %8s %23s %23s %21s\n",
+                arm.c_str(), rig.name.c_str(), joint, "rad", "mass kg", "Hz", "share", "with the object, Hz",
+                "growth in the loop /s", "object may be stiffer");
+}
+
+void print_sweep_row(double angle_rad, const reduction &found)
+{
+    char full_Hz[32] = "none near";
+    if (found.coupled_full) {
+        std::snprintf(full_Hz, sizeof full_Hz, "%.4f", found.coupled_full->frequency_Hz);
+    }
+    std::printf("  %9.3f %10.2f %9.4f %7.1f%% %11.4f %11s %11.5f %11.5f %10s %10s\n", angle_rad,
+                found.reduced.mass_kg, found.reduced.frequency_Hz, 100.0 * found.reduced.share,
+                found.coupled_reduced.frequency_Hz, full_Hz, found.loop_reduced.growth_per_s,
+                found.loop_full.growth_per_s, limit_text(found.object_limit_reduced).c_str(),
+                limit_text(found.object_limit_full).c_str());
+}
+
+} // namespace berth
