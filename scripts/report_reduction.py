@@ -140,7 +140,7 @@ def statement(sweeps):
         unseen = np.isinf(reduced_ms) or np.isinf(full_ms)
         shown = [f"more than {number_text(sweep.looked_to_ms)} ms" if np.isinf(ms) else f"{number_text(ms)} ms"
                  for ms in (reduced_ms, full_ms)]
-        says.append(f"The critical dead time is off by up to {number_text(off)} %{' or more' if unseen else ''}: "
+        says.append(f"The critical dead time is off by {'at least' if unseen else 'up to'} {number_text(off)} %: "
                     f"{shown[0]} in place of {shown[1]}, joint {sweep.joint} at {sweep.angle_rad[at]:.2f} rad.")
     elif all(np.all(sweep.neither_found[sweep.compared]) for sweep in sweeps):
         says.append(f"Both bear more than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms of dead time at "
@@ -149,7 +149,7 @@ def statement(sweeps):
     missed = sum(int(((sweep.dead_time_full_ms == 0) & (sweep.dead_time_reduced_ms > 0)).sum()) for sweep in sweeps)
     if none:
         shortest_ms = max(sweep.looked_from_ms for sweep in sweeps)
-        says.append(f"At {none} poses the whole arm is unstable at the shortest dead time already, "
+        says.append(f"At {none} pose{'s' * (none > 1)} the whole arm is unstable at the shortest dead time already, "
                     f"{number_text(shortest_ms)} ms; at {missed} of them the reduced model bears a longer one.")
     return " ".join(says)
 

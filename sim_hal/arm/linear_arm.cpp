@@ -86,9 +86,21 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 
 } // namespace
 
-bool lacks_thrusters(const arm_config &config)
+std::vector<std::string> attitude_left_out(const arm_config &config)
 {
-    return config.kind != ARM_NONE && config.base_is_free != 0 && config.attitude.actuator == ATTITUDE_THRUSTERS;
+    const attitude_config &attitude = config.attitude;
+    if (config.kind == ARM_NONE || config.base_is_free == 0) {
+        return {};
+    }
+    if (attitude.actuator == ATTITUDE_THRUSTERS) {
+        return {"attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not "
+                "held"};
+    }
+    if (attitude.actuator == ATTITUDE_WHEEL && attitude.period_ticks > 1) {
+        return {"attitude.period_ticks: the wheel's torque is held for " + std::to_string(attitude.period_ticks) +
+                " ticks; small motions take the wheel for a spring and a damper without that"};
+    }
+    return {};
 }
 
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)

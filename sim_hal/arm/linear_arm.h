@@ -4,6 +4,7 @@
 
 #include <complex>
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "../../firmware/arm/arm_config.h"
@@ -27,10 +28,9 @@ struct linear_arm {
     Eigen::Index count() const { return inertia.rows(); }
 };
 
-/* Its satellite has thrusters: they pulse beyond a dead band, which small motions know nothing of. */
-bool lacks_thrusters(const arm_config &config);
-constexpr const char *thrusters_left_out =
-    "attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not held";
+/* What of the attitude control small motions know nothing of, each with its key: thrusters, which pulse beyond a
+ * dead band, and a wheel's torque that is held for longer than a period. */
+std::vector<std::string> attitude_left_out(const arm_config &config);
 
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);

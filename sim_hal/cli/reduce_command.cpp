@@ -73,9 +73,10 @@ pose_sweep sweep_of(const std::string &text, Eigen::Index joints)
     sweep.to_rad = angle();
     pass(':');
     const long count = whole();
-    if (!is_fine || *at != '\0' || joint < 1 || joint > joints || count < 2 || count > 1000) {
+    if (!is_fine || *at != '\0' || joint < 1 || joint > joints || count < 2 || count > 1000 ||
+        sweep.from_rad == sweep.to_rad) {
         throw input_error("--sweep " + text + ": must be JOINT=FROM:TO:COUNT with a joint from 1 to " +
-                          std::to_string(joints) + ", angles in rad, within 1e6, and a count from 2 to 1000");
+                          std::to_string(joints) + ", two angles in rad, within 1e6, and a count from 2 to 1000");
     }
     sweep.joint = joint - 1;
     sweep.count = static_cast<int>(count);
@@ -106,27 +107,22 @@ bool asks_for_arm(const reduce_arguments &arguments, const rig &rig)
            arguments.is_held || arguments.is_unguided;
 }
 
-Eigen::VectorXd direction_for(const reduce_arguments &arguments, const rig &rig, Eigen::Index dimensions)
+Eigen::VectorXd direction_of(const std::string &text, Eigen::Index dimensions)
 {
-    if (arguments.direction.empty()) {
-        const manipulator_config &manipulator = rig.firmware.manipulator;
-        return Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z)
-            .head(dimensions);
-    }
-    Eigen::VectorXd direction = numbers_of("--direction", arguments.direction, dimensions);
+    Eigen::VectorXd direction = numbers_of("--direction", text, dimensions);
     /* Beyond, its square is 0 or inf. */
     if (!(direction.norm() >= 1e-12 && direction.norm() <= 1e12)) {
-        throw input_error("--direction " + arguments.direction + ": has no direction");
+        throw input_error("--direction " + text + ": has no direction");
     }
     return direction;
 }
 
 reduction_choice choice_for(const reduce_arguments &arguments, const rig &rig, const arm_config &arm)
 {
-    reduction_choice choice;
-    choice.pose_rad.resize(arm.joint_count);
-    for (Eigen::Index i = 0; i < arm.joint_count; i++) {
-        choice.pose_rad(i) = arm.joints[i].initial_rad;
+    reduction_choice choice = choice_at_start(rig, arm);
+    choice.is_guided = choice.is_guided && !arguments.is_unguided;
+    if (!arguments.direction.empty()) {
+        choice.direction = direction_of(arguments.direction, choice.direction.size());
     }
     if (!arguments.pose.empty()) {
         choice.pose_rad = numbers_of("--pose", arguments.pose, arm.joint_count);
@@ -134,8 +130,6 @@ reduction_choice choice_for(const reduce_arguments &arguments, const rig &rig, c
             throw input_error("--pose " + arguments.pose + ": angles must be within 1e6 rad");
         }
     }
-    choice.is_guided = !arguments.is_unguided;
-    choice.direction = direction_for(arguments, rig, arm.kind == ARM_PLANAR ? 2 : 3);
     return choice;
 }
 
@@ -143,6 +137,9 @@ reduction_choice choice_for(const reduce_arguments &arguments, const rig &rig, c
 struct told {
     std::vector<std::string> left_out;
     nlohmann::json arm;
+    nlohmann::json direction;
+    nlohmann::json is_guided;
+    nlohmann::json is_base_free;
     nlohmann::json poses = nlohmann::json::array();
     nlohmann::json amplitudes;
     nlohmann::json object;
@@ -173,18 +170,20 @@ void look_at_pose(const reduce_arguments &arguments, const rig &rig, const arm_d
                   const reduction_choice &choice, told &result)
 {
     const reduction found = reduce(rig, arm.config, choice);
-    if (!arguments.json) {
-        std::printf("%s in the loop of %s\n", arm.name.c_str(), rig.name.c_str());
-    }
     result.poses.push_back(as_json(choice.pose_rad, found));
+    std::optional<amplitude_result> by_amplitude;
     if (!arguments.amplitudes.empty()) {
-        const amplitude_result by_amplitude =
-            look_at_amplitudes(arm.config, choice, rig, found, amplitudes_of(arguments.amplitudes));
-        result.amplitudes = as_json(by_amplitude);
-        if (!arguments.json) {
-            print_amplitudes(by_amplitude);
-        }
-    } else if (!arguments.json) {
+        by_amplitude = look_at_amplitudes(arm.config, choice, rig, found, amplitudes_of(arguments.amplitudes));
+        result.amplitudes = as_json(*by_amplitude);
+    }
+    if (arguments.json) {
+        return;
+    }
+    std::printf("%s in the loop of %s, at %s rad, %s\n", arm.name.c_str(), rig.name.c_str(),
+                text_of(choice.pose_rad).c_str(), conditions_text(arm.config, choice).c_str());
+    if (by_amplitude) {
+        print_amplitudes(*by_amplitude);
+    } else {
         print_reduction(found);
     }
 }
@@ -197,7 +196,9 @@ void sweep_a_joint(const reduce_arguments &arguments, const rig &rig, const arm_
     }
     const pose_sweep sweep = sweep_of(arguments.sweep, arm.config.joint_count);
     if (!arguments.json) {
-        print_sweep_head(arm.name, rig, static_cast<int>(sweep.joint) + 1);
+        std::printf("%s in the loop of %s, joint %d from pose to pose, %s\n", arm.name.c_str(), rig.name.c_str(),
+                    static_cast<int>(sweep.joint) + 1, conditions_text(arm.config, choice).c_str());
+        print_sweep_head();
     }
     for (int i = 0; i < sweep.count; i++) {
         const double angle_rad = sweep.from_rad + (sweep.to_rad - sweep.from_rad) * i / (sweep.count - 1);
@@ -224,11 +225,14 @@ void look_at_arm(const reduce_arguments &arguments, const rig &rig, told &result
         arm.config.base_is_free = 0;
         arm.config.attitude.actuator = ATTITUDE_NONE;
     }
-    if (lacks_thrusters(arm.config)) {
-        leave_out(result, thrusters_left_out);
+    for (const std::string &line : attitude_left_out(arm.config)) {
+        leave_out(result, line);
     }
-    result.arm = arm.name;
     const reduction_choice choice = choice_for(arguments, rig, arm.config);
+    result.arm = arm.name;
+    result.direction = std::vector<double>(choice.direction.begin(), choice.direction.end());
+    result.is_guided = choice.is_guided;
+    result.is_base_free = arm.config.base_is_free != 0;
     if (arguments.sweep.empty()) {
         look_at_pose(arguments, rig, arm, choice, result);
     } else {
@@ -262,6 +266,9 @@ int reduce_command(const reduce_arguments &arguments)
     if (arguments.json) {
         print_json({{"rig", rig.name},
                     {"arm", result.arm},
+                    {"direction", result.direction},
+                    {"guided", result.is_guided},
+                    {"base_free", result.is_base_free},
                     {"left_out", result.left_out},
                     {"compared", compared},
                     {"poses", result.poses},

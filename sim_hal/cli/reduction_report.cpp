@@ -36,24 +36,39 @@ nlohmann::json as_json(const arm_loop_growth &growth)
             {"frequency_Hz", growth.frequency_Hz}};
 }
 
-nlohmann::json as_json(const std::optional<double> &limit)
+nlohmann::json as_json(const loop_limits &limits)
 {
-    return limit ? nlohmann::json(*limit) : nlohmann::json();
+    const auto one = [](const std::optional<double> &limit) {
+        return limit ? nlohmann::json(*limit) : nlohmann::json();
+    };
+    return {{"reduced", one(limits.reduced)},
+            {"full", one(limits.full)},
+            {"looked_from", limits.looked_from},
+            {"looked_to", limits.looked_to}};
 }
 
-nlohmann::json as_json(const dead_time_limits &limits)
-{
-    return {{"reduced", as_json(limits.reduced_ms)},
-            {"full", as_json(limits.full_ms)},
-            {"looked_from", limits.looked_from_ms},
-            {"looked_to", limits.looked_to_ms}};
-}
-
-std::string limit_text(const std::optional<double> &factor)
+std::string number_text(const char *format, double value)
 {
     char text[32];
-    std::snprintf(text, sizeof text, "%.4g", factor.value_or(0.0));
-    return factor ? text : "> 1e4";
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+std::string limit_text(const loop_limits &limits, const std::optional<double> &limit)
+{
+    if (!limit) {
+        return number_text("> %.4g", limits.looked_to);
+    }
+    return *limit > 0.0 ? number_text("%.4g", *limit) : number_text("< %.4g", limits.looked_from);
+}
+
+/* What of a mode is the attitude control's, from a hundredth on. */
+std::string held_text(const arm_mode &mode)
+{
+    if (mode.attitude_share < 0.01) {
+        return "";
+    }
+    return "   held by the attitude control to" + number_text(" %.0f %%", 100.0 * mode.attitude_share);
 }
 
 /* What an arm's and a beam's reduction have in common. */
@@ -63,31 +78,21 @@ void print_comparison(const char *full_title, const char *coupled_title, const r
     const auto line = [](const char *what, const std::string &reduced, const std::string &full) {
         std::printf("  %-44s %12s %12s\n", what, reduced.c_str(), full.c_str());
     };
-    const auto text = [](const char *format, double value) {
-        char buffer[32];
-        std::snprintf(buffer, sizeof buffer, format, value);
-        return std::string(buffer);
-    };
     line("", "reduced", full_title);
     const std::optional<swing> full = found.coupled_full;
-    line(coupled_title, text("%.4f", found.coupled_reduced.frequency_Hz),
-         full ? text("%.4f", full->frequency_Hz) : "none near");
-    line("  damping ratio", text("%.5f", found.coupled_reduced.damping_ratio),
-         full ? text("%.5f", full->damping_ratio) : "");
-    line("in the loop: growth /s", text("%+.5f", found.loop_reduced.growth_per_s),
-         text("%+.5f", found.loop_full.growth_per_s));
-    line("  of a mode at Hz", text("%.4f", found.loop_reduced.frequency_Hz),
-         text("%.4f", found.loop_full.frequency_Hz));
-    line("object may be stiffer by the factor", limit_text(found.object_limit_reduced),
-         limit_text(found.object_limit_full));
-    const auto dead_time = [&](const std::optional<double> &limit_ms) {
-        if (!limit_ms) {
-            return text("> %.4g", found.dead_time.looked_to_ms);
-        }
-        return *limit_ms > 0.0 ? text("%.4g", *limit_ms) : text("< %.4g", found.dead_time.looked_from_ms);
-    };
-    line("robot's dead time may be up to, ms", dead_time(found.dead_time.reduced_ms),
-         dead_time(found.dead_time.full_ms));
+    line(coupled_title, number_text("%.4f", found.coupled_reduced.frequency_Hz),
+         full ? number_text("%.4f", full->frequency_Hz) : "none near");
+    line("  damping ratio", number_text("%.5f", found.coupled_reduced.damping_ratio),
+         full ? number_text("%.5f", full->damping_ratio) : "");
+    line("in the loop: growth /s", number_text("%+.5f", found.loop_reduced.growth_per_s),
+         number_text("%+.5f", found.loop_full.growth_per_s));
+    line("  of a mode at Hz", number_text("%.4f", found.loop_reduced.frequency_Hz),
+         number_text("%.4f", found.loop_full.frequency_Hz));
+    line("object's stiffness may be, times its own",
+         limit_text(found.object_stiffness, found.object_stiffness.reduced),
+         limit_text(found.object_stiffness, found.object_stiffness.full));
+    line("robot's dead time may be up to, ms", limit_text(found.dead_time_ms, found.dead_time_ms.reduced),
+         limit_text(found.dead_time_ms, found.dead_time_ms.full));
 }
 
 } // namespace
@@ -97,9 +102,25 @@ std::vector<std::string> what_is_compared(const rig &rig)
     if (!rig.has_side_axes()) {
         return {};
     }
-    return {"the object is stiffer along x alone; [axis.*] has its own along the others, which the reduced model is "
-            "without",
+    return {"the tool is not guided: the axes show where it goes across; the reduced model is without them",
+            "the object's stiffness is that along x alone; [axis.*] has its own along the others",
             "the dead times of all axes move by the same amount; told is that along x"};
+}
+
+std::string text_of(const Eigen::VectorXd &values)
+{
+    std::string text;
+    for (const double value : values) {
+        text.append(text.empty() ? "" : ", ").append(number_text("%.4g", value));
+    }
+    return text;
+}
+
+std::string conditions_text(const arm_config &arm, const reduction_choice &choice)
+{
+    std::string text = "along (";
+    text.append(text_of(choice.direction)).append(choice.is_guided ? "), guided" : "), not guided");
+    return text.append(arm.base_is_free != 0 ? ", satellite free" : ", satellite held");
 }
 
 nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
@@ -113,9 +134,8 @@ nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
             {"modes", modes},
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
-            {"object_limit",
-             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
-            {"dead_time_limit_ms", as_json(found.dead_time)}};
+            {"object_limit", as_json(found.object_stiffness)},
+            {"dead_time_limit_ms", as_json(found.dead_time_ms)}};
 }
 
 nlohmann::json as_json(const object_reduction &found)
@@ -130,11 +150,11 @@ nlohmann::json as_json(const object_reduction &found)
     return {{"reduced", modes.front()},
             {"modes", modes},
             {"compliance_share", found.compliance_share},
+            {"arm_at_start", found.arm_at_start ? as_json(*found.arm_at_start) : nlohmann::json()},
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
-            {"object_limit",
-             {{"reduced", as_json(found.object_limit_reduced)}, {"full", as_json(found.object_limit_full)}}},
-            {"dead_time_limit_ms", as_json(found.dead_time)}};
+            {"object_limit", as_json(found.object_stiffness)},
+            {"dead_time_limit_ms", as_json(found.dead_time_ms)}};
 }
 
 void print_reduction(const reduction &found)
@@ -146,8 +166,7 @@ void print_reduction(const reduction &found)
     std::printf("  modes along the direction\n    %10s %10s %10s %12s\n", "Hz", "damping", "share", "mass kg");
     for (const arm_mode &mode : found.modes) {
         std::printf("    %10.4f %10.4f %9.2f%% %12.5g%s\n", mode.frequency_Hz, mode.damping_ratio,
-                    100.0 * mode.share, mode.mass_kg,
-                    mode.attitude_share < 0.5 ? "" : "   held by the attitude control");
+                    100.0 * mode.share, mode.mass_kg, held_text(mode).c_str());
     }
     print_comparison("full arm", "with the object, no dead time: Hz", found);
     if (!found.nearest) {
@@ -158,7 +177,8 @@ void print_reduction(const reduction &found)
 void print_object(const rig &rig, const object_reduction &found)
 {
     const beam_mode &first = found.modes.front();
-    std::printf("the beam of %s, %d modes\n", rig.name.c_str(), static_cast<int>(found.modes.size()));
+    std::printf("the beam of %s, %d mode%s\n", rig.name.c_str(), static_cast<int>(found.modes.size()),
+                found.modes.size() == 1 ? "" : "s");
     std::printf(
         "  reduced to one degree of freedom: m = %.6g kg, d = %.6g N s/m, k = %.6g N/m (%.4f Hz), %.2f %% of "
         "the compliance\n",
@@ -168,30 +188,31 @@ void print_object(const rig &rig, const object_reduction &found)
     for (const beam_mode &mode : found.modes) {
         std::printf("    %10.4f %12.5g %14.6g\n", mode.frequency_Hz, mode.mass_kg, mode.stiffness_N_per_m);
     }
+    if (const auto &arm = found.arm_at_start) {
+        std::printf(
+            "  the manipulator is the arm at its start, reduced: M = %.6g kg, D = %.6g N s/m, K = %.6g N/m\n",
+            arm->mass_kg, arm->damping_N_s_per_m, arm->stiffness_N_per_m);
+    }
     print_comparison("all modes", "with the manipulator, no dead time: Hz", found);
     std::printf("  the first coupled frequency with one mode is off by %+.3f %%\n",
                 100.0 * (found.coupled_reduced.frequency_Hz / found.coupled_full.frequency_Hz - 1.0));
 }
 
-void print_sweep_head(const std::string &arm, const rig &rig, int joint)
+void print_sweep_head()
 {
-    std::printf("%s in the loop of %s, joint %d from pose to pose; reduced, then full arm\n"
-                "  %9s %10s %9s %8s %23s %23s %21s\n",
-                arm.c_str(), rig.name.c_str(), joint, "rad", "mass kg", "Hz", "share", "with the object, Hz",
-                "growth in the loop /s", "object may be stiffer");
+    std::printf("  reduced, then full arm\n  %9s %10s %9s %8s %23s %23s %21s\n", "rad", "mass kg", "Hz", "share",
+                "with the object, Hz", "growth in the loop /s", "object's stiffness, x");
 }
 
 void print_sweep_row(double angle_rad, const reduction &found)
 {
-    char full_Hz[32] = "none near";
-    if (found.coupled_full) {
-        std::snprintf(full_Hz, sizeof full_Hz, "%.4f", found.coupled_full->frequency_Hz);
-    }
+    const loop_limits &stiffness = found.object_stiffness;
     std::printf("  %9.3f %10.2f %9.4f %7.1f%% %11.4f %11s %11.5f %11.5f %10s %10s\n", angle_rad,
                 found.reduced.mass_kg, found.reduced.frequency_Hz, 100.0 * found.reduced.share,
-                found.coupled_reduced.frequency_Hz, full_Hz, found.loop_reduced.growth_per_s,
-                found.loop_full.growth_per_s, limit_text(found.object_limit_reduced).c_str(),
-                limit_text(found.object_limit_full).c_str());
+                found.coupled_reduced.frequency_Hz,
+                found.coupled_full ? number_text("%.4f", found.coupled_full->frequency_Hz).c_str() : "none near",
+                found.loop_reduced.growth_per_s, found.loop_full.growth_per_s,
+                limit_text(stiffness, stiffness.reduced).c_str(), limit_text(stiffness, stiffness.full).c_str());
 }
 
 } // namespace berth

@@ -15,8 +15,8 @@ namespace berth
 std::vector<std::string> left_out(const rig &rig, double amplitude_m)
 {
     std::vector<std::string> lines = amplitude_m > 0.0 ? taken_as_at_the_start(rig) : left_out_when_small(rig);
-    if (lacks_thrusters(rig.firmware.arm)) {
-        lines.emplace_back(thrusters_left_out);
+    for (std::string &line : attitude_left_out(rig.firmware.arm)) {
+        lines.push_back(std::move(line));
     }
     return lines;
 }

@@ -83,10 +83,12 @@ void print_growth(const run_result &result)
 void print_prediction(const run_result &result, const rig &rig)
 {
     if (result.predicted_growth_per_s) {
-        std::printf("  %-14s the %s %+.6f /s%s\n", "predicted",
+        std::printf("  %-14s the %s %+.6f /s\n", "predicted",
                     is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
-                    *result.predicted_growth_per_s,
-                    lacks_thrusters(rig.firmware.arm) ? ", without the thrusters of the satellite" : "");
+                    *result.predicted_growth_per_s);
+        for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
+            std::printf("  %-14s %s\n", "", line.c_str());
+        }
     }
 }
 
@@ -328,8 +330,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     if (result.predicted_growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted_growth_per_s;
-        json["prediction_left_out"] =
-            lacks_thrusters(rig.firmware.arm) ? nlohmann::json({thrusters_left_out}) : nlohmann::json::array();
+        json["prediction_left_out"] = attitude_left_out(rig.firmware.arm);
     }
     if (result.wall_s > 0.0) {
         json["speed_x_realtime"] = result.simulated_s / result.wall_s;

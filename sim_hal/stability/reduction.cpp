@@ -15,9 +15,12 @@ namespace
 {
 
 constexpr double two_pi = 6.28318530717958647692;
+constexpr double softer_min = 0.01;
 constexpr double stiffer_max = 1e4;
 constexpr double longer_max = 10.0;  /* of the rig's own dead time: how far the longest is looked for */
 constexpr double shorter_min = 0.01; /* of a period: where it begins for a robot without one */
+/* Beyond so many periods the loop has so many states that every eigenvalue takes a second. */
+constexpr double periods_max = 200.0;
 
 swing swing_of(std::complex<double> s)
 {
@@ -57,16 +60,19 @@ std::optional<double> stable_up_to(double from, double to, int steps, const std:
     return {};
 }
 
-std::optional<double> stiffest(const rig &rig, const growth_of_rig &growth)
+loop_limits stiffest(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
 {
-    return stable_up_to(0.01, stiffer_max, 80, [&](double factor) {
-        berth::rig stiffer = rig;
-        stiffer.object.stiffness_N_per_m *= factor;
-        return growth(stiffer);
-    });
+    const auto largest = [&](const growth_of_rig &growth) {
+        return stable_up_to(softer_min, stiffer_max, 80, [&](double factor) {
+            berth::rig stiffer = rig;
+            stiffer.object.stiffness_N_per_m *= factor;
+            return growth(stiffer);
+        });
+    };
+    return {largest(reduced), largest(full), softer_min, stiffer_max};
 }
 
-dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
+loop_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
 {
     const double own_ms = rig.robot.dead_time_ms;
     double least_ms = own_ms;
@@ -78,7 +84,8 @@ dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const 
     /* A robot on straight lines is a period late at least. */
     const double period_ms = 1e3 * config_period_s(&rig.firmware);
     const double shortest_ms = std::max(own_ms - std::max(0.0, least_ms - period_ms), shorter_min * period_ms);
-    const double looked_to_ms = longer_max * std::max(own_ms, period_ms);
+    const double looked_to_ms =
+        std::min(longer_max * std::max(own_ms, period_ms), std::max(1.25 * own_ms, periods_max * period_ms));
     const auto longest = [&](const growth_of_rig &growth) {
         return stable_up_to(shortest_ms, looked_to_ms, 24, [&](double dead_time_ms) {
             berth::rig late = rig;
@@ -89,7 +96,33 @@ dead_time_limits dead_times(const rig &rig, const growth_of_rig &reduced, const 
     return {longest(reduced), longest(full), shortest_ms, looked_to_ms};
 }
 
+std::optional<arm_mode> arm_at_start(const rig &rig)
+{
+    const arm_config &arm = rig.firmware.arm;
+    if (arm.kind == ARM_NONE) {
+        return {};
+    }
+    const reduction_choice choice = choice_at_start(rig, arm);
+    const linear_arm whole = linearise(arm, choice.pose_rad);
+    const linear_arm seen = choice.is_guided ? guided(whole, choice.direction) : whole;
+    return dominant_mode(modes_along(seen, choice.direction, whole));
+}
+
 } // namespace
+
+reduction_choice choice_at_start(const rig &rig, const arm_config &arm)
+{
+    reduction_choice choice;
+    choice.pose_rad.resize(arm.joint_count);
+    for (Eigen::Index i = 0; i < arm.joint_count; i++) {
+        choice.pose_rad(i) = arm.joints[i].initial_rad;
+    }
+    const manipulator_config &manipulator = rig.firmware.manipulator;
+    choice.direction = Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z)
+                           .head(arm.kind == ARM_PLANAR ? 2 : 3);
+    choice.is_guided = !rig.has_side_axes();
+    return choice;
+}
 
 reduction reduce(const rig &rig, const arm_config &config, const reduction_choice &choice)
 {
@@ -118,20 +151,21 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     const auto reduced_growth = [&](const berth::rig &at) {
         return std::log(spectral_radius_of(with_reduced(at, result.reduced)));
     };
-    result.object_limit_full = stiffest(rig, full_growth);
-    result.object_limit_reduced = stiffest(rig, reduced_growth);
-    result.dead_time = dead_times(rig, reduced_growth, full_growth);
+    result.object_stiffness = stiffest(rig, reduced_growth, full_growth);
+    result.dead_time_ms = dead_times(rig, reduced_growth, full_growth);
     return result;
 }
 
 object_reduction reduce_object(const rig &rig)
 {
-    berth::rig full = rig;
-    full.firmware.arm.kind = ARM_NONE;
-    berth::rig first = full;
-    first.object.further_mode_count = 0;
-
     object_reduction result = {};
+    result.arm_at_start = arm_at_start(rig);
+    const berth::rig full = result.arm_at_start ? with_reduced(rig, *result.arm_at_start) : rig;
+    const auto with_one_mode = [](berth::rig at) {
+        at.object.further_mode_count = 0;
+        return at;
+    };
+    const berth::rig first = with_one_mode(full);
     result.modes = object_modes(full.object);
     double compliance_m_per_N = 0.0;
     for (const beam_mode &mode : result.modes) {
@@ -154,22 +188,10 @@ object_reduction reduce_object(const rig &rig)
     };
     result.loop_reduced = in_loop(first);
     result.loop_full = in_loop(full);
-    const auto growth = [&](const berth::rig &at) { return std::log(spectral_radius_of(at)); };
-    result.object_limit_reduced = stiffest(first, growth);
-    result.object_limit_full = stiffest(full, growth);
-    result.dead_time = dead_times(
-        rig,
-        [&](const berth::rig &at) {
-            berth::rig one = at;
-            one.firmware.arm.kind = ARM_NONE;
-            one.object.further_mode_count = 0;
-            return growth(one);
-        },
-        [&](const berth::rig &at) {
-            berth::rig all = at;
-            all.firmware.arm.kind = ARM_NONE;
-            return growth(all);
-        });
+    const auto full_growth = [](const berth::rig &at) { return std::log(spectral_radius_of(at)); };
+    const auto reduced_growth = [&](const berth::rig &at) { return full_growth(with_one_mode(at)); };
+    result.object_stiffness = stiffest(full, reduced_growth, full_growth);
+    result.dead_time_ms = dead_times(full, reduced_growth, full_growth);
     return result;
 }
 

@@ -12,13 +12,13 @@
 namespace berth
 {
 
-/* The robot's dead time, from the shortest on, up to which the loop is stable; 0: it is unstable at the shortest;
- * nothing: as far as was looked. Further axes have theirs as much longer or shorter. */
-struct dead_time_limits {
-    std::optional<double> reduced_ms;
-    std::optional<double> full_ms;
-    double looked_from_ms;
-    double looked_to_ms;
+/* Up to where the loop is stable, from the least on that was looked at; 0: it is unstable there; nothing: as far as
+ * was looked. */
+struct loop_limits {
+    std::optional<double> reduced;
+    std::optional<double> full;
+    double looked_from;
+    double looked_to;
 };
 
 struct reduction {
@@ -32,16 +32,16 @@ struct reduction {
     /* In the rig's loop. */
     arm_loop_growth loop_reduced;
     arm_loop_growth loop_full;
-    /* By how much stiffer the object may be until the loop is unstable; nothing: not up to 1e4 times. */
-    std::optional<double> object_limit_reduced;
-    std::optional<double> object_limit_full;
-    dead_time_limits dead_time;
+    loop_limits object_stiffness; /* times the object's own */
+    /* The robot's, ms. Further axes have theirs as much longer or shorter. */
+    loop_limits dead_time_ms;
 };
 
 /* A beam reduced to its first mode, at the manipulator of one degree of freedom. */
 struct object_reduction {
-    std::vector<beam_mode> modes; /* the first is the object of one degree of freedom */
-    double compliance_share;      /* what the first mode has of the compliance of all */
+    std::vector<beam_mode> modes;         /* the first is the object of one degree of freedom */
+    double compliance_share;              /* what the first mode has of the compliance of all */
+    std::optional<arm_mode> arm_at_start; /* the manipulator, of a rig with an arm */
     /* With the manipulator fixed to it, without dead time: the first that swings. */
     swing coupled_reduced;
     swing coupled_full;
@@ -49,12 +49,15 @@ struct object_reduction {
     arm_loop_growth loop_reduced;
     arm_loop_growth loop_full;
     /* As of an arm. */
-    std::optional<double> object_limit_reduced;
-    std::optional<double> object_limit_full;
-    dead_time_limits dead_time;
+    loop_limits object_stiffness;
+    loop_limits dead_time_ms;
 };
 
-/* Of a rig whose object is a beam. Throws input_error for a rig without one-period map. */
+/* The pose where the arm starts, along the rig's direction; guided where the robot shows no motion across. */
+reduction_choice choice_at_start(const rig &rig, const arm_config &arm);
+
+/* Of a rig whose object is a beam; of a whole arm, its reduction at its start. Throws input_error for a rig without
+ * one-period map. */
 object_reduction reduce_object(const rig &rig);
 
 /* Throws input_error for a rig without one-period map, or a pose at which no spring of the arm moves its tool along

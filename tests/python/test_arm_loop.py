@@ -181,7 +181,20 @@ def test_thrusters_are_left_out_and_it_is_said(tmp_path):
         plain = command(*words, *ARM, "--json")
         assert plain.stderr == b"" and one_json_object(plain.stdout)["left_out"] == []
     run = command("run", "ess", *arm, "--no-log", "--set", "run.duration_s=2").stdout.decode()
-    assert ", without the thrusters of the satellite" in run
+    assert "thrusters have no linearisation and are left out" in run
     told = run_json("ess", tmp_path, *arm, "--set", "run.duration_s=2")
     assert told["predicted_growth_per_s"] is not None and "thrusters" in told["prediction_left_out"][0]
     assert run_json("ess", tmp_path, *ARM, "--set", "run.duration_s=2")["prediction_left_out"] == []
+
+
+def test_a_wheel_whose_torque_is_held_is_taken_for_one_that_is_not_and_it_is_said(tmp_path):
+    arm = tmp_path / "slow.toml"
+    text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    assert text.count("period_ticks = 1") == 1
+    arm.write_text(text.replace("period_ticks = 1", "period_ticks = 400"))
+    for command_name in ("eigen", "reduce"):
+        done = command(command_name, "ess", "--set", f"manipulator.arm={arm}", "--json")
+        [line] = one_json_object(done.stdout)["left_out"]
+        assert "attitude.period_ticks" in line and "400 ticks" in line and line in done.stderr.decode()
+    told = run_json("ess", tmp_path, "--set", f"manipulator.arm={arm}", "--set", "run.duration_s=2")
+    assert "400 ticks" in told["prediction_left_out"][0]

@@ -1,7 +1,7 @@
 """What `berth reduce` says beside its numbers: what it left out, what it passed over, how far it looked."""
 
 import pytest
-from conftest import EXIT_INPUT, command, one_json_object
+from conftest import EXIT_INPUT, RIG_FOLDER, command, one_json_object
 
 
 def reduce(*words):
@@ -24,7 +24,8 @@ def test_what_changes_from_period_to_period_is_named_and_left_out(key, value, sa
 def test_with_further_axes_it_says_which_of_them_move():
     assert reduce("ess-berthing")["compared"] == []
     compared = reduce("ess-pose")["compared"]
-    assert len(compared) == 2 and "along x alone" in compared[0] and "all axes" in compared[1]
+    assert len(compared) == 3
+    assert "not guided" in compared[0] and "along x alone" in compared[1] and "all axes" in compared[2]
     shown = command("reduce", "ess-pose").stdout.decode()
     assert all(line in shown for line in compared)
 
@@ -67,3 +68,49 @@ def test_an_empty_value_is_no_choice(words):
 def test_angles_of_many_turns_are_refused(words):
     done = command("reduce", "ess", *words)
     assert done.returncode == EXIT_INPUT and "within" in done.stderr.decode()
+
+
+def test_it_says_what_was_looked_at():
+    found = reduce("ess", "--held", "--direction", "0.6,0.8")
+    assert (found["direction"], found["guided"], found["base_free"]) == ([0.6, 0.8], True, False)
+    shown = command("reduce", "ess", "--held", "--direction", "0.6,0.8").stdout.decode()
+    assert "at 1.35, -1.7 rad, along (0.6, 0.8), guided, satellite held" in shown
+    assert reduce("ess-pose")["guided"] is False, "an axis across shows what a guide would hold"
+
+
+def test_a_beam_of_a_rig_with_an_arm_meets_that_arm(tmp_path):
+    """As the same rig without arm and axes whose manipulator is the arm's reduction."""
+    found = reduce("ess-berthing-pose")
+    arm = found["poses"][0]["reduced"]
+    assert found["object"]["arm_at_start"] == arm
+    text = (RIG_FOLDER / "ess-berthing-pose.toml").read_text()
+    text = text[:text.index("[axis.y]")].replace('arm = "ess"\n', "")
+    text = text[:text.index("[wrench]")] + text[text.index("[object]"):]
+    rig = tmp_path / "one.toml"
+    rig.write_text(text)
+    without = reduce(rig, *(word for key in ("mass_kg", "damping_N_s_per_m", "stiffness_N_per_m")
+                            for word in ("--set", f"manipulator.{key}={arm[key]!r}")))["object"]
+    assert without["arm_at_start"] is None
+    for model in ("reduced", "full"):
+        assert without["loop"][model]["growth_per_s"] == pytest.approx(
+            found["object"]["loop"][model]["growth_per_s"], rel=1e-6)
+
+
+def test_a_long_dead_time_ends_the_search_and_not_the_answer():
+    late = ("ess", "--held", "--set", "object.mass_kg=1", "--set", "object.stiffness_N_per_m=1", "--set",
+            "object.damping_N_s_per_m=0.1", "--set", "robot.dead_time_ms=300")
+    limit = reduce(*late)["poses"][0]["dead_time_limit_ms"]
+    assert limit["looked_to"] == 500.0 and limit["full"] is None
+    assert "> 500" in command("reduce", *late).stdout.decode()
+
+
+def test_an_object_that_is_too_stiff_at_any_size_is_no_factor_of_zero():
+    words = ("ess", "--set", "robot.dead_time_ms=300", "--set", "object.mass_kg=2000")
+    limit = reduce(*words)["poses"][0]["object_limit"]
+    assert limit["full"] == 0.0 and limit["looked_from"] == 0.01
+    assert "< 0.01" in command("reduce", *words).stdout.decode()
+
+
+def test_a_sweep_from_a_pose_to_itself_is_refused():
+    done = command("reduce", "ess", "--sweep", "2=0:0:3")
+    assert done.returncode == EXIT_INPUT and "two angles" in done.stderr.decode()
