@@ -125,7 +125,7 @@ void block_search::drop_those_unseen(std::vector<candidate> &candidates)
     candidates.erase(std::remove_if(candidates.begin(), candidates.end(), is_none), candidates.end());
 }
 
-gain block_search::gain_of(const candidate &best)
+gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)
 {
     constexpr double hardly = 0.05;
     paired_sums sums;
@@ -135,9 +135,17 @@ gain block_search::gain_of(const candidate &best)
     if (first.low > 0.0 || first.value < -hardly) {
         return first;
     }
+    const gain crossed = crossed_gain(best, halves_by_tenths());
+    const bool shows_it = crossed.low > 0.0 && crossed.of_explainable >= held_out_least;
+    return shows_it || !may_act_in_one_stretch ? crossed : crossed_gain(best, halves_where_it_acts(best));
+}
+
+gain block_search::crossed_gain(const candidate &best, const halves &held_out)
+{
     paired_sums crossed;
-    for (const held_out_parts half : {held_out_parts::odd, held_out_parts::even}) {
-        block_model model(model_.which(), *input_.fit, given_, events_, half);
+    for (const std::vector<row_use> &half : held_out) {
+        block_model model(model_.which(), *input_.fit, given_, events_, held_out_parts::none);
+        model.use(half);
         search_options half_as_long = input_.options;
         half_as_long.replays_max /= 2;
         const fit_result without =
@@ -149,6 +157,38 @@ gain block_search::gain_of(const candidate &best)
         add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
     }
     return gain_from(crossed);
+}
+
+block_search::halves block_search::halves_by_tenths() const
+{
+    const auto uses = [&](held_out_parts parts) {
+        return block_model(model_.which(), *input_.fit, given_, events_, parts).uses();
+    };
+    return {uses(held_out_parts::odd), uses(held_out_parts::even)};
+}
+
+block_search::halves block_search::halves_where_it_acts(const candidate &best)
+{
+    constexpr double parts = 8.0;
+    block_model model(model_.which(), *input_.fit, given_, events_, held_out_parts::none);
+    std::vector<double> before;
+    std::vector<double> after;
+    model.error(incumbent_.rig, before);
+    model.error(best.fitted.rig, after);
+    double all = 0.0;
+    for (std::size_t n = 0; n < before.size(); n++) {
+        all += std::pow(before[n] - after[n], 2);
+    }
+    halves made{model.uses(), model.uses()};
+    double sum = 0.0;
+    for (std::size_t n = 0; n < before.size(); n++) {
+        sum += std::pow(before[n] - after[n], 2);
+        std::vector<row_use> &seen_by_other = made[static_cast<int>(parts * sum / std::max(all, 1e-300)) % 2];
+        if (seen_by_other[n] == row_use::fit) {
+            seen_by_other[n] = row_use::held_out;
+        }
+    }
+    return made;
 }
 
 bool block_search::is_better_throughout(const candidate &one)
@@ -170,19 +210,22 @@ bool block_search::is_believed(const candidate &best, const gain &gained, double
                                 : share > share_of_rest      ? share_of_precision
                                                              : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
-    return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_worthwhile && gained.low > 0.0 &&
+    /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
+     */
+    const double share_least = is_rest_ ? share_of_rest : share_worthwhile;
+    return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_least && gained.low > 0.0 &&
            gained.of_explainable >= held_out_least && of_all >= of_all_least;
 }
 
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                           double bic_before, double explainable)
 {
-    const gain gained = gain_of(best);
     const double share = (incumbent_.cost - best.fitted.cost) / explainable;
     const double of_all =
         (incumbent_.cost - best.fitted.cost) /
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
     const double better = improvement(best, bic_before);
+    const gain gained = gain_of(best, share > share_of_rest && better > bic_unseen);
     if (!is_believed(best, gained, better, share, of_all)) {
         const bool is_little = of_all < left_full && !exceeds_uncertainty(incumbent_.cost);
         is_suspect_ = is_suspect_ || (better > bic_suspect && of_all > share_of_precision && !is_little &&

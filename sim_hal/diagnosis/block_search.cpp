@@ -24,8 +24,9 @@ void block_search::run(block_diagnosis &result)
     fit_base();
     base_ = incumbent_;
     rate_base(result);
-    is_rest_ = is_rest_of_switching() || is_within_rounding();
-    for (int round = 0; round < input_.effects_max && !is_rest_; round++) {
+    const bool is_rounding = is_within_rounding();
+    is_rest_ = is_rest_of_switching() || is_rounding;
+    for (int round = 0; round < input_.effects_max && !is_rounding; round++) {
         if (!find_next(result) || found_.back()->decides_what_follows) {
             break;
         }

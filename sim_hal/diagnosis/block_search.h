@@ -3,6 +3,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_BLOCK_SEARCH_H
 #define SIM_HAL_DIAGNOSIS_BLOCK_SEARCH_H
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -47,7 +48,15 @@ class block_search
     void drop_those_unseen(std::vector<candidate> &candidates);
     /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
-    gain gain_of(const candidate &best);
+    gain gain_of(const candidate &best, bool may_act_in_one_stretch);
+
+    /* The uses of the rows for a fit to one half of a record, and for one to the other. */
+    using halves = std::array<std::vector<row_use>, 2>;
+    gain crossed_gain(const candidate &best, const halves &held_out);
+    halves halves_by_tenths() const;
+    /* What acts in one stretch of the record only is in one half of the tenths only: parts in each of which the
+     * candidate changes the replay by as much. */
+    halves halves_where_it_acts(const candidate &best);
     /* Not in a few moments only, which our own precision may make up. */
     bool is_better_throughout(const candidate &one);
     /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was

@@ -6,6 +6,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
 #include "record_table.h"
+#include "robot_and_force.h"
 
 namespace berth
 {
@@ -179,66 +180,6 @@ void judge_software(block_diagnosis &result, const rig &rig)
     }
 }
 
-/* A later block saw more of an effect that an earlier one had found already. */
-void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
-{
-    const auto is_seen_again = [&](const cause &known) {
-        return std::any_of(now.causes.begin(), now.causes.end(),
-                           [&](const cause &seen) { return seen.effect == known.effect; });
-    };
-    const auto kept = std::remove_if(before.causes.begin(), before.causes.end(), is_seen_again);
-    if (kept != before.causes.end() && kept == before.causes.begin() && before.verdict == verdict::named) {
-        before.verdict = verdict::nothing_detectable;
-    }
-    before.causes.erase(kept, before.causes.end());
-}
-
-bool leaves_something(const block_diagnosis &block)
-{
-    return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
-}
-
-/* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
-bool may_hide_robot(const block_diagnosis &force)
-{
-    return leaves_something(force) && std::all_of(force.causes.begin(), force.causes.end(), [](const cause &known) {
-               return known.effect->is_of_single_samples;
-           });
-}
-
-/* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
- * stiff contact: it is believed if the reports do not contradict. */
-void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, diagnosis_input input,
-                           const rig &given, const sample_events &events,
-                           const std::vector<event_finding> &found_events)
-{
-    constexpr double contradiction = 10.0; /* of the white sum of squares */
-    input.options.robot_in_force = true;
-    sample_events again_events = events;
-    block_diagnosis again = diagnose_block(block::force, input, given, again_events, found_events);
-    const bool is_robot = std::any_of(again.causes.begin(), again.causes.end(),
-                                      [](const cause &known) { return known.effect->block() == "robot"; });
-    if (!is_robot) {
-        return;
-    }
-    block_model reports(block::robot, *input.fit, given, events, held_out_parts::none);
-    if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, given) + contradiction) {
-        force = std::move(again);
-    }
-}
-
-/* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
-void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
-                       sample_events events)
-{
-    const bool has_more = std::any_of(force.causes.begin(), force.causes.end(),
-                                      [](const cause &known) { return known.effect->block() == "robot"; });
-    if (robot.block == block::robot && leaves_something(robot) && has_more) {
-        const block_diagnosis again = diagnose_block(block::robot, input, force.extended, events, {});
-        robot.verdict = again.causes.empty() ? again.verdict : robot.verdict;
-    }
-}
-
 /* What the record would have shown, and what would show more. */
 void tell_detectable(diagnosis &result, const sample_events &events, const diagnosis_request &request,
                      bool has_validation)
@@ -337,6 +278,7 @@ diagnosis diagnose(const diagnosis_request &request)
         return input;
     };
     bool any = false;
+    block_start before;
     for (const block block : {block::manipulator, block::robot, block::force}) {
         if (!can_replay(data, block)) {
             continue;
@@ -347,29 +289,25 @@ diagnosis diagnose(const diagnosis_request &request)
         if (block == block::manipulator && data.is_from_this_firmware) {
             input.effects_max = 0;
         }
-        if (block == block::force && !result.blocks.empty() && result.blocks.back().block == block::robot) {
-            input.upstream = result.blocks.back().refinable;
-            const std::vector<cause> &causes = result.blocks.back().causes;
-            input.has_cause_upstream = !causes.empty();
-            const bool switches = std::any_of(causes.begin(), causes.end(), [](const cause &known) {
-                return known.effect->switches || known.effect->name == "robot.lost_commands";
-            });
-            input.without_switching_fault = switches ? &request.rig : nullptr;
+        const bool has_robot = !result.blocks.empty() && result.blocks.back().block == block::robot;
+        const bool is_behind_robot = block == block::force && has_robot;
+        if (is_behind_robot) {
+            know_robot(input, result.blocks.back(), request.rig);
         }
-        const sample_events events_before = events;
-        const auto known_events = block == block::force ? repeats : std::vector<event_finding>{};
-        block_diagnosis found = diagnose_block(block, input, result.extended, events, known_events);
-        if (block == block::force && may_hide_robot(found) && !result.blocks.empty() &&
-            result.blocks.back().block == block::robot && result.blocks.back().causes.empty()) {
-            look_for_hidden_robot(found, result.blocks.back(), input, result.extended, events_before, known_events);
+        const block_start start{input, result.extended, events,
+                                block == block::force ? repeats : std::vector<event_finding>{}};
+        block_diagnosis found = diagnose_block(block, input, result.extended, events, start.found_events);
+        if (is_behind_robot) {
+            ask_force_about_robot(result.blocks.back(), found, events, before, start, request.rig);
         }
+        before = start;
         if (block == block::manipulator && data.is_from_this_firmware) {
             judge_software(found, request.rig);
         }
-        for (block_diagnosis &before : result.blocks) {
-            drop_repeated(before, found);
+        for (block_diagnosis &earlier : result.blocks) {
+            drop_repeated(earlier, found);
             if (block == block::force) {
-                judge_robot_again(before, found, input_of(before.block), events);
+                judge_robot_again(earlier, found, input_of(earlier.block), events);
             }
         }
         result.extended = found.extended;
