@@ -90,7 +90,7 @@ def inseparable_names(scenario, found, true):
 def reproduction(seed, effect, size, kind):
     words = ("python tests/hidden_effects/generate.py "
              f"--seed {seed} --out build/hidden/{seed} --truth build/hidden-truth/{seed}")
-    given = [("effect", effect), ("size", size), ("kind", kind if effect is None else None)]
+    given = [("effect", effect), ("size", size), ("kind", kind)]
     return words + "".join(f" --{name} {value}" for name, value in given if value)
 
 

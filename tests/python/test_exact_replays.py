@@ -14,21 +14,26 @@ from conftest import ROOT, command
 GENERATE = ROOT / "tests/hidden_effects/generate.py"
 
 
+def hidden_and_told(folder, seed, *arguments):
+    """The effects that the generator hides and what is told of the record."""
+    record, truth = folder / "record", folder / "truth"
+    hide = [sys.executable, str(GENERATE), "--seed", str(seed), *arguments]
+    print("again: python", *hide[1:], "--out A --truth B")
+    subprocess.run([*hide, "--out", record, "--truth", truth], check=True, stdout=subprocess.DEVNULL)
+    more = [part for name in ("validate", "repeat", "standstill") if (record / f"{name}.csv").exists()
+            for part in (f"--{name}", record / f"{name}.csv")]
+    done = command("diagnose", record / "record.csv", "--rig", record / "rig.toml", *more, "--out", folder / "out")
+    assert done.returncode == 0, done.stderr.decode()
+    return (json.loads((truth / "truth.json").read_text())["effects"],
+            json.loads((folder / "out/diagnosis.json").read_text()))
+
+
 @pytest.mark.parametrize("seed, effect, block", [
     (102, "manipulator.quadratic_stiffness", "manipulator"), (105, "manipulator.cubic_stiffness", "manipulator"),
     (103, "manipulator.backlash", "manipulator"), (104, "object.loss_of_contact", "force"),
 ])
 def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, block, tmp_path):
-    record, truth = tmp_path / "record", tmp_path / "truth"
-    hide = [sys.executable, str(GENERATE), "--seed", str(seed), "--effect", effect, "--size", "large"]
-    print("again: python", *hide[1:], "--out A --truth B")
-    subprocess.run([*hide, "--out", record, "--truth", truth], check=True, stdout=subprocess.DEVNULL)
-    more = [part for name in ("validate", "repeat", "standstill") if (record / f"{name}.csv").exists()
-            for part in (f"--{name}", record / f"{name}.csv")]
-    done = command("diagnose", record / "record.csv", "--rig", record / "rig.toml", *more, "--out", tmp_path / "out")
-    assert done.returncode == 0, done.stderr.decode()
-    told = json.loads((tmp_path / "out/diagnosis.json").read_text())
-    hidden = json.loads((truth / "truth.json").read_text())["effects"][0]
+    [hidden], told = hidden_and_told(tmp_path, seed, "--effect", effect, "--size", "large")
     found = next(one for one in told["blocks"] if one["block"] == block)
     print(hidden["parameters"], [(c["effect"], [(p["name"], p["value"]) for p in c["parameters"]]) for c in found["causes"]],
           found["residual"]["fit"])
@@ -36,3 +41,18 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     for parameter in found["causes"][0]["parameters"]:
         assert parameter["value"] == pytest.approx(hidden["parameters"][parameter["name"]], rel=1e-3)
     assert found["residual"]["fit"]["after"] < 1.1 * found["residual"]["fit"]["floor"]
+
+
+@pytest.mark.parametrize("seed, arguments, causes", [
+    # A limit that is met in one stretch of a chirp, or by one step, which no tenth of the record held out shows again.
+    (7155, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
+    (7154, ("--kind", "two"), ["robot.acceleration_limit", "sensor.gain"]),
+    # The robot's reports fit a dead time as well; the force does not.
+    (7134, ("--kind", "two"), ["object.quadratic_stiffness", "robot.lag"]),
+    # What a dead band of the robot does to the force is thirty times what the sensor adds.
+    (7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
+])
+def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, causes, tmp_path):
+    hidden, told = hidden_and_told(tmp_path, seed, *arguments)
+    assert sorted(one["effect"] for one in hidden) == causes
+    assert told["verdict"] == "named" and sorted(one["effect"] for one in told["causes"]) == causes

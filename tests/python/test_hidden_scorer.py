@@ -1,6 +1,7 @@
 """The scorer of hidden effects can fail: hand-made diagnoses, and programs that are right, guess, or say nothing."""
 
 import json
+import shlex
 import subprocess
 import sys
 
@@ -11,7 +12,10 @@ FOLDER = ROOT / "tests" / "hidden_effects"
 sys.path.insert(0, str(FOLDER))
 import diagnosis  # noqa: E402
 import judge  # noqa: E402
+import score  # noqa: E402
 import tally  # noqa: E402
+from generate import write  # noqa: E402
+from scenario import draw  # noqa: E402
 
 CHANNELS = {"command_position_m": 1e-11, "robot_position_m": 5e-6, "force_N": 0.1}
 
@@ -193,3 +197,42 @@ def test_which_names_a_record_cannot_tell_apart():
 def test_few_records_fail_a_bound_only_if_that_is_improbable():
     few = [tally.Bound("confident wrong name", wrong, 24, 0.01, True).as_json(True) for wrong in (0, 2, 4)]
     assert [one["met"] for one in json.loads(json.dumps(few))] == [True, True, False]
+
+
+@pytest.mark.parametrize("place", [0, 1, 3, 6])
+def test_a_record_is_made_again_by_the_line_that_tells_how(place, tmp_path):
+    """One of each kind: single, fault-free, two, outside."""
+    seed, kind, effect, size = score.plan(7001, 10)[place]
+    write(draw(seed, effect, size, kind), tmp_path / "first", tmp_path / "truth")
+    program, script, *words = shlex.split(score.reproduction(seed, effect, size, kind))
+    words[words.index("--out") + 1] = tmp_path / "again"
+    words[words.index("--truth") + 1] = tmp_path / "again-truth"
+    assert program == "python"
+    subprocess.run([sys.executable, ROOT / script, *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+    assert (tmp_path / "again/record.csv").read_bytes() == (tmp_path / "first/record.csv").read_bytes()
+
+
+def test_a_score_that_was_cut_short_goes_on_where_it_ended(tmp_path):
+    program, path, jobs = tmp_path / "berth", tmp_path / "records.jsonl", [[1, "single", None, None]]
+    program.write_text("one")
+    score.Journal(path, program, jobs).add({"seed": 1})
+    with path.open("a") as file:
+        file.write('{"seed": 2, "par')  # as the power went
+    again = score.Journal(path, program, jobs)
+    assert again.records == [{"seed": 1}]
+    again.add({"seed": 3})
+    assert score.Journal(path, program, jobs).records == [{"seed": 1}, {"seed": 3}]
+    assert score.Journal(path, program, [*jobs, [2, "single", None, None]]).records == []
+    score.Journal(path, program, jobs).add({"seed": 1})
+    program.write_text("another")
+    assert score.Journal(path, program, jobs).records == []
+
+
+def test_a_failure_of_the_scorer_itself_is_a_record_that_failed(monkeypatch, tmp_path):
+    def broken(*_):
+        raise KeyError("robot_position_m")
+
+    monkeypatch.setattr(score, "score_one", broken)
+    found = score.score_safely((7, "single", "robot.lag", "small"), "berth", tmp_path)
+    assert found["outcome"] == "failed" and "robot_position_m" in found["error"] and found["seed"] == 7
+    assert tally.markdown([found], True)
