@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../effects/active.h"
 #include "acceptance.h"
 #include "block_search.h"
 #include "floor.h"
@@ -21,25 +20,14 @@ constexpr double share_of_all = 0.02;
 constexpr double share_of_all_refining = 0.003;
 constexpr double share_of_rest = 0.9; /* nearly all that is left */
 
-/* Its first parameter is its size: at 0 the effect is none, whatever the others are. */
-bool has_size(const effect &effect, const rig &fitted)
-{
-    if (effect.switch_on != nullptr) {
-        return true;
-    }
-    rig none = fitted;
-    set_number(none, effect.parameters[0].key, 0.0);
-    return is_active(effect, fitted) && !is_active(effect, none);
-}
-
 /* An effect of no size is none, whatever its other parameters make up for. */
 bool size_may_be_zero(const candidate &one)
 {
     const std::string_view key = one.effect->parameters[0].key;
-    for (std::size_t i = 0; i < one.fitted.ci95.size(); i++) {
+    const bool has_size = one.effect->switch_on != nullptr;
+    for (std::size_t i = 0; has_size && i < one.fitted.ci95.size(); i++) {
         if (one.fitted.parameters[i].key->path == key) {
-            return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i] &&
-                   has_size(*one.effect, one.fitted.rig);
+            return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i];
         }
     }
     return false;
