@@ -100,8 +100,9 @@ std::size_t first_movement(const record &data)
     constexpr double share = 0.1;
     const std::vector<double> &x = data.command_position_m.empty() ? data.robot_position_m : data.command_position_m;
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
-    const auto moved = std::find_if(
-        x.begin(), x.end(), [&](double value) { return std::abs(value - x.front()) > share * (*most - *least); });
+    const double far = share * (*most - *least);
+    const auto moved =
+        std::find_if(x.begin(), x.end(), [&](double value) { return std::abs(value - x.front()) > far; });
     const auto more = static_cast<std::size_t>(first_horizon_s / data.period_s);
     return std::min(x.size(), static_cast<std::size_t>(moved - x.begin()) + more);
 }
