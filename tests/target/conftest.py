@@ -60,6 +60,11 @@ class Step:
     def path(self, name):
         return self.folder / name
 
+    def check_replays(self, name):
+        """The log replays on the host, bit for bit."""
+        done = subprocess.run([BERTH, "replay", self.path(name)], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
     def check_loop_done(self):
         """Of a step that runs the loop: the step and the loop have ended well."""
         self.check_done()

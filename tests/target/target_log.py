@@ -61,6 +61,13 @@ class TargetLog:
         steps = np.diff(self.tick["index"])
         np.testing.assert_array_equal(steps, 1 + self.tick["missed_ticks"][1:].astype(int))
 
+    def check_ran_to_the_end(self, ticks):
+        """Without a stop on the way, and every tick in time."""
+        assert self.states() == ["start", "ready", "running"]
+        assert np.count_nonzero(self.before_end) == ticks
+        self.check_no_tick_is_missing()
+        assert self.missed_ticks() == 0
+
     def check_arm_moves_as(self, simulated):
         """Tool, satellite and joints to 2 % of how far they move, under the same orders."""
         here, there = self.topic("arm"), simulated.topic("arm")
