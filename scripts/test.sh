@@ -9,13 +9,19 @@ set -uo pipefail
 cd "$(dirname "$0")/.." || exit
 unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
 mode=${1:?usage: test.sh quick|full}
+at_once=(-n "$(nproc)" --dist loadfile) # what a file's tests share is made once
 passed=0 failed=0 skipped=0 failures=()
+
+# part NAME: a heading, and how long it took to get there.
+part() {
+    echo "--- $1 (after ${SECONDS} s)"
+}
 
 # step NAME COMMAND...: one pass or failure; output is shown only if it fails.
 step() {
     local name=$1 output
     shift
-    echo "--- $name"
+    part "$name"
     if output=$("$@" 2>&1); then
         passed=$((passed + 1))
     else
@@ -28,7 +34,7 @@ step() {
 step_shown() {
     local name=$1
     shift
-    echo "--- $name"
+    part "$name"
     if "$@"; then
         passed=$((passed + 1))
     else
@@ -40,7 +46,7 @@ step_shown() {
 cpp() {
     local name=$1 output cases
     shift
-    echo "--- $name"
+    part "$name"
     output=$("$@" 2>&1)
     local status=$?
     printf '%s\n' "$output"
@@ -57,8 +63,8 @@ cpp() {
 py() {
     local name=$1 output last
     shift
-    echo "--- $name"
-    output=$(.venv/bin/python -m pytest -q -ra -p no:cacheprovider "$@" 2>&1)
+    part "$name"
+    output=$(.venv/bin/python -m pytest -q -ra -p no:cacheprovider --durations=10 "$@" 2>&1)
     local status=$?
     printf '%s\n' "$output"
     last=$(tail -1 <<<"$output")
@@ -79,7 +85,7 @@ if [ "$mode" = full ]; then
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
-    py "Python tests" tests/python
+    py "Python tests" "${at_once[@]}" tests/python
     step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
     if scripts/setup.sh target; then
         step "build for the guests" make target-programs
@@ -94,9 +100,10 @@ if [ "$mode" = full ]; then
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
 else
-    py "Python tests" -m "not arm64" tests/python
+    py "Python tests" "${at_once[@]}" -m "not arm64" tests/python
 fi
 
+part "end"
 for name in "${failures[@]}"; do
     echo "FAILED: $name"
 done

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../hal/rig/rig_file.h"
+#include "../solver/decompositions.h"
 #include "../solver/ode.h"
 
 namespace berth
@@ -146,7 +147,7 @@ class manoeuvre
                 const Eigen::MatrixXd linear =
                     at.base().axes *
                     jacobian.joints.template bottomRows<Space::dimension>().leftCols(chain.joint_count);
-                const Eigen::VectorXd step = linear.completeOrthogonalDecomposition().solve(Eigen::VectorXd(miss));
+                const Eigen::VectorXd step = least_norm_solution(linear, miss);
                 at.link_rad().head(chain.joint_count) += step * std::min(1.0, 0.2 / std::max(step.norm(), 1e-300));
                 miss = goal - tool(at).position_m;
             }

@@ -7,6 +7,7 @@
 
 #include "../../firmware/arm/dynamics.h"
 #include "../../hal/rig/rig_file.h"
+#include "../solver/decompositions.h"
 
 namespace berth
 {
@@ -139,9 +140,7 @@ Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direc
     Eigen::FullPivLU<Eigen::MatrixXd> free(held * scaled);
     free.setThreshold(1e-10);
     const Eigen::MatrixXd kernel = free.kernel();
-    const Eigen::MatrixXd orthonormal = Eigen::HouseholderQR<Eigen::MatrixXd>(kernel).householderQ() *
-                                        Eigen::MatrixXd::Identity(kernel.rows(), kernel.cols());
-    return scaled * orthonormal;
+    return scaled * orthonormal_basis(kernel).leftCols(kernel.cols());
 }
 
 linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -206,7 +205,7 @@ std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
     first_order.bottomLeftCorner(n, n) = -inertia.solve(even.stiffness);
     first_order.bottomRightCorner(n, n) = -inertia.solve(even.damping);
     std::vector<std::complex<double>> found;
-    for (const std::complex<double> &s : first_order.eigenvalues()) {
+    for (const std::complex<double> &s : eigenvalues(first_order)) {
         if (s.imag() >= 0.0) {
             found.push_back(s);
         }

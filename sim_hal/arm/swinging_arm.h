@@ -9,6 +9,7 @@
 #include "../../firmware/arm/attitude_control.h"
 #include "../../firmware/arm/dynamics.h"
 #include "../../hal/rig/rig_file.h"
+#include "../solver/decompositions.h"
 #include "free_swing.h"
 
 namespace berth
@@ -36,7 +37,7 @@ class swinging_arm
         const Eigen::Index across = Space::dimension - 1;
         const Eigen::Index turns = Space::dimension == 3 ? 3 : 0; /* in the plane the tool may turn */
         Eigen::MatrixXd full = Eigen::MatrixXd::Zero(1 + across + turns, motion_of<Space>::size);
-        const Eigen::MatrixXd frame = Eigen::HouseholderQR<Eigen::MatrixXd>(direction).householderQ();
+        const Eigen::MatrixXd frame = orthonormal_basis(direction);
         full.row(0).tail(Space::dimension) = direction.transpose();
         full.block(1, Space::turns, across, Space::dimension) = frame.rightCols(across).transpose();
         full.bottomLeftCorner(turns, turns).setIdentity();
@@ -225,7 +226,7 @@ class swinging_arm
         const Eigen::VectorXd mobility =
             linearise(config, rest.link_rad().head(chain.joint_count)).inertia.diagonal().cwiseInverse();
         const Eigen::MatrixXd by = mobility.asDiagonal() * j.transpose();
-        return by * (j * by).eval().completeOrthogonalDecomposition().solve(wanted);
+        return by * least_norm_solution(j * by, wanted);
     }
 
     /* What the tool is off in the directions that it is held in. */

@@ -1,8 +1,9 @@
 /* The manipulator's block: windows that each start anew, from the state that fits them best. */
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/QR>
 
 #include "../effects/active.h"
+#include "../solver/decompositions.h"
 #include "block_model.h"
 
 namespace berth
@@ -111,7 +112,7 @@ std::vector<Eigen::Vector2d> block_model::remove_followed(std::vector<double> &e
             basis.col(i) = Eigen::Map<const Eigen::VectorXd>(followed_[i].data() + window.begin, count);
         }
         Eigen::Map<Eigen::VectorXd> part(error.data() + window.begin, count);
-        off.emplace_back(basis.colPivHouseholderQr().solve(part));
+        off.emplace_back(least_squares_solution(basis, part));
         part -= basis * off.back();
     }
     return off;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
+
+#include "../solver/decompositions.h"
 
 namespace berth
 {
@@ -155,7 +157,7 @@ void shift_slips(rig &rig, const record &data, const std::vector<record_segment>
             basis(k, 1) = data.time_s[answers[slip].begin] - data.time_origin_s;
         }
     }
-    const Eigen::VectorXd line = basis.colPivHouseholderQr().solve(late_ms);
+    const Eigen::VectorXd line = least_squares_solution(basis, late_ms);
     rig.robot.clock_phase_ms += line(0);
     rig.robot.clock_drift_ppm += count > 1 ? 1e3 * line(1) : 0.0;
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/QR>
+
+#include "../solver/decompositions.h"
 
 namespace berth
 {
@@ -112,7 +114,7 @@ tangent_space::prospect tangent_space::best_share(const Eigen::VectorXd &white, 
         return best;
     }
     const prospect more = best_of(basis_of_all_, white, change, least, most);
-    const Eigen::VectorXd moved = slopes_of_all_.colPivHouseholderQr().solve(-(white + more.share * change));
+    const Eigen::VectorXd moved = least_squares_solution(slopes_of_all_, -(white + more.share * change));
     for (Eigen::Index i = 0; i < moved.size(); i++) {
         if (inward_[static_cast<std::size_t>(i)] * moved(i) < 0.0) {
             return best; /* out of its bounds */

@@ -1,14 +1,15 @@
 #include "arm_loop.h"
 
 #include <cmath>
-#include <Eigen/Dense>
-#include <unsupported/Eigen/MatrixFunctions>
+#include <Eigen/Cholesky>
 
 #include "../../firmware/arm/robot_frame.h"
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../solver/balance.h"
+#include "../solver/decompositions.h"
+#include "../solver/exponential.h"
 #include "period_map.h"
 #include "spectrum.h"
 
@@ -43,7 +44,7 @@ arm_period period_of(const linear_arm &arm, const Eigen::MatrixXd &ways, double 
     rates.block(n, 0, n, n) = -inertia.solve(even(arm.stiffness));
     rates.block(n, n, n, n) = -inertia.solve(even(arm.damping));
     rates.block(n, 2 * n, n, axes) = inertia.solve(way.transpose());
-    const Eigen::MatrixXd over = (rates * period_s).exp();
+    const Eigen::MatrixXd over = exponential(rates * period_s);
     arm_period result = {over.topLeftCorner(2 * n, 2 * n), over.topRightCorner(2 * n, axes),
                          Eigen::MatrixXd::Zero(axes, 2 * n)};
     result.way.leftCols(n) = way;
@@ -58,7 +59,7 @@ std::vector<std::complex<double>> bound_eigenvalues(const Eigen::MatrixXd &loop)
     Eigen::MatrixXd even = loop;
     balance(even);
     std::vector<std::complex<double>> bound;
-    for (const std::complex<double> &z : even.eigenvalues()) {
+    for (const std::complex<double> &z : eigenvalues(even)) {
         if (std::abs(z - 1.0) > free_spread) {
             bound.push_back(z);
         }

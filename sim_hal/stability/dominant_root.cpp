@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <limits>
 #include <optional>
 
 #include "../solver/balance.h"
+#include "../solver/decompositions.h"
 #include "zero_count.h"
 
 namespace berth
@@ -151,8 +151,7 @@ std::vector<complex> all_roots(const loop_equation &equation)
     }
     balance(companion);
     std::vector<complex> roots;
-    const Eigen::VectorXcd eigenvalues = companion.eigenvalues();
-    for (const complex z : eigenvalues) {
+    for (const complex z : eigenvalues(companion)) {
         if (z.imag() >= 0.0 && z != 0.0) {
             roots.push_back(1.0 / z);
         }

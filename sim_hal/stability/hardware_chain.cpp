@@ -2,10 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
+#include "../solver/decompositions.h"
 
 namespace berth
 {
@@ -28,8 +28,7 @@ hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_ma
             const Eigen::Matrix2d apart = pair - t(0, 0) * Eigen::Matrix2d::Identity();
             Eigen::Matrix<double, 3, 2> plane;
             plane << t.block<1, 2>(0, 1) * apart.inverse(), Eigen::Matrix2d::Identity();
-            const Eigen::Matrix3d first_three =
-                Eigen::HouseholderQR<Eigen::Matrix<double, 3, 2>>(plane).householderQ();
+            const Eigen::Matrix3d first_three = orthonormal_basis(plane);
             turned.leftCols<3>() = (turned.leftCols<3>() * first_three).eval();
         }
         basis.rightCols(left) = (basis.rightCols(left) * turned).eval();

@@ -3,12 +3,13 @@
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <memory>
 
 #include "../../firmware/compensation/compensation.h"
 #include "../../firmware/compensation/delay_shares.h"
 #include "../../sim_hal/hil/random.h"
+#include "../../sim_hal/solver/decompositions.h"
 #include "../../sim_hal/stability/hardware_period.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
@@ -52,7 +53,7 @@ std::complex<double> coupled_mode_per_s(const rig &rig)
     a.row(1) /= arm.mass_kg;
     a.row(3) << k, d, -object.stiffness_N_per_m - k, -object.damping_N_s_per_m - d;
     a.row(3) /= object.mass_kg;
-    const Eigen::Vector4cd all = a.eigenvalues();
+    const Eigen::Vector4cd all = berth::eigenvalues(a);
     return *std::min_element(all.begin(), all.end(), [](const auto &one, const auto &other) {
         return std::pair(std::abs(one), -one.imag()) < std::pair(std::abs(other), -other.imag());
     });

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "../../sim_hal/effects/effect.h"
 #include "../../sim_hal/hil/random.h"
+#include "../../sim_hal/solver/decompositions.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
 #include "../support/random_rigs.h"
@@ -20,7 +19,7 @@ namespace berth
 namespace
 {
 
-constexpr int rig_count = 200;
+constexpr int rig_count = cases_to_draw(200);
 constexpr double run_s = 40.0;
 
 /* Frames have steps of 10 pm and 0.1 uN: what they add up to in the position. */
@@ -69,11 +68,11 @@ std::vector<seen_mode> modes_in(const Eigen::VectorXd &x, double step_s)
     for (Eigen::Index i = 0; i < hankel.cols(); i++) {
         hankel.col(i) = x.segment(i, rows);
     }
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(hankel, Eigen::ComputeThinU);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(hankel, Eigen::ComputeThinU);
     const double floor = std::max(noise_m * static_cast<double>(rows), 1e-13 * svd.singularValues()(0));
     const Eigen::Index count = std::min<Eigen::Index>((svd.singularValues().array() > floor).count(), rows - 1);
     const Eigen::MatrixXd u = svd.matrixU().leftCols(count);
-    const Eigen::VectorXcd z = u.topRows(rows - 1).colPivHouseholderQr().solve(u.bottomRows(rows - 1)).eigenvalues();
+    const Eigen::VectorXcd z = eigenvalues(least_squares_solution(u.topRows(rows - 1), u.bottomRows(rows - 1)));
 
     /* Amplitudes: powers counted from the end where each is largest, so that none overflows. */
     Eigen::MatrixXcd powers(x.size(), count);
@@ -83,10 +82,14 @@ std::vector<seen_mode> modes_in(const Eigen::VectorXd &x, double step_s)
             powers(i, j) = std::pow(z(j), exponent);
         }
     }
-    const Eigen::VectorXcd amplitudes = powers.colPivHouseholderQr().solve(x.cast<std::complex<double>>());
+    Eigen::MatrixXd parts(2 * x.size(), 2 * count); /* real parts before imaginary ones */
+    parts << powers.real(), -powers.imag(), powers.imag(), powers.real();
+    Eigen::VectorXd wanted = Eigen::VectorXd::Zero(2 * x.size());
+    wanted.head(x.size()) = x;
+    const Eigen::VectorXd amplitudes = least_squares_solution(parts, wanted);
     std::vector<seen_mode> modes;
     for (Eigen::Index j = 0; j < count; j++) {
-        modes.push_back({std::log(std::abs(z(j))) / step_s, std::abs(amplitudes(j))});
+        modes.push_back({std::log(std::abs(z(j))) / step_s, std::hypot(amplitudes(j), amplitudes(count + j))});
     }
     return modes;
 }

@@ -2,9 +2,10 @@
  * firmware step and simulated rig, frames and their rounding included. */
 #include <cmath>
 #include <doctest/doctest.h>
-#include <Eigen/QR>
+#include <Eigen/Core>
 
 #include "../../sim_hal/hil/random.h"
+#include "../../sim_hal/solver/decompositions.h"
 #include "../../sim_hal/stability/period_map.h"
 #include "../support/closed_loop.h"
 #include "../support/seed.h"
@@ -87,7 +88,7 @@ class shaken_loop
             after.col(i) = complete(reached[static_cast<std::size_t>(tick + 1)], tick + 1);
         }
         /* after = J before */
-        return before.transpose().colPivHouseholderQr().solve(after.transpose()).transpose();
+        return least_squares_solution(before.transpose(), after.transpose()).transpose();
     }
 
   private:

@@ -1,0 +1,29 @@
+#include "decompositions.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+namespace berth
+{
+
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd &matrix)
+{
+    return matrix.eigenvalues();
+}
+
+Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd &columns)
+{
+    return Eigen::HouseholderQR<Eigen::MatrixXd>(columns).householderQ();
+}
+
+Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b)
+{
+    return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd &a, const Eigen::VectorXd &b)
+{
+    return a.completeOrthogonalDecomposition().solve(b);
+}
+
+} // namespace berth
