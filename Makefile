@@ -16,6 +16,9 @@ ifneq ($(SANITIZE),)
 CC := clang
 CXX := clang++
 endif
+# Where ccache is installed, what was compiled in one clone is not compiled again in another.
+CCACHE := $(shell command -v ccache)
+export CCACHE_NOHASHDIR := 1
 PYTHON := .venv/bin/python
 MAKEFLAGS += --no-print-directory
 ifeq ($(MAKELEVEL),0)
@@ -262,8 +265,8 @@ build/rigs.cpp: scripts/embed_rigs.py $(RIGS)
 	@mkdir -p $(@D)
 	@python3 $< $@ $(RIGS)
 
-COMPILED_C = $(CC) -std=c11 -D_GNU_SOURCE $(COMMON)
-COMPILED_CXX = $(CXX) -std=c++17 $(COMMON) $(SIM_FLAGS)
+COMPILED_C = $(CCACHE) $(CC) -std=c11 -D_GNU_SOURCE $(COMMON)
+COMPILED_CXX = $(CCACHE) $(CXX) -std=c++17 $(COMMON) $(SIM_FLAGS)
 
 $(BUILD)/obj/%.c.o: %.c | $(if $(CROSS_COMPILE),$(BUILD)/include)
 	@mkdir -p $(@D)
