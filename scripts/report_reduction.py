@@ -140,7 +140,9 @@ def statement(sweeps):
         unseen = np.isinf(reduced_ms) or np.isinf(full_ms)
         shown = [f"more than {number_text(sweep.looked_to_ms)} ms" if np.isinf(ms) else f"{number_text(ms)} ms"
                  for ms in (reduced_ms, full_ms)]
-        says.append(f"The critical dead time is off by {'at least' if unseen else 'up to'} {number_text(off)} %: "
+        bound = "at least" if unseen else "up to"
+        amount = f"off by {bound} {number_text(off)} %" if off < 200 else f"{bound} {1 + off / 100:.0f} times too long"
+        says.append(f"The critical dead time is {amount}: "
                     f"{shown[0]} in place of {shown[1]}, joint {sweep.joint} at {sweep.angle_rad[at]:.2f} rad.")
     elif all(np.all(sweep.neither_found[sweep.compared]) for sweep in sweeps):
         says.append(f"Both bear more than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms of dead time at "

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
+#include "number.h"
 
 namespace berth
 {
@@ -119,14 +119,14 @@ amplitude_range amplitudes_of(const std::string &text)
 {
     amplitude_range range = {};
     const char *at = text.c_str();
-    char *end = nullptr;
-    range.from_m = std::strtod(at, &end);
+    const char *end = nullptr;
+    range.from_m = number_at<double>(at, &end);
     bool is_fine = end != at && *end == ':';
     at = end + (is_fine ? 1 : 0);
-    range.to_m = std::strtod(at, &end);
+    range.to_m = number_at<double>(at, &end);
     is_fine = is_fine && end != at && *end == ':';
     at = end + (is_fine ? 1 : 0);
-    const long count = std::strtol(at, &end, 10);
+    const long count = number_at<long>(at, &end);
     is_fine = is_fine && end != at && *end == '\0' && count >= 2 && count <= 1000;
     if (!is_fine || !(range.from_m >= 1e-6 && range.to_m > range.from_m && range.to_m <= 1e3)) {
         throw input_error(

@@ -1,12 +1,12 @@
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/arm_file.h"
 #include "../effects/active.h"
 #include "../stability/loop_timeline.h"
 #include "commands.h"
+#include "number.h"
 #include "reduce_amplitude.h"
 #include "reduction_report.h"
 #include "robot_choice.h"
@@ -23,8 +23,8 @@ Eigen::VectorXd numbers_of(const std::string &option, const std::string &text, E
     Eigen::VectorXd values(count);
     const char *at = text.c_str();
     for (Eigen::Index i = 0; i < count; i++) {
-        char *end = nullptr;
-        values(i) = std::strtod(at, &end);
+        const char *end = nullptr;
+        values(i) = number_at<double>(at, &end);
         const char separator = i + 1 < count ? ',' : '\0';
         if (end == at || *end != separator || !std::isfinite(values(i))) {
             throw input_error(std::string(option).append(" ").append(text) + ": must be " + std::to_string(count) +
@@ -52,15 +52,15 @@ pose_sweep sweep_of(const std::string &text, Eigen::Index joints)
         at += *at != '\0' ? 1 : 0;
     };
     const auto whole = [&] {
-        char *end = nullptr;
-        const long value = std::strtol(at, &end, 10);
+        const char *end = nullptr;
+        const long value = number_at<long>(at, &end);
         is_fine = is_fine && end != at;
         at = end;
         return value;
     };
     const auto angle = [&] {
-        char *end = nullptr;
-        const double value = std::strtod(at, &end);
+        const char *end = nullptr;
+        const double value = number_at<double>(at, &end);
         is_fine = is_fine && end != at && std::fabs(value) <= ARM_ANGLE_MAX_rad;
         at = end;
         return value;

@@ -70,6 +70,17 @@ def test_angles_of_many_turns_are_refused(words):
     assert done.returncode == EXIT_INPUT and "within" in done.stderr.decode()
 
 
+@pytest.mark.parametrize("words", [("--pose", "0x1,0"), ("--pose", "1,nan"), ("--direction", "0x1,0"),
+                                   ("--sweep", "0x1=0:1:3"), ("--amplitude", "0x1:1:3"), ("--pose", "1,,2")])
+def test_numbers_are_decimal(words):
+    done = command("reduce", "ess", *words)
+    assert done.returncode == EXIT_INPUT and words[0] in done.stderr.decode()
+
+
+def test_blanks_and_a_plus_are_no_mistake():
+    assert reduce("ess", "--pose", " 0.9, +1.3")["poses"] == reduce("ess", "--pose", "0.9,1.3")["poses"]
+
+
 def test_it_says_what_was_looked_at():
     found = reduce("ess", "--held", "--direction", "0.6,0.8")
     assert (found["direction"], found["guided"], found["base_free"]) == ([0.6, 0.8], True, False)

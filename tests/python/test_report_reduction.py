@@ -115,3 +115,6 @@ def test_dead_times_that_neither_model_ends_at_are_no_error():
     assert report_reduction.statement([both]).endswith("Both bear more than 175 ms of dead time at every pose.")
     one = report_reduction.sweep_from({"poses": [pose, ended]}, 0, {}, (0.0, 0.0))
     assert "off by up to 25 %: 50 ms in place of 40 ms, joint 1 at 0.00 rad." in report_reduction.statement([one])
+    far = ended | {"dead_time_limit_ms": {"reduced": None, "full": 5.0, "looked_from": 2.5, "looked_to": 175.0}}
+    worst = report_reduction.sweep_from({"poses": [ended, far]}, 0, {}, (0.0, 0.0))
+    assert "at least 35 times too long: more than 175 ms in place of 5 ms" in report_reduction.statement([worst])
