@@ -71,7 +71,7 @@ def test_the_words_are_those_of_the_numbers(berthing, sweeps):
             f"{unstable} unstable what it makes stable.") in page.text
     off = [100 * abs(min(r, 175.0) / f - 1) for sweep in sweeps
            for r, f in zip(sweep.dead_time_reduced_ms, sweep.dead_time_full_ms) if f > 0]
-    assert f" {1 + max(off) / 100:.0f} times too long: " in page.text  # 62: far beyond 200 %
+    assert f" {1 + max(off) / 100:.0f} times too long: " in page.text
 
 
 def test_the_picture_is_on_the_page(berthing, tmp_path):
