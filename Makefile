@@ -286,7 +286,7 @@ $(call object,$(CLI) $(filter-out sim_hal/hil/% sim_hal/plant/%,$(SIM)) $(CPP_TE
 $(call object,$(wildcard sim_hal/diagnosis/*.cpp)): COMMON += $(if $(SANITIZE),,-O3)
 
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
-$(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += -O3 -fcx-limited-range
+$(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += $(if $(SANITIZE),,-O3 -fcx-limited-range)
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
