@@ -7,14 +7,7 @@
 #include <doctest/doctest.h>
 #include <string>
 
-#ifdef __has_feature
-#if __has_feature(address_sanitizer)
-#define BERTH_SANITIZED 1
-#endif
-#endif
-#ifdef __SANITIZE_ADDRESS__
-#define BERTH_SANITIZED 1
-#endif
+#include "sanitized.h"
 
 namespace berth
 {

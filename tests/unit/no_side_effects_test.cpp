@@ -28,6 +28,7 @@
 
 #include <Eigen/Core>
 
+#include "../support/sanitized.h"
 #include "tick_builder.h"
 
 namespace
@@ -37,7 +38,7 @@ volatile long allocations = 0;
 
 } // namespace
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef BERTH_SANITIZED
 
 /* As in <sanitizer/allocator_interface.h>, which not every compiler package brings along. */
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void *, std::size_t),
