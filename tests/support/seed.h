@@ -12,8 +12,7 @@
 namespace berth
 {
 
-/* How many cases a test draws: of `count`, a tenth under sanitizers. They look at the code that a case goes through,
- * ten times as long, and it goes through the same. */
+/* How many cases a test draws: of `count`, a tenth under sanitizers, which take ten times as long. */
 constexpr int cases_to_draw(int count)
 {
 #ifdef BERTH_SANITIZED
