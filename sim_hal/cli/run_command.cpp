@@ -74,7 +74,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, app->record);
+        note_tick(result, rig, app->record);
         manipulator.replace(*app);
     }
     sim_log(hal).drain();

@@ -51,6 +51,19 @@ try {
     return {};
 }
 
+/* Whether an order arrives or the grip changes in this tick: what moves then has not grown out of what moved before. */
+bool begins_anew(const rig &rig, std::int64_t tick)
+{
+    const std::int64_t period_ns = config_period_ns(&rig.firmware);
+    const auto is_in_tick = [&](double at_s) {
+        return at_s > 0.0 && at_s < never && (event_ns(at_s) + period_ns - 1) / period_ns == tick;
+    };
+    return is_in_tick(rig.run.grip_close_s) || is_in_tick(rig.run.grip_release_s) ||
+           std::any_of(rig.orders.begin(), rig.orders.end(), [&](const operator_order &order) {
+               return is_in_tick(rig.run.release_s + order.at_s);
+           });
+}
+
 void end_free_motion(run_result &result)
 {
     if (result.newest.tick.size() > result.longest.tick.size()) {
@@ -196,7 +209,7 @@ void print_transfer_behaviour(const rig &rig)
 
 } // namespace
 
-void note_tick(run_result &result, const tick_record &record)
+void note_tick(run_result &result, const rig &rig, const tick_record &record)
 {
     result.ticks++;
     result.overruns += record.missed_ticks;
@@ -210,6 +223,9 @@ void note_tick(run_result &result, const tick_record &record)
         result.running_m.push_back(record.manipulator_position_m);
         result.energy.note_tick(record);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
+    }
+    if (begins_anew(rig, record.index)) {
+        end_free_motion(result);
     }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
         result.newest.position_m.push_back(record.manipulator_position_m);

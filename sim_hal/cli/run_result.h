@@ -18,7 +18,7 @@
 namespace berth
 {
 
-/* Motion of the manipulator while it runs and no limit acts, without interruption. */
+/* Motion of the manipulator while it runs, without interruption by a limit, an order, or the grip. */
 struct free_motion {
     std::vector<double> position_m;
     std::vector<std::int64_t> tick; /* index of each sample's tick */
@@ -65,7 +65,7 @@ struct run_result {
 };
 
 /* Takes one tick into account. */
-void note_tick(run_result &result, const tick_record &record);
+void note_tick(run_result &result, const rig &rig, const tick_record &record);
 
 /* Fills in what only the whole run tells, from its `last` tick: growth, stable, counts. */
 void conclude(run_result &result, const rig &rig, const tick_record &last);

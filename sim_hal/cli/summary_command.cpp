@@ -33,7 +33,7 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
             frames_of_tick += record_as<frame_record>(bytes).direction == 0;
         } else if (id == ULOG_TICK_ID) {
             last = record_as<tick_record>(bytes);
-            note_tick(result, last);
+            note_tick(result, rig, last);
             frames_received += frames_of_tick;
             frames_of_tick = 0;
             state.missing_ticks += last.index - last.missed_ticks - next_index;

@@ -162,9 +162,15 @@ std::optional<growth_fit> fit_growth(const std::vector<double> &signal, double p
         return noise > 0.0 ? heights[i].value * heights[i].value / (noise * noise) : 1.0;
     };
     const straight_line growth = fit_line(heights.size(), time_s, logarithm, weight);
+    const std::size_t half = heights.size() / 2;
+    const straight_line early = fit_line(half, time_s, logarithm, weight);
+    const auto later = [half](auto of) { return [of, half](std::size_t i) { return of(half + i); }; };
+    const straight_line late = fit_line(heights.size() - half, later(time_s), later(logarithm), later(weight));
     const straight_line half_period_s = fit_line(heights.size(), number, time_s, [](std::size_t) { return 1.0; });
     const double from_s = heights.front().time_s;
-    const double deviation_per_s = std::hypot(1.96 * growth.slope_deviation, systematic * growth.slope);
+    const double deviation_per_s =
+        std::hypot(std::max(1.96 * growth.slope_deviation, 0.5 * std::abs(late.slope - early.slope)),
+                   systematic * growth.slope);
     return growth_fit{growth.slope,  deviation_per_s,       0.5 / half_period_s.slope,
                       from_s,        heights.back().time_s, std::exp(growth.at(from_s)),
                       heights.size()};

@@ -30,6 +30,15 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, dead_time_ms, duration_s):
     assert grown == pytest.approx(expected, rel=0.03)
 
 
+def test_growth_is_measured_between_orders(tmp_path):
+    """Orders and the grip move the arm too: only what follows the last of them is free to grow by itself."""
+    run = run_json(BERTHING, tmp_path)
+    told = one_json_object(command("summary", run["log"], "--json").stdout)
+    assert 46.1 <= told["envelope"]["time_s"][0] < told["envelope"]["fit_from_s"]
+    assert told["growth_per_s"] == run["growth_per_s"]
+    assert run["growth_per_s"] == pytest.approx(run["predicted_growth_per_s"], rel=0.15), "a moved arm's: 0.3 m off"
+
+
 def test_a_recorded_arm_is_compared_too(tmp_path):
     log = run_json(BERTHING, tmp_path, "--set", "run.duration_s=3")["log"]
     assert replay_json(log)["equal"]

@@ -84,6 +84,21 @@ TEST_CASE("the growth fit finds extremes that are flat")
     CHECK(flat->frequency_Hz == doctest::Approx(1.0));
 }
 
+/* What grows at first and then holds its height has no one rate: the interval holds both. */
+TEST_CASE("the growth fit's interval tells that the envelope is no exponential")
+{
+    constexpr double period_s = 2.5e-3;
+    std::vector<double> bent;
+    for (int i = 0; i < 28000; i++) {
+        const double t = i * period_s;
+        bent.push_back(std::exp(0.04 * std::min(t, 45.0)) * std::cos(1.4 * t));
+    }
+    const auto fit = fit_growth(bent, period_s, floor_m);
+    REQUIRE(fit.has_value());
+    CHECK(fit->growth_per_s - fit->growth_ci95_per_s < 0.008);
+    CHECK(fit->growth_per_s + fit->growth_ci95_per_s > 0.032);
+}
+
 /* Noise of the sensor drives the manipulator to a random oscillation of its own: heights near that level say nothing
  * of the growth, and its wiggles are no extremes. */
 TEST_CASE("growth under sensor noise")
