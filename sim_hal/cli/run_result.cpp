@@ -51,7 +51,8 @@ try {
     return {};
 }
 
-/* Whether an order arrives or the grip changes in this tick: what moves then has not grown out of what moved before. */
+/* Whether an order arrives or the grip changes in this tick: what moves then has not grown out of what moved before.
+ */
 bool begins_anew(const rig &rig, std::int64_t tick)
 {
     const std::int64_t period_ns = config_period_ns(&rig.firmware);
@@ -59,9 +60,8 @@ bool begins_anew(const rig &rig, std::int64_t tick)
         return at_s > 0.0 && at_s < never && (event_ns(at_s) + period_ns - 1) / period_ns == tick;
     };
     return is_in_tick(rig.run.grip_close_s) || is_in_tick(rig.run.grip_release_s) ||
-           std::any_of(rig.orders.begin(), rig.orders.end(), [&](const operator_order &order) {
-               return is_in_tick(rig.run.release_s + order.at_s);
-           });
+           std::any_of(rig.orders.begin(), rig.orders.end(),
+                       [&](const operator_order &order) { return is_in_tick(rig.run.release_s + order.at_s); });
 }
 
 void end_free_motion(run_result &result)
