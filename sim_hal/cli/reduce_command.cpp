@@ -145,6 +145,23 @@ struct told {
     nlohmann::json object;
 };
 
+/* A pose takes a second at 200 periods, 3 s at 400 and minutes at 2000: its limits are looked for with some hundred
+ * loops, each with a state for every period of dead time. */
+constexpr double dead_time_max_periods = 400.0;
+
+void check_dead_time(const rig &rig)
+{
+    const double most_ms = dead_time_max_periods * 1e3 * config_period_s(&rig.firmware);
+    if (rig.robot.dead_time_ms > most_ms) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "robot.dead_time_ms: %g ms is more than %g periods (%g ms), beyond which the limits would "
+                      "take minutes; `berth eigen` takes it",
+                      rig.robot.dead_time_ms, dead_time_max_periods, most_ms);
+        throw input_error(text);
+    }
+}
+
 void leave_out(told &result, const std::string &what)
 {
     std::fprintf(stderr, "berth: %s\n", what.c_str());
@@ -245,6 +262,7 @@ void look_at_arm(const reduce_arguments &arguments, const rig &rig, told &result
 int reduce_command(const reduce_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
+    check_dead_time(chosen.rig);
     if (chosen.rig.object.kind == object_kind::contact) {
         throw input_error(
             "object.kind: one-sided contact has no small motions, and so nothing to reduce to; look at a gripped "

@@ -115,6 +115,12 @@ def test_a_long_dead_time_ends_the_search_and_not_the_answer():
     assert "> 500" in command("reduce", *late).stdout.decode()
 
 
+def test_a_dead_time_that_would_take_minutes_is_refused():
+    done = command("reduce", "ess", "--set", "robot.dead_time_ms=1000.1")
+    assert done.returncode == EXIT_INPUT
+    assert "robot.dead_time_ms: 1000.1 ms is more than 400 periods (1000 ms)" in done.stderr.decode()
+
+
 def test_an_object_that_is_too_stiff_at_any_size_is_no_factor_of_zero():
     words = ("ess", "--set", "robot.dead_time_ms=300", "--set", "object.mass_kg=2000")
     limit = reduce(*words)["poses"][0]["object_limit"]
