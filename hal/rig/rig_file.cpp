@@ -203,6 +203,7 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
     }
     apply_overrides(rig, overrides, places);
     check_object_keys(rig, places);
+    rig.is_rate_given = places.count("loop.rate_Hz") > 0;
     if (!rig.arm.empty()) {
         put_arm(rig, load_arm(rig.arm));
     }

@@ -359,15 +359,15 @@ int diagnose_command(const diagnose_arguments &arguments)
     if (error) {
         throw input_error(arguments.out_folder + ": cannot be made: " + error.message());
     }
-    const nlohmann::json json = as_json(found, arguments, request.rig);
+    const nlohmann::json json = as_json(found, arguments, found.given);
     write_file(arguments.out_folder + "/diagnosis.json",
                json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    write_file(arguments.out_folder + "/given.toml", print_rig(request.rig));
+    write_file(arguments.out_folder + "/given.toml", print_rig(found.given));
     write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
     write_file(arguments.out_folder + "/series.csv", series_csv(found));
     const std::string profile_path = arguments.out_folder + "/" + next_experiment_file;
     if (found.next && found.next->proposed) {
-        write_file(profile_path, profile_csv(request.rig, *found.next->proposed));
+        write_file(profile_path, profile_csv(found.given, *found.next->proposed));
     } else {
         std::filesystem::remove(profile_path, error); /* what an earlier diagnosis left is not of this one */
     }
@@ -381,7 +381,7 @@ int diagnose_command(const diagnose_arguments &arguments)
         print_block(block);
     }
     print_detectable(found.detectable);
-    print_next(found, arguments, request.rig);
+    print_next(found, arguments, found.given);
     for (const std::string &note : found.notes) {
         std::printf("note: %s\n", note.c_str());
     }

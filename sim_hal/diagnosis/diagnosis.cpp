@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
@@ -18,8 +19,25 @@ constexpr std::vector<double> record::*all_signals[] = {
     &record::operator_force_N,   &record::operator_position_m, &record::operator_velocity_m_per_s,
     &record::command_position_m, &record::robot_position_m,    &record::force_N};
 
+/* A rig that was given no rate gets the record's. */
+void take_rate(rig &rig, record &data)
+{
+    if (rig.is_rate_given) {
+        return;
+    }
+    rig.firmware.loop.rate_Hz = 1.0 / data.period_s;
+    rig.is_rate_given = true;
+    char rate[40];
+    std::snprintf(rate, sizeof rate, "loop.rate_Hz = %.10g", rig.firmware.loop.rate_Hz);
+    if (const auto error = complete_and_check(rig)) {
+        throw input_error(data.path + ": the rig file states no loop.rate_Hz, and with the record's, " + rate + ", " +
+                          error->key + " " + error->message);
+    }
+    data.notes.push_back(std::string(rate) + " is the record's: the rig file states none");
+}
+
 /* The records one after another, as segments of one. */
-record read_all(const std::vector<std::string> &paths, const rig &rig,
+record read_all(const std::vector<std::string> &paths, rig &rig,
                 std::vector<std::pair<std::string, std::string>> &inputs)
 {
     record all;
@@ -27,6 +45,7 @@ record read_all(const std::vector<std::string> &paths, const rig &rig,
         record next = read_record(path, rig);
         inputs.emplace_back(path, next.hash);
         if (all.size() == 0) {
+            take_rate(rig, next);
             all = std::move(next);
             continue;
         }
@@ -188,12 +207,12 @@ void tell_detectable(diagnosis &result, const sample_events &events, const diagn
         if (block.block == block::manipulator && result.data.is_from_this_firmware) {
             continue; /* no physics decides what it does */
         }
-        block_model model(block.block, result.data, request.rig, events,
+        block_model model(block.block, result.data, result.given, events,
                           has_validation ? held_out_parts::none : held_out_parts::two_tenths);
-        const auto sizes = find_detectable(model, block.floor, block.fitted, request.rig, request.options);
+        const auto sizes = find_detectable(model, block.floor, block.fitted, result.given, request.options);
         result.detectable.insert(result.detectable.end(), sizes.begin(), sizes.end());
         if (&block == &result.blocks.back()) {
-            result.next = show_more(block, sizes, result.data, request.rig);
+            result.next = show_more(block, sizes, result.data, result.given);
         }
     }
 }
@@ -208,7 +227,7 @@ void propose_next(diagnosis &result, const sample_events &events, const diagnosi
     for (const verdict open : {verdict::partly_explained, verdict::unknown, verdict::one_of}) {
         for (const block_diagnosis &block : result.blocks) {
             if (block.verdict == open && !result.next) {
-                result.next = tell_rivals_apart(block, result.data, request.rig);
+                result.next = tell_rivals_apart(block, result.data, result.given);
             }
         }
     }
@@ -238,7 +257,8 @@ diagnosis diagnose(const diagnosis_request &request)
     };
     diagnosis result;
     tell("reading");
-    result.data = read_all(request.records, request.rig, result.inputs);
+    result.given = request.rig;
+    result.data = read_all(request.records, result.given, result.inputs);
     const record &data = result.data;
     refuse_copies(data);
     std::optional<record> validation;
@@ -248,7 +268,7 @@ diagnosis diagnose(const diagnosis_request &request)
          {std::make_pair(&request.validation, &validation), std::make_pair(&request.standstill, &standstill),
           std::make_pair(&request.repetition, &repetition)}) {
         if (!path->empty()) {
-            *made = read_record(*path, request.rig, made == &standstill);
+            *made = read_record(*path, result.given, made == &standstill);
             result.inputs.emplace_back(*path, (*made)->hash);
         }
     }
@@ -257,14 +277,14 @@ diagnosis diagnose(const diagnosis_request &request)
                                "would be better evidence");
     }
     result.notes.insert(result.notes.end(), data.notes.begin(), data.notes.end());
-    if (request.rig.has_wandering_samples()) {
+    if (result.given.has_wandering_samples()) {
         result.notes.push_back("neglected: with sensor.rate_Hz the age of the force changes from tick to tick; the "
                                "replay takes it to be always sensor.delay_ms");
     }
 
-    result.extended = request.rig;
+    result.extended = result.given;
     sample_events events;
-    const std::vector<event_finding> repeats = find_repeats(data, request.rig, events);
+    const std::vector<event_finding> repeats = find_repeats(data, result.given, events);
     const auto input_of = [&](block block) {
         diagnosis_input input;
         input.fit = &data;
@@ -292,17 +312,17 @@ diagnosis diagnose(const diagnosis_request &request)
         const bool has_robot = !result.blocks.empty() && result.blocks.back().block == block::robot;
         const bool is_behind_robot = block == block::force && has_robot;
         if (is_behind_robot) {
-            know_robot(input, result.blocks.back(), request.rig);
+            know_robot(input, result.blocks.back(), result.given);
         }
         const block_start start{input, result.extended, events,
                                 block == block::force ? repeats : std::vector<event_finding>{}};
         block_diagnosis found = diagnose_block(block, input, result.extended, events, start.found_events);
         if (is_behind_robot) {
-            ask_force_about_robot(result.blocks.back(), found, events, before, start, request.rig);
+            ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
         }
         before = start;
         if (block == block::manipulator && data.is_from_this_firmware) {
-            judge_software(found, request.rig);
+            judge_software(found, result.given);
         }
         for (block_diagnosis &earlier : result.blocks) {
             drop_repeated(earlier, found);

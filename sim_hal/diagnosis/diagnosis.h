@@ -27,6 +27,7 @@ struct diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::string located; /* the block that is at fault; empty: none, or more than one */
     std::vector<block_diagnosis> blocks;
+    berth::rig given; /* the request's, at the rate of the record where it was given none */
     berth::rig extended;
     std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
     std::optional<next_experiment> next;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <numeric>
 
 #include "../../firmware/compensation/compensation.h"
 #include "../../firmware/supervisor.h"
@@ -83,10 +84,11 @@ void check_values(const record &made)
     }
 }
 
+constexpr double gap = 1.5; /* in periods: a row is missing */
+
 /* Time runs on evenly, with jitter that is not a row; anything else starts a new segment. */
 void find_segments(record &made, const std::vector<double> &labels, double period_s)
 {
-    constexpr double gap = 1.5;
     double largest_jitter = 0.0;
     std::size_t gaps = 0;
     record_segment part{0, 0};
@@ -118,9 +120,14 @@ void find_segments(record &made, const std::vector<double> &labels, double perio
     }
 }
 
-/* The middle one of the steps between rows. */
-double median_step_s(const record &made)
+/* Mean of the steps between rows that are no gap: what rounding and jitter do to the stamps averages out. */
+double row_spacing_s(const record &made)
 {
+    constexpr std::size_t rows_min = 50;
+    if (made.size() < rows_min) {
+        throw input_error(made.path + ": has " + std::to_string(made.size()) + " rows; a diagnosis needs at least " +
+                          std::to_string(rows_min) + ", and a minute is better");
+    }
     std::vector<double> steps;
     for (std::size_t n = 1; n < made.size(); n++) {
         if (made.time_s[n] > made.time_s[n - 1]) {
@@ -131,28 +138,39 @@ double median_step_s(const record &made)
         throw input_error(made.path + ": t_s never increases");
     }
     std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-    return steps[steps.size() / 2];
+    const double longest_s = gap * steps[steps.size() / 2];
+    const auto evenly = std::partition(steps.begin(), steps.end(), [&](double step_s) { return step_s <= longest_s; });
+    return std::accumulate(steps.begin(), evenly, 0.0) / static_cast<double>(evenly - steps.begin());
 }
+
+/* To the whole ns that a loop's period has. */
+double loop_rate_Hz(double period_s)
+{
+    return 1e9 / std::max(1.0, std::round(1e9 * period_s));
+}
+
+/* How far off a rate may be: a lightly damped resonance moves by less than its width. */
+constexpr double rate_tolerance = 1e-3;
 
 void finish(record &made, const std::vector<double> &labels, const rig &rig, bool may_be_still)
 {
-    constexpr std::size_t rows_min = 50;
-    if (made.size() < rows_min) {
-        throw input_error(made.path + ": has " + std::to_string(made.size()) + " rows; a diagnosis needs at least " +
-                          std::to_string(rows_min) + ", and a minute is better");
-    }
-    const double step_s = median_step_s(made);
-    made.period_s = config_period_s(&rig.firmware);
-    if (std::abs(step_s - made.period_s) > 0.02 * made.period_s) {
+    const double spacing_s = row_spacing_s(made);
+    made.period_s = rig.is_rate_given ? config_period_s(&rig.firmware) : 1.0 / loop_rate_Hz(spacing_s);
+    if (std::abs(spacing_s - made.period_s) > rate_tolerance * made.period_s) {
         throw input_error(
             made.path + ": " +
-            text("its rows are %.6g ms apart, those of the rig %.6g ms", 1e3 * step_s, 1e3 * made.period_s) +
-            "; say " + text("--set loop.rate_Hz=%.0f", std::round(1.0 / step_s)));
+            text("its rows are %.7g ms apart, those of the rig %.7g ms", 1e3 * spacing_s, 1e3 * made.period_s) +
+            "; say " + text("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s)));
     }
     if (!may_be_still) {
         check_values(made);
     }
     find_segments(made, labels, made.period_s);
+}
+
+bool is_log(const std::string &path)
+{
+    return path.size() > 4 && path.substr(path.size() - 4) == ".ulg";
 }
 
 record read_csv(const std::string &path, const rig &rig, bool may_be_still)
@@ -283,8 +301,7 @@ record record_of_ticks::finish(const rig &wanted, bool may_be_still)
 
 record read_record(const std::string &path, const rig &rig, bool may_be_still)
 {
-    const bool is_log = path.size() > 4 && path.substr(path.size() - 4) == ".ulg";
-    return is_log ? read_log(path, rig, may_be_still) : read_csv(path, rig, may_be_still);
+    return is_log(path) ? read_log(path, rig, may_be_still) : read_csv(path, rig, may_be_still);
 }
 
 } // namespace berth

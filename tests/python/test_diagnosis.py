@@ -8,10 +8,12 @@ import pty
 import resource
 import subprocess
 import threading
+import tomllib
 import zlib
 
 import numpy as np
 import pytest
+import scipy.signal
 from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command, data_folder
 
 # A drive whose mass and viscous friction are known (EMPS benchmark, Janot, Gautier & Brunot 2019).
@@ -214,6 +216,59 @@ def test_time_that_runs_backwards(tmp_path):
 def test_another_rate(tmp_path):
     t_s, command_m, robot_m = motion()
     refused(tmp_path, write(tmp_path / "rate.csv", HEADER, 2 * t_s, command_m, robot_m), "loop.rate_Hz=200")
+
+
+# An electronic oscillator, with voltages for force and position, sampled at no whole rate.
+OSCILLATOR = """
+name = "oscillator"
+{rate}
+[manipulator]
+mass_kg = 5.4e-6
+damping_N_s_per_m = 2e-4
+stiffness_N_per_m = 0.95
+[operator]
+interface = "force"
+[signals]
+operator_force_N = "V1"
+command_position_m = "V2"
+"""
+
+
+@pytest.fixture(scope="module")
+def oscillation(tmp_path_factory):
+    """At 610.35 Hz, the spring 1 N/m instead of 0.95; stamps with 4 digits, as loggers write them."""
+    random = np.random.default_rng(7)
+    force_N = random.normal(0, 0.1, 12000)
+    plant = scipy.signal.cont2discrete(([1.0], [5.4e-6, 2e-4, 1.0]), 1 / 610.35)
+    position_m = scipy.signal.lfilter(plant[0].ravel(), plant[1], force_N) + random.normal(0, 1e-4, len(force_N))
+    path = tmp_path_factory.mktemp("oscillation") / "oscillation.csv"
+    table = np.column_stack((np.round(np.arange(len(force_N)) / 610.35, 4), force_N, position_m))
+    np.savetxt(path, table, delimiter=",", header="t_s,V1,V2", comments="", fmt=["%.4f", "%.9g", "%.9g"])
+    return path
+
+
+def test_a_rig_file_without_a_rate_takes_the_records(oscillation, tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text(OSCILLATOR.format(rate=""))
+    found = diagnose(tmp_path, oscillation, "--rig", rig)
+    assert any("610.35" in note and "the rig file states none" in note for note in found["notes"])
+    assert list(values(found)) == ["manipulator.parameters"]
+    assert values(found)["manipulator.parameters"]["stiffness_N_per_m"] == pytest.approx(1.0, rel=2e-3)
+    for made in ("given.toml", "extended.toml"):
+        rate = tomllib.loads((tmp_path / made).read_text())["loop"]["rate_Hz"]
+        assert rate == pytest.approx(610.35, rel=1e-6)
+    assert command("eigen", tmp_path / "extended.toml").returncode == EXIT_DONE
+
+
+def test_the_rate_that_is_asked_for_is_taken(oscillation, tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text(OSCILLATOR.format(rate="[loop]\nrate_Hz = 625"))
+    refusal = command("diagnose", oscillation, "--rig", rig, "--out", tmp_path)
+    assert refusal.returncode == EXIT_INPUT
+    asked_for = refusal.stderr.decode().split("say ")[1].split()
+    assert float(asked_for[1].removeprefix("loop.rate_Hz=")) == pytest.approx(610.35, rel=1e-6)
+    found = diagnose(tmp_path, oscillation, "--rig", rig, *asked_for)
+    assert list(values(found)) == ["manipulator.parameters"]
 
 
 @pytest.mark.parametrize("turn", [lambda x: x, lambda x: x[::-1], lambda x: -x])
