@@ -121,7 +121,7 @@ def energies(log):
     kinds = (("dead time made", "dead_time", ROBOT, "solid"),
              ("compensation made", "compensation", REPORTED, "solid"),
              ("step made", "integrator", COMMAND, "dash"),
-             ("operator gave", "operator", OPERATOR, "dash"),
+             ("joints and satellite gave" if log.arm else "operator gave", "operator", OPERATOR, "dash"),
              ("damping took", "dissipated", MANIPULATOR, "dot"),
              ("hardware took", "measured_port", OBJECT, "dot"),
              ("stored", "stored", MANIPULATOR, "solid"))
@@ -196,11 +196,15 @@ def believed_dead_time(log):
             Signal("tracked", ROBOT, log.tick_s, values)]
 
 
-def energy_words(summary):
+def energy_words(summary, log):
     """(name, value, remark): whether the loop makes energy, and where."""
     energy = summary.get("energy")
     if energy is None:
         return []
+    if log.arm:  # its own damping is in what its joints gave: nobody knows what it took
+        return [("energy", f"{energy['dead_time_J']:+.4g} J".replace("-", "−"), "made by dead time; the arm's joints and "
+                 f"satellite gave {energy['operator_J']:.4g} J, hardware took {energy['measured_port_J']:.4g} J"
+                 .replace("-", "−"))]
     word = {None: "none", True: "gained", False: "lost"}[energy["gains"]]
     made = f"made: dead time {energy['dead_time_J']:+.4g} J, integrator {energy['integrator_J']:+.4g} J; "
     if energy["compensation_J"] != 0.0:
@@ -379,7 +383,7 @@ def facts(log, summary):
         ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
-        *energy_words(summary),
+        *energy_words(summary, log),
         ("peak force", f"{summary['peak_force_N']:.2f} N", "as measured"),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),

@@ -10,6 +10,7 @@ namespace
 
 constexpr double way_max_m = 6.5; /* of the frame */
 constexpr double speed_max_m_per_s = 4.0;
+constexpr double speed_step_m_per_s = 1e-3;
 constexpr double rate_max_rad_per_s = 8.3;
 constexpr double angle_max_rad = 8.3;
 
@@ -156,8 +157,10 @@ std::optional<rig_error> check_orders(const rig &rig)
         if (arm.kind == ARM_NONE) {
             return rig_error{"orders", "need an arm: manipulator.arm"};
         }
-        if (timed.at_s < last_s) {
-            return rig_error{"orders.at_s", "must be 0 or more and not earlier than the order before"};
+        if (!(timed.at_s > 0.0 && timed.at_s >= last_s)) {
+            return rig_error{"orders.at_s",
+                             "counts from run.release_s, when the loop begins to run: it must be greater "
+                             "than 0 and not earlier than the order before"};
         }
         last_s = timed.at_s;
         if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
@@ -170,6 +173,11 @@ std::optional<rig_error> check_orders(const rig &rig)
         }
         if (order.kind == ARM_ORDER_JOINT_MOVE && order.rate_rad_per_s < 0.0) {
             return rig_error{"orders.rate_rad_per_s", "of a move must be 0 (as fast as it may) or more"};
+        }
+        const double speed_steps = order.speed_m_per_s / speed_step_m_per_s;
+        if (order.kind == ARM_ORDER_LINE && std::abs(speed_steps - std::round(speed_steps)) > 1e-6) {
+            return rig_error{"orders.speed_m_per_s",
+                             "goes over the wire in steps of 0.001 m/s and must be a multiple of that"};
         }
         if (order.kind == ARM_ORDER_LINE && arm.kind == ARM_PLANAR && order.way_m[2] != 0.0) {
             return rig_error{"orders.line_m", "must have two numbers: the arm is planar"};

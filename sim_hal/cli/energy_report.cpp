@@ -17,7 +17,7 @@ void energy_report::note_tick(const tick_record &record)
 
 std::optional<bool> energy_report::gains() const
 {
-    if (not_by_operator_J_.empty()) {
+    if (not_by_operator_J_.empty() || has_arm) {
         return {};
     }
     const auto [least, most] = std::minmax_element(not_by_operator_J_.begin(), not_by_operator_J_.end());
@@ -36,7 +36,7 @@ std::optional<bool> energy_report::gains() const
     return {};
 }
 
-void energy_report::print(bool has_arm) const
+void energy_report::print() const
 {
     if (not_by_operator_J_.empty()) {
         return;
@@ -44,10 +44,11 @@ void energy_report::print(bool has_arm) const
     const auto has_gained = gains();
     const double rounding_J = 1e-12 * (last_.dissipated_J + std::abs(last_.measured_port_J));
     const auto told = [&](double energy_J) { return std::abs(energy_J) > rounding_J ? energy_J : 0.0; };
-    std::printf("  %-14s %s: dead time made %+.4g J", "energy",
-                !has_gained   ? "none"
-                : *has_gained ? "GAINED"
-                              : "lost",
+    std::printf("  %-14s %sdead time made %+.4g J", "energy",
+                has_arm       ? ""
+                : !has_gained ? "none: "
+                : *has_gained ? "GAINED: "
+                              : "lost: ",
                 told(last_.dead_time_J));
     if (told(last_.compensation_J) != 0.0) {
         std::printf(", compensation %+.4g J", last_.compensation_J);

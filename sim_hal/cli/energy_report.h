@@ -19,13 +19,16 @@ class energy_report
     void note_tick(const tick_record &record);
 
     /* Whether the loop made more energy than damping and hardware took, over the second half of its running, or in
-     * all if that had come to rest; nothing where there was no energy. */
+     * all if that had come to rest; nothing where there was no energy, or an arm, whose own damping nobody knows: it
+     * is in what its joints gave. */
     std::optional<bool> gains() const;
 
     /* One line; none if the loop never ran. */
-    void print(bool has_arm) const;
+    void print() const;
 
     nlohmann::json as_json() const;
+
+    bool has_arm = false;
 
   private:
     energy_sums last_{};

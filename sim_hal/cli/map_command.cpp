@@ -10,6 +10,7 @@
 #include "../../firmware/compensation/compensation.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
+#include "../stability/reduction.h"
 #include "atomic_file.h"
 #include "map_report.h"
 
@@ -79,9 +80,13 @@ map_values compute_steady(const map_job &job, int threads, const std::function<v
 {
     map_values map{compute_map(job.request, threads, rows_done), {}, {}, {}, {}};
     if (job.request.rig.firmware.arm.kind != ARM_NONE && !compensation_is_on(&job.request.rig.firmware)) {
-        map_request reduced = job.request;
-        reduced.rig.firmware.arm.kind = ARM_NONE;
-        map.reduced = compute_map(reduced, threads);
+        try {
+            map_request reduced = job.request;
+            reduced.reduced_to = arm_at_start(job.request.rig);
+            map.reduced = compute_map(reduced, threads);
+        } catch (const nothing_springy &) {
+            map.reduced.reset(); /* there is nothing that it could be reduced to */
+        }
     }
     if (job.lower_end) {
         map.lower_end = compute_map(*job.lower_end, threads, rows_done);

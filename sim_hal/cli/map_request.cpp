@@ -86,6 +86,13 @@ void check_key(const rig &base, const std::string &option, const map_axis &axis)
             " is what the rig is asked to do, not what it is; the amplitude at which effects are taken "
             "is --amplitude");
     }
+    if (base.firmware.arm.kind != ARM_NONE &&
+        (axis.name == "manipulator.mass_kg" || axis.name == "manipulator.damping_N_s_per_m" ||
+         axis.name == "manipulator.stiffness_N_per_m")) {
+        throw input_error(option + ": " + axis.name +
+                          " is of a manipulator of one degree of freedom; here the arm in "
+                          "its place decides (manipulator.arm)");
+    }
     if (key->type != key_type::number && key->type != key_type::integer) {
         throw input_error(option + ": " + axis.name + " is not a number, so there is no range of it");
     }

@@ -51,17 +51,33 @@ try {
     return {};
 }
 
-/* Whether an order arrives or the grip changes in this tick: what moves then has not grown out of what moved before.
- */
-bool begins_anew(const rig &rig, std::int64_t tick)
+/* The tick of a time of the run, or the next one. */
+bool is_in_tick(const rig &rig, double at_s, std::int64_t tick)
 {
     const std::int64_t period_ns = config_period_ns(&rig.firmware);
-    const auto is_in_tick = [&](double at_s) {
-        return at_s > 0.0 && at_s < never && (event_ns(at_s) + period_ns - 1) / period_ns == tick;
-    };
-    return is_in_tick(rig.run.grip_close_s) || is_in_tick(rig.run.grip_release_s) ||
-           std::any_of(rig.orders.begin(), rig.orders.end(),
-                       [&](const operator_order &order) { return is_in_tick(rig.run.release_s + order.at_s); });
+    return at_s > 0.0 && at_s < never && (event_ns(at_s) + period_ns - 1) / period_ns == tick;
+}
+
+/* An order sets the arm in motion: what moves then has not grown out of what moved before. */
+bool is_ordered_in(const rig &rig, std::int64_t tick)
+{
+    return std::any_of(rig.orders.begin(), rig.orders.end(), [&](const operator_order &order) {
+        return is_in_tick(rig, rig.run.release_s + order.at_s, tick);
+    });
+}
+
+bool is_let_go(const rig &rig, std::int64_t tick)
+{
+    return config_period_s(&rig.firmware) * static_cast<double>(tick) >= rig.run.grip_release_s;
+}
+
+/* Before the object is gripped there is no loop that could grow. */
+void forget_motion(run_result &result)
+{
+    result.newest = {};
+    result.longest = {};
+    result.running_m.clear();
+    result.limited_until_sample = 0;
 }
 
 void end_free_motion(run_result &result)
@@ -87,6 +103,12 @@ void print_growth(const run_result &result)
         return;
     }
     const growth_fit &fit = *result.growth;
+    if (fit.growth_per_s < 0.0 && result.is_stable == std::optional<bool>(false)) {
+        std::printf(
+            "  %-14s limits bounded the motion; where none acted it decayed by %.6f /s (+-%.1g) at %.4f Hz\n",
+            verdict, -fit.growth_per_s, fit.growth_ci95_per_s, fit.frequency_Hz);
+        return;
+    }
     const double factor_time_s = std::log(2.0) / std::abs(fit.growth_per_s);
     std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n", verdict,
                 fit.growth_per_s < 0.0 ? "decays" : "grows", std::abs(fit.growth_per_s), fit.growth_ci95_per_s,
@@ -211,6 +233,12 @@ void print_transfer_behaviour(const rig &rig)
 
 void note_tick(run_result &result, const rig &rig, const tick_record &record)
 {
+    if (is_in_tick(rig, rig.run.grip_close_s, record.index)) {
+        forget_motion(result);
+    }
+    if (is_ordered_in(rig, record.index)) {
+        end_free_motion(result);
+    }
     result.ticks++;
     result.overruns += record.missed_ticks;
     result.peak_force_N = std::max(result.peak_force_N, std::abs(record.force_N));
@@ -224,10 +252,7 @@ void note_tick(run_result &result, const rig &rig, const tick_record &record)
         result.energy.note_tick(record);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
     }
-    if (begins_anew(rig, record.index)) {
-        end_free_motion(result);
-    }
-    if (record.state == SUPERVISOR_RUNNING && record.limits == 0) {
+    if (record.state == SUPERVISOR_RUNNING && record.limits == 0 && !is_let_go(rig, record.index)) {
         result.newest.position_m.push_back(record.manipulator_position_m);
         result.newest.tick.push_back(record.index);
     } else {
@@ -255,6 +280,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
     result.predicted_growth_per_s = predict_growth_per_s(rig);
     result.is_ordered = !rig.orders.empty();
+    result.energy.has_arm = rig.firmware.arm.kind != ARM_NONE;
     const manipulator_config &manipulator = rig.firmware.manipulator;
     result.is_stable =
         judge(result, period_s,
@@ -274,7 +300,7 @@ void print_summary(const run_result &result, const rig &rig)
     }
     print_growth(result);
     print_prediction(result, rig);
-    result.energy.print(rig.firmware.arm.kind != ARM_NONE);
+    result.energy.print();
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
     std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));

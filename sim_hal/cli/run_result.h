@@ -18,7 +18,8 @@
 namespace berth
 {
 
-/* Motion of the manipulator while it runs, without interruption by a limit, an order, or the grip. */
+/* Motion of the manipulator while it runs, without interruption by a limit or an order,
+ * from when the object is gripped until it is let go. */
 struct free_motion {
     std::vector<double> position_m;
     std::vector<std::int64_t> tick; /* index of each sample's tick */
@@ -30,7 +31,7 @@ struct run_result {
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
-    std::vector<double> running_m;        /* manipulator in all ticks of running, limited or not */
+    std::vector<double> running_m;        /* manipulator in all ticks of running, limited or not, since the grip */
     std::size_t limited_until_sample = 0; /* of running_m: limits acted last before this one */
     free_motion newest;
     free_motion longest; /* what growth is measured from */

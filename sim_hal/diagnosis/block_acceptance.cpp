@@ -144,7 +144,7 @@ gain block_search::crossed_gain(const candidate &best, const halves &held_out)
 {
     paired_sums crossed;
     for (const std::vector<row_use> &half : held_out) {
-        block_model model(model_.which(), *input_.fit, given_, events_, held_out_parts::none);
+        block_model model(model_.which(), *input_.fit, given_, events_.fit, held_out_parts::none);
         model.use(half);
         search_options half_as_long = input_.options;
         half_as_long.replays_max /= 2;
@@ -162,7 +162,7 @@ gain block_search::crossed_gain(const candidate &best, const halves &held_out)
 block_search::halves block_search::halves_by_tenths() const
 {
     const auto uses = [&](held_out_parts parts) {
-        return block_model(model_.which(), *input_.fit, given_, events_, parts).uses();
+        return block_model(model_.which(), *input_.fit, given_, events_.fit, parts).uses();
     };
     return {uses(held_out_parts::odd), uses(held_out_parts::even)};
 }
@@ -170,7 +170,7 @@ block_search::halves block_search::halves_by_tenths() const
 block_search::halves block_search::halves_where_it_acts(const candidate &best)
 {
     constexpr double parts = 8.0;
-    block_model model(model_.which(), *input_.fit, given_, events_, held_out_parts::none);
+    block_model model(model_.which(), *input_.fit, given_, events_.fit, held_out_parts::none);
     std::vector<double> before;
     std::vector<double> after;
     model.error(incumbent_.rig, before);

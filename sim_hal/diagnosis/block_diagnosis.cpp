@@ -8,8 +8,8 @@
 namespace berth
 {
 
-block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
-                               std::vector<event_finding> found_events)
+block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
+                               events_of_records &events, std::vector<event_finding> found_events)
 {
     block_diagnosis result;
     result.block = block;
@@ -17,9 +17,12 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     find_single_samples(block, input, given, events, found_events);
     diagnosis_input known = input;
     known.has_events = !found_events.empty();
-    block_search search(block, known, given, events);
-    search.run(result);
-    verify_spikes(block, input, result, events, found_events);
+    block_search(block, known, given, events).run(result);
+    if (verify_spikes(block, input, result, events, found_events)) {
+        result = {};
+        result.block = block;
+        block_search(block, known, given, events).run(result);
+    }
     const bool all_follows = std::any_of(result.causes.begin(), result.causes.end(),
                                          [](const cause &one) { return one.effect->decides_what_follows; });
     if (all_follows && static_cast<std::ptrdiff_t>(found_events.size()) > told) {

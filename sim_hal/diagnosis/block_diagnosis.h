@@ -88,8 +88,8 @@ struct diagnosis_input {
     const rig *without_switching_fault = nullptr; /* the rig as given, where that fault is one of thresholds */
 };
 
-block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given, sample_events &events,
-                               std::vector<event_finding> found_events);
+block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
+                               events_of_records &events, std::vector<event_finding> found_events);
 
 } // namespace berth
 

@@ -8,13 +8,15 @@
 namespace berth
 {
 
-block_search::block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events)
+block_search::block_search(block block, const diagnosis_input &input, const rig &given,
+                           const events_of_records &events)
     : input_(input), given_(given), events_(events),
-      model_(block, *input.fit, given, events,
+      model_(block, *input.fit, given, events.fit,
              input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none)
 {
     if (input.validation != nullptr) {
-        unseen_ = std::make_unique<block_model>(block, *input.validation, given, no_events_, held_out_parts::none);
+        unseen_ =
+            std::make_unique<block_model>(block, *input.validation, given, events.unseen, held_out_parts::none);
     }
 }
 

@@ -16,7 +16,7 @@ namespace berth
 class block_search
 {
   public:
-    block_search(block block, const diagnosis_input &input, const rig &given, const sample_events &events);
+    block_search(block block, const diagnosis_input &input, const rig &given, const events_of_records &events);
 
     void run(block_diagnosis &result);
 
@@ -108,8 +108,7 @@ class block_search
 
     const diagnosis_input &input_;
     const rig &given_;
-    const sample_events &events_;
-    sample_events no_events_;
+    const events_of_records &events_;
     block_model model_;
     std::unique_ptr<block_model> unseen_; /* the validation record */
     noise_model noise_;

@@ -121,7 +121,8 @@ bool block_search::is_rest_of_switching()
         return false;
     }
     const double rows = static_cast<double>(incumbent_.rows);
-    block_model without_losses(model_.which(), *input_.fit, given_, no_events_, held_out_parts::none);
+    const sample_events none;
+    block_model without_losses(model_.which(), *input_.fit, given_, none, held_out_parts::none);
     without_losses.use(model_.uses());
     return cost_of(model_, noise_, incumbent_.rig) - rows <
            left_full * (cost_of(without_losses, noise_, *input_.without_switching_fault) - rows);

@@ -30,8 +30,8 @@ void take_rate(rig &rig, record &data)
     char rate[40];
     std::snprintf(rate, sizeof rate, "loop.rate_Hz = %.10g", rig.firmware.loop.rate_Hz);
     if (const auto error = complete_and_check(rig)) {
-        throw input_error(data.path + ": the rig file states no loop.rate_Hz, and with the record's, " + rate + ", " +
-                          error->key + " " + error->message);
+        throw input_error(data.path + ": the rig file states no loop.rate_Hz, and with the record's, " + rate +
+                          ", " + error->key + " " + error->message);
     }
     data.notes.push_back(std::string(rate) + " is the record's: the rig file states none");
 }
@@ -283,8 +283,11 @@ diagnosis diagnose(const diagnosis_request &request)
     }
 
     result.extended = result.given;
-    sample_events events;
-    const std::vector<event_finding> repeats = find_repeats(data, result.given, events);
+    events_of_records events;
+    const std::vector<event_finding> repeats = find_repeats(data, result.given, events.fit);
+    if (validation) {
+        find_repeats(*validation, result.given, events.unseen);
+    }
     const auto input_of = [&](block block) {
         diagnosis_input input;
         input.fit = &data;
@@ -341,7 +344,7 @@ diagnosis diagnose(const diagnosis_request &request)
     result.verdict = overall(result.blocks);
     tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
                                                        : "looking for the next experiment");
-    propose_next(result, events, request, validation.has_value());
+    propose_next(result, events.fit, request, validation.has_value());
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {
         if (block.verdict != verdict::nothing_detectable) {

@@ -139,7 +139,8 @@ double row_spacing_s(const record &made)
     }
     std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
     const double longest_s = gap * steps[steps.size() / 2];
-    const auto evenly = std::partition(steps.begin(), steps.end(), [&](double step_s) { return step_s <= longest_s; });
+    const auto evenly =
+        std::partition(steps.begin(), steps.end(), [&](double step_s) { return step_s <= longest_s; });
     return std::accumulate(steps.begin(), evenly, 0.0) / static_cast<double>(evenly - steps.begin());
 }
 

@@ -63,8 +63,8 @@ class record_of_ticks
 };
 
 /* Reads a log of `berth run` or a CSV file (also .gz), its columns named as the members above or as `rig.signals`
- * says. The rate must be that of the rig, if that is given one. Unless it may be a standstill, every output must change. Throws
- * input_error.
+ * says. The rate must be that of the rig, if that is given one. Unless it may be a standstill, every output must
+ * change. Throws input_error.
  */
 record read_record(const std::string &path, const rig &rig, bool may_be_still = false);
 

@@ -21,6 +21,11 @@ struct sample_events {
     std::vector<std::uint8_t> spike; /* the force of this row is not one */
 };
 
+struct events_of_records {
+    sample_events fit;
+    sample_events unseen; /* of the validation record */
+};
+
 /* A tick in steps. Steps end at the knots of the reference and at the force sample, so that the reference is
  * straight within a step and nothing has to be interpolated. */
 struct tick_steps {

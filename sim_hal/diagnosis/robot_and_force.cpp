@@ -32,14 +32,14 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
     constexpr double contradiction = 10.0; /* of the white sum of squares */
     diagnosis_input input = start.input;
     input.options.robot_in_force = true;
-    sample_events events = start.events;
+    events_of_records events = start.events;
     block_diagnosis again = diagnose_block(block::force, input, start.given, events, start.found_events);
     const bool is_robot = std::any_of(again.causes.begin(), again.causes.end(),
                                       [](const cause &known) { return known.effect->block() == "robot"; });
     if (!is_robot) {
         return;
     }
-    block_model reports(block::robot, *input.fit, start.given, start.events, held_out_parts::none);
+    block_model reports(block::robot, *input.fit, start.given, start.events.fit, held_out_parts::none);
     if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, start.given) + contradiction) {
         force = std::move(again);
     }
@@ -53,7 +53,7 @@ bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &for
 
 /* Of causes that the reports cannot tell apart one after the other is left out, until the force has nothing against
  * what they say then. */
-void let_force_decide(block_diagnosis &robot, block_diagnosis &force, sample_events &events,
+void let_force_decide(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                       const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
     constexpr int tries_max = 2;
@@ -61,7 +61,7 @@ void let_force_decide(block_diagnosis &robot, block_diagnosis &force, sample_eve
     std::string refuted(robot.causes.back().effect->name);
     for (int i = 0; i < tries_max; i++) {
         without.input.options.without.push_back(refuted);
-        sample_events other_events = without.events;
+        events_of_records other_events = without.events;
         block_diagnosis other =
             diagnose_block(block::robot, without.input, without.given, other_events, without.found_events);
         const bool is_rival =
@@ -97,7 +97,7 @@ void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig 
     force.without_switching_fault = switches ? &as_given : nullptr;
 }
 
-void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, sample_events &events,
+void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
     if (may_hide_robot(force) && robot.causes.empty()) {
@@ -123,7 +123,7 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
 
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
-                       sample_events events)
+                       events_of_records events)
 {
     const bool has_more = std::any_of(force.causes.begin(), force.causes.end(),
                                       [](const cause &known) { return known.effect->block() == "robot"; });

@@ -13,7 +13,7 @@ namespace berth
 struct block_start {
     diagnosis_input input;
     rig given;
-    sample_events events;
+    events_of_records events;
     std::vector<event_finding> found_events;
 };
 
@@ -23,7 +23,7 @@ void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig 
 
 /* Judges both anew where the force leaves something that hides in the robot's reports, or refutes what they take for
  * the cause in favour of another that they cannot tell from it. */
-void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, sample_events &events,
+void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given);
 
 /* A later block saw more of an effect that an earlier one had found already. */
@@ -31,7 +31,7 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now);
 
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
-                       sample_events events);
+                       events_of_records events);
 
 } // namespace berth
 

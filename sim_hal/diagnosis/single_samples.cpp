@@ -1,6 +1,8 @@
 #include "single_samples.h"
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 
 #include "floor.h"
 #include "lost_commands.h"
@@ -8,66 +10,94 @@
 namespace berth
 {
 
-void find_single_samples(block block, const diagnosis_input &input, const rig &given, sample_events &events,
+namespace
+{
+
+/* In the validation record, so that it can show what else is explained. */
+void find_in_unseen(block block, const diagnosis_input &input, const rig &given, const rig &known,
+                    std::string_view effect, sample_events &unseen)
+{
+    if (input.validation == nullptr) {
+        return;
+    }
+    block_model plain(block, *input.validation, given, unseen, held_out_parts::none);
+    std::vector<double> error;
+    plain.error(known, error);
+    if (effect == "sensor.spikes") {
+        find_spikes(plain, error, unseen);
+    } else {
+        find_lost_commands(plain, known, error, unseen);
+    }
+}
+
+} // namespace
+
+void find_single_samples(block block, const diagnosis_input &input, const rig &given, events_of_records &events,
                          std::vector<event_finding> &found)
 {
-    const sample_events before = events;
+    const sample_events before = events.fit;
     rig base = given;
     std::vector<double> error;
     for (int pass = 0; pass < 2; pass++) {
         std::vector<event_finding> now;
-        block_model model(block, *input.fit, given, events, held_out_parts::none);
+        block_model model(block, *input.fit, given, events.fit, held_out_parts::none);
         model.error(base, error);
         base = fit(model, noise_of(model, error, true), base, joined(input.upstream, base_parameters(block, given)),
                    input.options.replays_max)
                    .rig;
-        events = before;
-        block_model plain(block, *input.fit, given, events, held_out_parts::none);
+        events.fit = before;
+        block_model plain(block, *input.fit, given, events.fit, held_out_parts::none);
         plain.error(base, error);
         if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
-            now = find_lost_commands(plain, base, error, events);
+            now = find_lost_commands(plain, base, error, events.fit);
         }
         if (block == block::robot && !now.empty() && can_replay(*input.fit, block::force)) {
             block_model force(block::force, *input.fit, given, before, held_out_parts::none);
-            if (!force_knows_of(force, base, events)) {
-                events = before; /* samples that were not taken, rather than setpoints */
+            if (!force_knows_of(force, base, events.fit)) {
+                events.fit = before; /* samples that were not taken, rather than setpoints */
                 now.clear();
             }
         }
         /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
         const bool may_jump = input.without_switching_fault != nullptr || input.options.robot_in_force;
         if (block == block::force && now.empty() && !may_jump) {
-            now = find_spikes(plain, error, events);
+            now = find_spikes(plain, error, events.fit);
         }
         if (now.empty()) {
+            if (count_of(events.fit.lost_command) > 0) { /* in the channel before: this one may show more of them */
+                find_in_unseen(block, input, given, base, "robot.lost_commands", events.unseen);
+            }
             return;
         }
         if (pass == 1) {
+            find_in_unseen(block, input, given, base, now[0].effect->name, events.unseen);
             found.insert(found.end(), now.begin(), now.end());
         }
     }
 }
 
-void verify_spikes(block block, const diagnosis_input &input, block_diagnosis &result, sample_events &events,
-                   std::vector<event_finding> &found)
+bool verify_spikes(block block, const diagnosis_input &input, const block_diagnosis &result,
+                   events_of_records &events, std::vector<event_finding> &found)
 {
     const auto spikes = std::find_if(found.begin(), found.end(),
                                      [](const event_finding &one) { return one.effect->name == "sensor.spikes"; });
     if (block != block::force || spikes == found.end()) {
-        return;
+        return false;
     }
-    sample_events without = events;
-    without.spike.clear();
-    block_model model(block, *input.fit, result.extended, without, held_out_parts::none);
+    const std::vector<std::uint8_t> before = std::exchange(events.fit.spike, {});
+    events.unseen.spike.clear();
+    block_model model(block, *input.fit, result.extended, events.fit, held_out_parts::none);
     std::vector<double> error;
     model.error(result.extended, error);
-    const std::vector<event_finding> again = find_spikes(model, error, without);
+    const std::vector<event_finding> again = find_spikes(model, error, events.fit);
     if (again.empty() || 2 * again[0].count < spikes->count) {
         found.erase(spikes);
-        events.spike.clear();
-    } else {
-        *spikes = again[0];
+        events.fit.spike.clear();
+        return false;
     }
+    *spikes = again[0];
+    find_in_unseen(block, input, result.extended, result.extended, "sensor.spikes", events.unseen);
+    return events.fit.spike != before;
 }
 
 } // namespace berth

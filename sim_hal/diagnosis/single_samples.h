@@ -7,13 +7,15 @@
 namespace berth
 {
 
-/* Single samples first, as they would spoil every fit; and once more with a base that they no longer spoil. */
-void find_single_samples(block block, const diagnosis_input &input, const rig &given, sample_events &events,
+/* Single samples first, as they would spoil every fit; and once more with a base that they no longer spoil. What is
+ * found is looked for in the validation record, too. */
+void find_single_samples(block block, const diagnosis_input &input, const rig &given, events_of_records &events,
                          std::vector<event_finding> &found);
 
-/* What looked like spikes may have been corners of an effect that is known now. */
-void verify_spikes(block block, const diagnosis_input &input, block_diagnosis &result, sample_events &events,
-                   std::vector<event_finding> &found);
+/* What looked like spikes may have been corners of an effect that is known now, and others may have hidden behind
+ * it. True: the rows are others now, so that the search is to be run again. */
+bool verify_spikes(block block, const diagnosis_input &input, const block_diagnosis &result,
+                   events_of_records &events, std::vector<event_finding> &found);
 
 } // namespace berth
 

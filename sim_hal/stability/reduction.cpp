@@ -96,18 +96,6 @@ loop_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growt
     return {longest(reduced), longest(full), shortest_ms, looked_to_ms};
 }
 
-std::optional<arm_mode> arm_at_start(const rig &rig)
-{
-    const arm_config &arm = rig.firmware.arm;
-    if (arm.kind == ARM_NONE) {
-        return {};
-    }
-    const reduction_choice choice = choice_at_start(rig, arm);
-    const linear_arm whole = linearise(arm, choice.pose_rad);
-    const linear_arm seen = choice.is_guided ? guided(whole, choice.direction) : whole;
-    return dominant_mode(modes_along(seen, choice.direction, whole));
-}
-
 } // namespace
 
 reduction_choice choice_at_start(const rig &rig, const arm_config &arm)
@@ -122,6 +110,18 @@ reduction_choice choice_at_start(const rig &rig, const arm_config &arm)
                            .head(arm.kind == ARM_PLANAR ? 2 : 3);
     choice.is_guided = !rig.has_side_axes();
     return choice;
+}
+
+std::optional<arm_mode> arm_at_start(const rig &rig)
+{
+    const arm_config &arm = rig.firmware.arm;
+    if (arm.kind == ARM_NONE) {
+        return {};
+    }
+    const reduction_choice choice = choice_at_start(rig, arm);
+    const linear_arm whole = linearise(arm, choice.pose_rad);
+    const linear_arm seen = choice.is_guided ? guided(whole, choice.direction) : whole;
+    return dominant_mode(modes_along(seen, choice.direction, whole));
 }
 
 reduction reduce(const rig &rig, const arm_config &config, const reduction_choice &choice)

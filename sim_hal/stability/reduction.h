@@ -56,6 +56,9 @@ struct object_reduction {
 /* The pose where the arm starts, along the rig's direction; guided where the robot shows no motion across. */
 reduction_choice choice_at_start(const rig &rig, const arm_config &arm);
 
+/* The mode that stands for a rig's arm where it starts; nothing for a rig without one. Throws nothing_springy. */
+std::optional<arm_mode> arm_at_start(const rig &rig);
+
 /* Of a rig whose object is a beam; of a whole arm, its reduction at its start. Throws input_error for a rig without
  * one-period map. */
 object_reduction reduce_object(const rig &rig);

@@ -7,6 +7,7 @@
 
 #include "../../hal/rig/axes.h"
 #include "../../hal/rig/hardware_model.h"
+#include "arm_loop.h"
 #include "compensation_states.h"
 #include "equivalent_loop.h"
 #include "shared_rows.h"
@@ -41,7 +42,10 @@ double radius_at_amplitude(const rig &rig, double amplitude_m)
 
 /* What goes along a row from point to point. */
 struct row_worker {
-    explicit row_worker(const map_request &request) : setter(request), amplitude_m(request.amplitude_m) {}
+    explicit row_worker(const map_request &request)
+        : setter(request), reduced_to(request.reduced_to), amplitude_m(request.amplitude_m)
+    {
+    }
 
     void start_row(const dominant_root_finder &known) { finder = known; }
 
@@ -49,6 +53,9 @@ struct row_worker {
     {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
+        }
+        if (reduced_to) {
+            return finder.spectral_radius(maker.make(with_reduced(setter.rig(), *reduced_to)));
         }
         if (compensation_is_on(&setter.rig().firmware)) {
             double largest = 0.0;
@@ -67,6 +74,7 @@ struct row_worker {
     map_point_setter setter;
     loop_equation_maker maker;
     dominant_root_finder finder;
+    std::optional<arm_mode> reduced_to;
     double amplitude_m;
 };
 

@@ -3,11 +3,13 @@
 #define SIM_HAL_STABILITY_STABILITY_MAP_H
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig.h"
+#include "../arm/linear_arm.h"
 #include "spectrum.h"
 
 namespace berth
@@ -41,6 +43,7 @@ struct map_request {
     map_kind kind = map_kind::elasticity;
     map_axis x;
     map_axis y;
+    std::optional<arm_mode> reduced_to; /* in place of the arm at each point, whose object stays */
     double amplitude_m = 0.0; /* greater than 0: effects of size are replaced by what is equivalent at each point */
 
     std::size_t points() const { return static_cast<std::size_t>(x.count) * static_cast<std::size_t>(y.count); }

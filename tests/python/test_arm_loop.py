@@ -39,6 +39,23 @@ def test_growth_is_measured_between_orders(tmp_path):
     assert run["growth_per_s"] == pytest.approx(run["predicted_growth_per_s"], rel=0.15), "a moved arm's: 0.3 m off"
 
 
+def test_of_an_arm_nobody_knows_whether_the_loop_makes_energy(tmp_path):
+    """What its joints took by damping is in what they gave."""
+    result = run_json("ess", tmp_path, *ARM, "--set", "run.duration_s=5")
+    assert result["energy"]["gains"] is None and result["energy"]["dead_time_J"] != 0.0
+
+
+@pytest.mark.parametrize("duration_s, limits_act", [(70, False), (80, True)])
+def test_growth_is_that_of_the_gripped_object(tmp_path, duration_s, limits_act):
+    """A minute of the manipulator's own decay, then the grip, and what blows up."""
+    late = run_json("ess", tmp_path, *(word for setting in (
+        "manipulator.initial_position_m=0", "run.grip_close_s=60", f"run.duration_s={duration_s}", "object.mass_kg=198",
+        "profile.kind=minimum_jerk", "profile.amplitude_m=0.05", "profile.duration_s=2") for word in ("--set", setting)))
+    assert late["predicted_growth_per_s"] > 1.0
+    assert late["stable"] is False and late["growth_per_s"] is None
+    assert any(late["limit_ticks"].values()) == limits_act
+
+
 def test_a_recorded_arm_is_compared_too(tmp_path):
     log = run_json(BERTHING, tmp_path, "--set", "run.duration_s=3")["log"]
     assert replay_json(log)["equal"]
@@ -102,6 +119,8 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("rate_rad_per_s = -0.001", "move_to_rad = 0.1\nrate_rad_per_s = -0.001", "must be 0 (as fast as it may)"),
     ("follow = true", "follow = false", "follow = true"),
     ("at_s = 24.0", "at_s = 0.5", "not earlier"),
+    ("at_s = 1.0", "at_s = 0.0", "greater than 0"),  # the loop does not run yet: it would be lost
+    ("speed_m_per_s = 0.03", "speed_m_per_s = 0.0016", "steps of 0.001 m/s"),
     ("grip_close_s = 20.0", "grip_close_s = 20.0\ngrip_release_s = 10", "later than run.grip_close_s"),
     ('kind = "gripped"', 'kind = "contact"', "run.grip_close_s"),
 ])
@@ -144,9 +163,20 @@ def test_the_map_is_the_whole_arm_s_and_tells_how_far_its_reduction_misleads(tmp
     ratio, zeta = columns["omega_per_omega_M"][at], columns["zeta"][at]
     stiffness = ratio ** 2 * 7895.683520871487 / 200 * 300 - 7895.683520871487
     damping = 2 * zeta * ratio * np.sqrt(7895.683520871487 / 200) * 300 - 125.66370614359172
-    point = eigen("--set", f"object.stiffness_N_per_m={float(stiffness)!r}",
-                  "--set", f"object.damping_N_s_per_m={float(damping)!r}")
-    assert point["spectral_radius"] == pytest.approx(columns["spectral_radius"][at], rel=1e-9)
+    there = ("--set", f"object.stiffness_N_per_m={float(stiffness)!r}",
+             "--set", f"object.damping_N_s_per_m={float(damping)!r}")
+    assert eigen(*there)["spectral_radius"] == pytest.approx(columns["spectral_radius"][at], rel=1e-9)
+    # The same object at what `reduce` makes of the arm, not at the manipulator of the rig file.
+    reduced = one_json_object(command("reduce", "ess", "--json", *ARM).stdout)["poses"][0]["reduced"]
+    own = [word for key in ("mass_kg", "damping_N_s_per_m", "stiffness_N_per_m")
+           for word in ("--set", f"manipulator.{key}={reduced[key]!r}")]
+    alone = one_json_object(command("eigen", "ess", "--json", *own, *there).stdout)
+    assert alone["spectral_radius"] == pytest.approx(columns["spectral_radius_reduced"][at], rel=1e-9)
+
+
+def test_a_map_over_the_manipulator_that_the_arm_replaces_is_refused():
+    done = command("map", "ess", *ARM, "--x", "manipulator.mass_kg=100:200:2", "--y", "object.mass_kg=50:100:2")
+    assert done.returncode == EXIT_INPUT and "the arm in its place decides" in done.stderr.decode()
 
 
 def test_an_arm_that_starts_stretched_is_refused(tmp_path):
