@@ -29,7 +29,7 @@ def write_whole(path, content):
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("log", metavar="LOG", type=Path, help="a .ulg file written by `berth run`")
-    parser.add_argument("--berth", type=Path, default=ROOT / "build" / "berth",
+    parser.add_argument("--berth", type=lambda path: Path(path).resolve(), default=ROOT / "build" / "berth",
                         help="the host command, which tells the run's result from the log (default: build/berth)")
     parser.add_argument("--accuracy", metavar="JSON", type=Path,
                         help="what `berth accuracy RIG --json` printed, for a run with an arm (default: LOG with "

@@ -98,6 +98,11 @@ arm_joint stand_in_joint()
 
 arm_joint make_joint(const urdf_model &model, const urdf_joint &from, const urdf_frame &placement)
 {
+    if (const urdf_element *const mimic = from.xml->FirstChildElement("mimic")) {
+        model.fail(mimic, "of joint \"" + from.name +
+                              "\": the joints of an arm turn by themselves; make it fixed, or "
+                              "choose another --tool");
+    }
     arm_joint joint = stand_in_joint();
     write_frame(placement, joint.frame);
     Eigen::Map<Eigen::Vector3d>(joint.axis) = from.axis;

@@ -68,6 +68,7 @@ urdf_model::urdf_model(const std::string &text, std::string origin) : origin_(st
     if (links_.empty()) {
         fail(robot, "no <link>");
     }
+    refuse_circles();
 }
 
 void urdf_model::fail(const urdf_element *at, const std::string &message) const
@@ -101,6 +102,20 @@ std::string urdf_model::root() const
     return found;
 }
 
+void urdf_model::refuse_circles() const
+{
+    for (const auto &[name, xml] : links_) {
+        const urdf_joint *joint = joint_to(name);
+        for (std::size_t up = 0; joint != nullptr; up++) {
+            if (up > joints_.size()) {
+                fail(xml,
+                     "its joints go round in a circle; a joint's parent must be nearer to the root than its child");
+            }
+            joint = joint_to(joint->parent);
+        }
+    }
+}
+
 const urdf_joint *urdf_model::joint_to(const std::string &link) const
 {
     const auto found =
@@ -131,6 +146,9 @@ urdf_body urdf_model::body_of(const std::string &name) const
     body.inertia_kg_m2 << xx, xy, xz, xy, yy, yz, xz, yz, zz;
     if (!(body.mass_kg >= 0.0)) {
         fail(mass, "of link \"" + name + "\": must be 0 or more");
+    }
+    if (body.mass_kg == 0.0 && body.inertia_kg_m2.cwiseAbs().maxCoeff() > 0.0) {
+        fail(mass, "of link \"" + name + "\": no mass, and yet moments of inertia; state both or neither");
     }
     const Eigen::Vector3d principal = body.inertia_kg_m2.selfadjointView<Eigen::Lower>().eigenvalues();
     if (principal(0) < -1e-9 * principal(2) || principal(2) > (principal(0) + principal(1)) * (1.0 + 1e-6)) {

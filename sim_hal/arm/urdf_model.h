@@ -70,6 +70,7 @@ class urdf_model
     urdf_frame origin_of(const urdf_element *at) const;
     const urdf_element *child(const urdf_element *at, const char *name) const;
     void read_joint(const urdf_element *xml);
+    void refuse_circles() const;
 
     tinyxml2::XMLDocument document_;
     std::string origin_;

@@ -147,7 +147,7 @@ void add_accuracy_options(CLI::App &command, accuracy_arguments &arguments)
         ->type_name("MS")
         ->capture_default_str();
     command.add_option("--repeatability-um", arguments.repeatability_um, "of the robot, to compare with")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(is_within(1e-3, 1e6))
         ->type_name("UM")
         ->capture_default_str();
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");

@@ -34,6 +34,8 @@ GOOD = {"mass": "10", "izz": "1", "type": "continuous", "child": "b", "axis": "0
     ({"child": "a"}, 4, "j"),
     ({"axis": "0 0 0"}, 4, "no direction"),
     ({"axis": "0 0"}, 4, "three numbers"),
+    ({"mass": "0"}, 1, "no mass, and yet moments of inertia"),
+    ({"axis": '0 0 1"/><mimic joint="k'}, 4, "<mimic>: of joint"),
 ])
 def test_urdf_errors(tmp_path, change, line, says):
     file = tmp_path / "arm.urdf"
@@ -46,6 +48,15 @@ def test_urdf_errors(tmp_path, change, line, says):
     assert says in done.stderr.decode()
     if change != {"child": "a"}:
         assert f"arm.urdf:{line}:" in done.stderr.decode()
+
+
+def test_joints_that_go_round_in_a_circle_are_refused(tmp_path):
+    """Beside a sound arm, which would be read without a word."""
+    hang = ('<link name="{0}"/><joint name="to_{0}" type="fixed"><parent link="{1}"/><child link="{0}"/></joint>')
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD).replace("</robot>", hang.format("c", "d") + hang.format("d", "c") + "</robot>"))
+    done = command("arm", file, "--tool", "b")
+    assert done.returncode == EXIT_INPUT and "round in a circle" in done.stderr.decode()
 
 
 @pytest.mark.parametrize("limit,says", [
