@@ -210,8 +210,8 @@ struct rig {
     std::string description;
     app_config firmware = config_default();
     bool is_rate_given = true; /* by file, preset or override; else loop.rate_Hz has its default value */
-    std::string arm;      /* manipulator.arm, until it has been read ... */
-    std::string arm_text; /* ... and then the arm as [manipulator.arm] of a rig file; empty: none */
+    std::string arm;           /* manipulator.arm, until it has been read ... */
+    std::string arm_text;      /* ... and then the arm as [manipulator.arm] of a rig file; empty: none */
     run_rig run;
     profile_rig profile;
     robot_rig robot;

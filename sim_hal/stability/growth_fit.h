@@ -16,7 +16,7 @@ struct oscillation_height {
 };
 
 struct growth_fit {
-    double growth_per_s; /* negative: decays */
+    double growth_per_s;      /* negative: decays */
     double growth_ci95_per_s; /* from the scatter of the heights; at least half of what the two halves differ by */
     double frequency_Hz;
     double from_s; /* part of the signal that was used */
