@@ -237,6 +237,23 @@ def test_mujoco(compared):
         data.qfrc_applied[6:] += state["torque_N_m"]
         mujoco.mj_forward(model, data)
 
+        into = np.zeros((model.nv, len(ours["bias"])))  # of our velocities MuJoCo's
+        for column, unit in enumerate(np.eye(kind.turns + kind.dimension)):
+            base_linear, base_angular = in_space(kind, unit[kind.turns:], unit[:kind.turns])
+            into[:6, column] = np.concatenate([axes @ base_linear, base_angular])
+        into[6:, kind.turns + kind.dimension:] = np.eye(kind.joints)
+        inertia = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, inertia)
+        turning = np.concatenate([axes @ np.cross(angular, linear), np.zeros(3 + kind.joints)])
+        assert_close(ours["inertia"], into.T @ inertia @ into)
+        assert_close(ours["bias"], into.T @ (data.qfrc_bias + inertia @ turning))
+        mujoco.mj_subtreeVel(model, data)
+        momentum = model.body_subtreemass[0] * data.subtree_linvel[0]
+        about_origin = data.subtree_angmom[0] + np.cross(data.subtree_com[0], momentum)
+        our_linear, our_angular = in_space(kind, ours["momentum"]["linear"], ours["momentum"]["angular"])
+        assert_close(our_linear, momentum)
+        assert_close(our_angular, about_origin)
+
         ours_base = np.asarray(ours["acceleration"])[:kind.turns + kind.dimension]
         ours_linear, ours_angular = in_space(kind, ours_base[kind.turns:], ours_base[:kind.turns])
         # d/dt (R v) = R (v' + w x v)
