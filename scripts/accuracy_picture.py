@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `berth accuracy ARM --json` found: error of the tool over the length of the step.
+"""Draws what `berth accuracy ARM --json` found: errors of tool, force and energy over the length of the step.
 
   build/berth accuracy ess --json > build/accuracy.json
   accuracy_picture.py build/accuracy.json     writes build/accuracy.png
@@ -23,24 +23,44 @@ PANELS = {
 }
 
 
+QUANTITIES = {  # field: (in its unit, axis)
+    "tool_m": (1e6, "largest error of the tool in µm"),
+    "force_N": (1.0, "largest error of the force in N"),
+    "energy_J": (1.0, "largest error of the energy in J"),
+}
+
+
+def draw_panel(axes, found, force, quantity):
+    scale, _ = QUANTITIES[quantity]
+    for integrator, colour in COLOURS.items():
+        rows = [row for row in found["rows"] if row["integrator"] == integrator and row["force"] == force]
+        points = [(row["step_ms"], scale * row[quantity]) for row in rows
+                  if row[quantity] is not None and row["tool_m"] is not None and row["tool_m"] < LOST_m]
+        axes.loglog(*zip(*points), "o-", color=colour, markersize=4, label=integrator.replace("_", " "))
+    axes.axvline(found["step_ms"], color="grey", linewidth=0.8)
+    axes.grid(True, which="both", alpha=0.2)
+
+
 def draw(found, path):
     """`path`: a file's, or an open binary file."""
-    figure, panels = plt.subplots(1, len(PANELS), figsize=(13, 4.5), sharey=True)
-    for axes, (force, title) in zip(panels, PANELS.items()):
-        for integrator, colour in COLOURS.items():
-            rows = [row for row in found["rows"] if row["integrator"] == integrator and row["force"] == force]
-            points = [(row["step_ms"], 1e6 * row["tool_m"]) for row in rows
-                      if row["tool_m"] is not None and row["tool_m"] < LOST_m]
-            axes.loglog(*zip(*points), "o-", color=colour, markersize=4, label=integrator.replace("_", " "))
+    figure, grid = plt.subplots(len(QUANTITIES), len(PANELS), figsize=(13, 11), sharex=True, sharey="row")
+    for row, (quantity, (_, label)) in zip(grid, QUANTITIES.items()):
+        for axes, force in zip(row, PANELS):
+            if quantity == "force_N" and force == "mean":
+                axes.text(0.5, 0.5, "the true force is given", ha="center", transform=axes.transAxes, fontsize=9)
+                axes.grid(True, which="both", alpha=0.2)
+                continue
+            draw_panel(axes, found, force, quantity)
+        row[0].set_ylabel(label)
+    for axes, title in zip(grid[0], PANELS.values()):
         axes.axhline(1e6 * found["repeatability_m"], color="black", linestyle=":")
         axes.text(0.1, 1.15e6 * found["repeatability_m"], "repeatability of a robot", fontsize=8)
-        axes.axvline(found["step_ms"], color="grey", linewidth=0.8)
         axes.set_title(title, fontsize=10)
+    for axes in grid[-1]:
         axes.set_xlabel("step in ms")
-        axes.grid(True, which="both", alpha=0.2)
-    panels[0].set_ylabel("largest error of the tool in µm")
-    panels[0].legend(fontsize=8)
-    figure.suptitle(f"{found['arm']}: berthing of 60 s with contact, against CVODE at 1e-12")
+    grid[0][0].legend(fontsize=8)
+    figure.suptitle(f"{found['arm']}: berthing of 60 s with {found['events']} touches and releases, up to "
+                    f"{found['largest_force_N']:.3g} N and {found['largest_energy_J']:.3g} J, against CVODE at 1e-12")
     figure.tight_layout()
     figure.savefig(path, dpi=110, format="png")
     plt.close(figure)

@@ -139,6 +139,19 @@ void print_report(const arm_description &arm, const accuracy &found, const accur
                 "%g um; with the force held over the step %.3g um, with it led by half a step %.3g um\n",
                 arguments.step_ms, name_of(integrator), alone_um, 100.0 * alone_um / arguments.repeatability_um,
                 arguments.repeatability_um, tool_um(berthing_force::held), tool_um(berthing_force::led));
+    std::printf("worst error of force and energy there:\n");
+    for (const berthing_force force : {berthing_force::mean, berthing_force::held, berthing_force::led}) {
+        const accuracy_row &row = row_at(found, integrator, force, arguments.step_ms);
+        const char *const what = force == berthing_force::mean   ? "the integrator alone"
+                                 : force == berthing_force::held ? "held over the step"
+                                                                 : "led by half a step";
+        if (force == berthing_force::mean) {
+            std::printf("  %-22s force given, %.3g J of %.4g J\n", what, row.energy_J, found.energy_J);
+        } else {
+            std::printf("  %-22s %.3g N of %.4g N, %.3g J of %.4g J\n", what, row.force_N, found.force_N,
+                        row.energy_J, found.energy_J);
+        }
+    }
 }
 
 bool names_rig(const std::string &name_or_path)
