@@ -14,6 +14,7 @@
 #include "../hil/profile.h"
 #include "../hil/sim_hal.h"
 #include "../log/candump.h"
+#include "../stability/arm_loop.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "run_result.h"
@@ -131,6 +132,7 @@ int run_command(const run_arguments &arguments)
         std::fputs(print_rig(rig).c_str(), stdout);
         return 0;
     }
+    refuse_unstable_steps(rig);
     sim_options options;
     if (chosen.robot) {
         options.robot = robot_as_text(chosen);

@@ -1,6 +1,9 @@
 #include "arm_loop.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <Eigen/Cholesky>
 
 #include "../../firmware/arm/robot_frame.h"
@@ -116,6 +119,31 @@ Eigen::MatrixXd ways_of(const linear_arm &arm, const Eigen::VectorXd &direction)
     return ways;
 }
 
+Eigen::VectorXd start_of(const arm_config &arm)
+{
+    Eigen::VectorXd pose_rad(arm.joint_count);
+    for (Eigen::Index i = 0; i < arm.joint_count; i++) {
+        pose_rad(i) = arm.joints[i].initial_rad;
+    }
+    return pose_rad;
+}
+
+/* What a step makes of a mode, of which s h is given; Hairer & Wanner, Solving Ordinary Differential Equations II.
+ */
+double growth_of_rk4(std::complex<double> sh)
+{
+    return std::abs(1.0 + sh * (1.0 + sh / 2.0 * (1.0 + sh / 3.0 * (1.0 + sh / 4.0))));
+}
+
+/* v' = v - h (w^2 x + d v), x' = x + h v' */
+double growth_of_semi_implicit(std::complex<double> sh)
+{
+    const double half_trace = 1.0 + sh.real() - 0.5 * std::norm(sh);
+    const double determinant = 1.0 + 2.0 * sh.real();
+    const std::complex<double> root = std::sqrt(std::complex<double>(half_trace * half_trace - determinant));
+    return sh.imag() == 0.0 ? 0.0 : std::max(std::abs(half_trace + root), std::abs(half_trace - root));
+}
+
 } // namespace
 
 Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -175,13 +203,32 @@ std::vector<std::complex<double>> arm_loop_eigenvalues(const rig &rig)
 {
     const arm_config &arm = rig.firmware.arm;
     const manipulator_config &manipulator = rig.firmware.manipulator;
-    Eigen::VectorXd pose_rad(arm.joint_count);
-    for (Eigen::Index i = 0; i < arm.joint_count; i++) {
-        pose_rad(i) = arm.joints[i].initial_rad;
-    }
+    const Eigen::VectorXd pose_rad = start_of(arm);
     const Eigen::Vector3d direction(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z);
     return bound_eigenvalues(
         arm_loop_matrix(rig, linearise(arm, pose_rad), direction.head(arm.kind == ARM_PLANAR ? 2 : 3)));
+}
+
+void refuse_unstable_steps(const rig &rig)
+{
+    constexpr double clearly = 1.05; /* blown up within a second at any rate that a loop has */
+    const arm_config &arm = rig.firmware.arm;
+    if (arm.kind == ARM_NONE || arm.integrator == ARM_IMPLICIT_MIDPOINT) {
+        return;
+    }
+    const double period_s = config_period_s(&rig.firmware);
+    for (const std::complex<double> &s : eigenvalues_of(linearise(arm, start_of(arm)))) {
+        const std::complex<double> step = s * period_s;
+        if ((arm.integrator == ARM_RK4 ? growth_of_rk4(step) : growth_of_semi_implicit(step)) > clearly) {
+            std::array<char, 300> text{};
+            std::snprintf(
+                text.data(), text.size(),
+                "manipulator.arm: a mode of %.4g rad/s is too fast for integrator = \"%s\" in steps of %g ms: "
+                "they blow up by themselves; take \"implicit_midpoint\", a softer joint or a shorter period",
+                std::abs(s), arm.integrator == ARM_RK4 ? "rk4" : "semi_implicit_euler", 1e3 * period_s);
+            throw input_error(text.data());
+        }
+    }
 }
 
 void refuse_arm(const rig &rig)

@@ -26,6 +26,10 @@ struct arm_loop_growth {
 };
 arm_loop_growth growth_of(const Eigen::MatrixXd &loop, double period_s);
 
+/* Throws input_error where the steps of the rig's arm would grow by themselves, contact or none: where its fastest
+ * mode is beyond what the integrator follows at the loop's period. */
+void refuse_unstable_steps(const rig &rig);
+
 /* Throws input_error for a rig with an arm: what reckons with a manipulator of one degree of freedom alone. */
 void refuse_arm(const rig &rig);
 

@@ -186,6 +186,26 @@ def test_an_arm_that_starts_stretched_is_refused(tmp_path):
     assert done.returncode == EXIT_INPUT and "singular" in done.stderr.decode()
 
 
+@pytest.mark.parametrize("integrator, stiffness, refused", [
+    ("rk4", 1e9, True), ("rk4", 1e6, False), ("semi_implicit_euler", 1e9, True), ("semi_implicit_euler", 1e6, False),
+    ("implicit_midpoint", 1e9, False),
+])
+def test_steps_that_blow_up_by_themselves_are_refused(tmp_path, integrator, stiffness, refused):
+    """And only those: what is taken comes to the end of its run."""
+    arm = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    lines = [line if "stiffness_N_m_per_rad" not in line else f"stiffness_N_m_per_rad = {stiffness}"
+             for line in arm.splitlines() if not line.startswith("integrator")]
+    lines.insert(next(i for i, line in enumerate(lines) if line.startswith("[")), f'integrator = "{integrator}"')
+    (tmp_path / "arm.toml").write_text("\n".join(lines) + "\n")
+    done = command("run", "ess", "--no-log", "--json", "--set", f"manipulator.arm={tmp_path / 'arm.toml'}",
+                   "--set", "run.duration_s=2")
+    assert done.returncode == (EXIT_INPUT if refused else 0), done.stderr.decode()
+    if refused:
+        assert "too fast for integrator" in done.stderr.decode()
+    else:
+        assert one_json_object(done.stdout)["state"] == "running"
+
+
 def test_gravity_leaves_no_rest_to_linearise_about(tmp_path):
     arm = tmp_path / "heavy.toml"
     text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
