@@ -373,6 +373,19 @@ def robot_preset(robot):
     return [("robot preset", robot["preset"], remark)]
 
 
+def growth_stretch(summary):
+    envelope = summary["envelope"]
+    return f"of the motion from {envelope['fit_from_s']:.1f} to {envelope['fit_to_s']:.1f} s"
+
+
+def prediction(summary):
+    """What the loop's eigenvalues, or its Lyapunov exponent, say of the growth; none where it has neither."""
+    predicted = summary.get("predicted_growth_per_s")
+    if predicted is None:
+        return []
+    return [("predicted growth", f"{predicted:+.6f} /s".replace("-", "−"), "of small motions, at the start")]
+
+
 def facts(log, summary):
     """(name, value, remark): the run in numbers."""
     growth = summary["growth_per_s"]
@@ -381,7 +394,8 @@ def facts(log, summary):
     cause = summary["stop_cause"]
     return robot_preset(summary["robot"]) + [
         ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
-         "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %)"),
+         "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
+        *prediction(summary),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
         *energy_words(summary, log),
         ("peak force", f"{summary['peak_force_N']:.2f} N", "as measured"),
