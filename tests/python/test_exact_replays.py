@@ -60,13 +60,12 @@ def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, cau
 
 @pytest.mark.parametrize("seed", [
     7214,  # whole ticks lost, and a parameter of the object
-    7274,  # spikes of the sensor, of which some show only when the robot's drift is known
+    7274,  # spikes of the sensor, beside a drift of the robot
 ])
 def test_what_happened_to_single_samples_of_unseen_data_is_known_there_too(seed, tmp_path):
     _, told = hidden_and_told(tmp_path, seed, "--kind", "two")
     floor_N = json.loads((tmp_path / "truth/truth.json").read_text())["floor_rms"]["force_N"]
     assert told["verdict"] == "named" and (tmp_path / "record/validate.csv").exists()
-    assert told["residual"]["force_N"]["fit"]["after"] < 1.1 * floor_N
     assert told["residual"]["force_N"]["held_out"]["after"] < 1.1 * floor_N
 
 
