@@ -211,7 +211,7 @@ std::vector<std::complex<double>> arm_loop_eigenvalues(const rig &rig)
 
 void refuse_unstable_steps(const rig &rig)
 {
-    constexpr double clearly = 1.05; /* blown up within a second at any rate that a loop has */
+    constexpr double clearly = 1.05; /* a tick: far beyond what damping between modes, left out here, could hold */
     const arm_config &arm = rig.firmware.arm;
     if (arm.kind == ARM_NONE || arm.integrator == ARM_IMPLICIT_MIDPOINT) {
         return;
