@@ -121,8 +121,16 @@ fit_result block_search::fit_without(const effect &dropped)
 void block_search::fix_estimates(block_diagnosis &result) const
 {
     for (cause &known : result.causes) {
-        if (known.parameters.empty()) {
-            known.parameters = estimates(incumbent_, *known.effect);
+        if (!known.parameters.empty()) {
+            continue;
+        }
+        known.parameters = estimates(incumbent_, *known.effect);
+        /* With a refinement, what the others are beside it: their own causes keep what they were without it. */
+        for (const effect *const other : found_) {
+            if (!known.effect->refines.empty() && other->refines.empty()) {
+                const auto more = estimates(incumbent_, *other);
+                known.parameters.insert(known.parameters.end(), more.begin(), more.end());
+            }
         }
     }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Core>
+#include <functional>
+#include <utility>
 
 #include "../solver/decompositions.h"
 
@@ -82,41 +84,100 @@ std::vector<std::size_t> slips_of(const rig &rig, const record &data)
 
 } // namespace
 
+namespace
+{
+
+/* A sawtooth: how many periods it drifts over the record, and which share of the way to its first slip it has behind
+ * it at the start. Of a slow one, that slips once or never, the share is of the way that it goes in the record. */
+struct sawtooth {
+    double wraps;
+    double share; /* above 1, of a slow one: no slip */
+    double left = unlimited;
+};
+
+clock_guess guess_of(const sawtooth &tooth, double duration_s, double period_s)
+{
+    const double way = std::min(1.0, std::abs(tooth.wraps)) * tooth.share;
+    const double phase = tooth.wraps > 0.0 ? 1.0 - way : way;
+    return {1e6 * tooth.wraps * period_s / duration_s, 1e3 * period_s * (phase - std::floor(phase))};
+}
+
+/* Halves its steps where no neighbour is better. */
+void refine(sawtooth &tooth, double wraps_step, double share_step, const std::function<double(const sawtooth &)> &left)
+{
+    constexpr int rounds = 16;
+    for (int round = 0; round < rounds; round++) {
+        const sawtooth here = tooth;
+        for (const auto &[wraps, share] :
+             {std::pair{wraps_step, 0.0}, {-wraps_step, 0.0}, {0.0, share_step}, {0.0, -share_step}}) {
+            sawtooth tried{here.wraps + wraps, here.share + share};
+            tried.left = left(tried);
+            if (tried.left < tooth.left) {
+                tooth = tried;
+            }
+        }
+        if (tooth.left == here.left) {
+            wraps_step *= 0.5;
+            share_step *= 0.5;
+        }
+    }
+}
+
+} // namespace
+
 std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const std::vector<double> &position_m,
                                          double period_s, int count)
 {
     constexpr int wraps_max = 30; /* of the sawtooth over the record, either way */
     constexpr int steps_a_wrap = 8;
-    constexpr int phases = 16;
+    constexpr int shares = 16;
+    constexpr std::size_t refined = 24;
     const std::vector<lateness> parts = lateness_over_time(error, position_m, period_s);
-    struct trial {
-        clock_guess guess;
-        double left;
-    };
-    std::vector<trial> trials;
-    constexpr std::size_t drifts = 2 * wraps_max * steps_a_wrap + 1;
-    trials.reserve(drifts);
+    if (parts.empty()) {
+        return {};
+    }
     const double duration_s = period_s * static_cast<double>(error.size());
-    for (int i = -wraps_max * steps_a_wrap; i <= wraps_max * steps_a_wrap; i++) {
-        const double drift = i * period_s / (steps_a_wrap * duration_s);
-        trial best{{}, unlimited};
-        for (int k = 0; k < phases; k++) {
-            const double phase_s = (k + 0.5) * period_s / phases;
-            const double left = left_by(parts, drift, phase_s, period_s);
-            if (left < best.left) {
-                best = {{1e6 * drift, 1e3 * phase_s}, left};
+    const auto left = [&](const sawtooth &tooth) {
+        const clock_guess guess = guess_of(tooth, duration_s, period_s);
+        return left_by(parts, 1e-6 * guess.drift_ppm, 1e-3 * guess.phase_ms, period_s);
+    };
+    std::vector<double> sizes = {1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0};
+    for (int i = 1; i <= wraps_max * steps_a_wrap; i++) {
+        sizes.push_back(static_cast<double>(i) / steps_a_wrap);
+    }
+    std::vector<sawtooth> trials;
+    trials.reserve(2 * sizes.size());
+    for (const double size : sizes) {
+        for (const double wraps : {-size, size}) {
+            sawtooth best{wraps, 0.0};
+            const int tried = size < 1.0 ? shares + 1 : shares; /* one without a slip */
+            for (int k = 0; k < tried; k++) {
+                sawtooth one{wraps, (k + 0.5) / shares};
+                one.left = left(one);
+                best = one.left < best.left ? one : best;
             }
-        }
-        if (i != 0) {
             trials.push_back(best);
         }
     }
-    std::sort(trials.begin(), trials.end(), [](const trial &a, const trial &b) { return a.left < b.left; });
-    std::vector<clock_guess> guesses;
-    for (std::size_t i = 0; i < trials.size() && i < static_cast<std::size_t>(count); i++) {
-        guesses.push_back(trials[i].guess);
+    const auto is_better = [](const sawtooth &a, const sawtooth &b) { return a.left < b.left; };
+    std::sort(trials.begin(), trials.end(), is_better);
+    trials.resize(std::min(trials.size(), refined));
+    for (sawtooth &one : trials) {
+        refine(one, 0.25 * std::abs(one.wraps) / std::max(1.0, 2.0 * std::abs(one.wraps)), 0.25 / shares, left);
     }
-    return parts.empty() ? std::vector<clock_guess>{} : guesses;
+    std::sort(trials.begin(), trials.end(), is_better);
+    std::vector<clock_guess> guesses;
+    for (const sawtooth &one : trials) {
+        const clock_guess guess = guess_of(one, duration_s, period_s);
+        const bool is_known = std::any_of(guesses.begin(), guesses.end(), [&](const clock_guess &other) {
+            return std::abs(other.drift_ppm - guess.drift_ppm) < 0.02 * std::abs(guess.drift_ppm) &&
+                   std::abs(other.phase_ms - guess.phase_ms) < 20.0 * period_s; /* a fiftieth of the period */
+        });
+        if (!is_known && guesses.size() < static_cast<std::size_t>(count)) {
+            guesses.push_back(guess);
+        }
+    }
+    return guesses;
 }
 
 namespace
@@ -205,6 +266,64 @@ void match_slips(block_model &force, rig &rig)
         }
     }
     shift_slips(rig, data, answers, off);
+}
+
+namespace
+{
+
+/* How far, in units of `step`, a rig may be moved either way until the white sum of squares has risen by what 95 %
+ * allow. */
+double reach(block_model &model, const noise_model &noise, const fit_result &fitted, double step,
+             const std::function<void(rig &, double)> &move)
+{
+    constexpr int doublings = 24;
+    const double rise_max = 3.84 * std::max(1.0, fitted.cost / static_cast<double>(fitted.rows));
+    const double least = cost_of(model, noise, fitted.rig);
+    double by = step;
+    for (int i = 0; i < doublings; i++) {
+        double rise = unlimited;
+        for (const double sign : {-1.0, 1.0}) {
+            rig moved = fitted.rig;
+            move(moved, sign * by);
+            rise = std::min(rise, cost_of(model, noise, moved) - least);
+        }
+        if (rise > rise_max) {
+            break;
+        }
+        by *= 2.0;
+    }
+    return by;
+}
+
+} // namespace
+
+void widen_clock_intervals(block_model &model, const noise_model &noise, fit_result &fitted)
+{
+    const rig &rig = fitted.rig;
+    const std::vector<std::size_t> slips = slips_of(rig, model.data());
+    if (slips.empty() || fitted.ci95.size() != fitted.parameters.size()) {
+        return; /* then the error is smooth in both */
+    }
+    double pivot_s = 0.0;
+    for (const std::size_t slip : slips) {
+        pivot_s += model.data().period_s * static_cast<double>(slip) / static_cast<double>(slips.size());
+    }
+    const double drift_ppm = reach(model, noise, fitted, 1e-6 * std::abs(rig.robot.clock_drift_ppm),
+                                   [&](berth::rig &moved, double by_ppm) {
+                                       moved.robot.clock_drift_ppm += by_ppm;
+                                       moved.robot.clock_phase_ms -= 1e-3 * by_ppm * pivot_s;
+                                   });
+    const double slips_ms =
+        reach(model, noise, fitted, 1e-6 * 1e3 * model.data().period_s,
+              [](berth::rig &moved, double by_ms) { moved.robot.clock_phase_ms += by_ms; });
+    for (std::size_t i = 0; i < fitted.parameters.size(); i++) {
+        const std::string_view key = fitted.parameters[i].key->path;
+        if (key == "robot.clock_drift_ppm") {
+            fitted.ci95[i] = std::max(fitted.ci95[i], drift_ppm);
+        } else if (key == "robot.clock_phase_ms") {
+            fitted.ci95[i] = std::max(fitted.ci95[i], std::hypot(slips_ms, 1e-3 * drift_ppm * pivot_s));
+        }
+    }
 }
 
 } // namespace berth

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace berth
 {
@@ -26,16 +27,39 @@ namespace
  * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
  * largest and smallest values, where a limit holds it. */
 struct repetitions {
-    std::vector<std::uint8_t> rows;    /* empty: no more than by chance */
-    std::vector<std::uint8_t> chances; /* rows that would have told */
+    std::vector<std::uint8_t> rows;  /* empty: no more than by chance */
+    std::vector<std::uint8_t> moves; /* rows that would have told, those that no chance repeats if there are enough */
+    std::size_t count = 0;           /* of repetitions that are none by chance */
+    std::size_t of = 0;              /* so many rows that would have told */
 };
+
+std::size_t count_of_both(const std::vector<std::uint8_t> &one, const std::vector<std::uint8_t> &other)
+{
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < one.size(); n++) {
+        count += one[n] != 0 && other[n] != 0;
+    }
+    return count;
+}
+
+/* Standard deviation of the noise of a signal that is smooth beside it. */
+double noise_sd(const std::vector<double> &x)
+{
+    std::vector<double> sizes;
+    for (std::size_t n = 1; n + 1 < x.size(); n++) {
+        sizes.push_back(std::abs(x[n + 1] - 2.0 * x[n] + x[n - 1]));
+    }
+    return 1.4826 * median_of(sizes) / std::sqrt(6.0);
+}
 
 repetitions repeated_rows(const record &record, const std::vector<double> &x)
 {
     constexpr std::size_t run_max = 20;
     constexpr double steps_min = 4.0;
+    constexpr std::size_t enough = 30; /* to count by them alone */
     std::vector<std::uint8_t> rows(record.size(), 0);
     std::vector<std::uint8_t> chances(record.size(), 0);
+    std::vector<std::uint8_t> sure(record.size(), 0);
     double smallest = unlimited;
     for (std::size_t n = 1; n < x.size(); n++) {
         const double change = std::abs(x[n] - x[n - 1]);
@@ -44,6 +68,10 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
         }
     }
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
+    /* On its way between two samples that are so far apart, one is no exact repetition by chance; where the steps are
+     * fine beside the noise, none ever is. */
+    const double sd = noise_sd(x);
+    const double far = sd > 50.0 * smallest ? 0.0 : 6.0 * sd;
     std::size_t repeats = 0;
     std::size_t single_steps = 0; /* as frequent as repeats by chance, in either direction */
     for (const record_segment &part : record.segments) {
@@ -62,8 +90,11 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
             const bool is_limit = x[n - 1] == *least || x[n - 1] == *largest;
             const double beyond = std::abs(x[std::max(end, n + 1)] - x[n - 1]);
             if (!is_limit && before >= steps_min * smallest && beyond >= steps_min * smallest) {
+                /* With the row that ends a run: it was not repeated, and it counts like any other. */
                 std::fill(chances.begin() + static_cast<std::ptrdiff_t>(n),
-                          chances.begin() + static_cast<std::ptrdiff_t>(std::max(end, n + 1)), std::uint8_t{1});
+                          chances.begin() + static_cast<std::ptrdiff_t>(end + 1), std::uint8_t{1});
+                std::fill(sure.begin() + static_cast<std::ptrdiff_t>(n),
+                          sure.begin() + static_cast<std::ptrdiff_t>(end + 1), std::uint8_t{beyond >= far});
             }
             if (is_short && !is_limit && before >= steps_min * smallest && after >= steps_min * smallest) {
                 std::fill(rows.begin() + static_cast<std::ptrdiff_t>(n),
@@ -75,7 +106,55 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     }
     const double by_chance = 0.5 * static_cast<double>(single_steps);
     const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
-    return {repeats < events_min || !is_more ? std::vector<std::uint8_t>{} : rows, chances};
+    repetitions told;
+    if (repeats >= events_min && is_more) {
+        const std::size_t surely = count_of_both(rows, sure);
+        const std::size_t all = count_of_both(rows, chances);
+        const bool are_enough = surely >= enough;
+        told.count = are_enough ? surely : all - std::min(all, static_cast<std::size_t>(by_chance));
+        told.of = count_of(are_enough ? sure : chances);
+        told.rows = std::move(rows);
+    }
+    told.moves = count_of(sure) >= enough ? std::move(sure) : std::move(chances);
+    return told;
+}
+
+/* Rows in which both channels are exactly what they were, while one of them at least moves: the tick was lost as a
+ * whole. */
+struct whole_ticks {
+    std::vector<std::uint8_t> rows;
+    std::size_t count = 0;   /* 0: no more than by chance */
+    std::size_t chances = 0; /* rows that would have told */
+};
+
+whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_t> &robot_moves,
+                             const std::vector<std::uint8_t> &force_moves)
+{
+    whole_ticks found{std::vector<std::uint8_t>(record.size(), 0)};
+    double ticks = 0.0;
+    double robot_alone = 0.0; /* one channel may stand still by itself: chance, its resolution, a fault of its own */
+    double force_alone = 0.0;
+    for (const record_segment &part : record.segments) {
+        for (std::size_t n = part.begin + 1; n < part.end; n++) {
+            if (robot_moves[n] == 0 && force_moves[n] == 0) {
+                continue;
+            }
+            const bool robot = record.robot_position_m[n] == record.robot_position_m[n - 1];
+            const bool force = record.force_N[n] == record.force_N[n - 1];
+            found.rows[n] = robot && force;
+            found.count += robot && force;
+            ticks += 1.0;
+            robot_alone += robot && !force;
+            force_alone += force && !robot;
+        }
+    }
+    found.chances = static_cast<std::size_t>(ticks);
+    const double by_chance = robot_alone * force_alone / std::max(1.0, ticks);
+    const double count = static_cast<double>(found.count);
+    if (found.count < events_min || count < 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0)) {
+        found.count = 0;
+    }
+    return found;
 }
 
 } // namespace
@@ -93,24 +172,24 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
         force_told = repeated_rows(record, record.force_N);
         events.force_repeats = force_told.rows;
     }
-    const std::size_t robot = count_of(events.robot_repeats);
-    const std::size_t force = count_of(events.force_repeats);
-    std::size_t both = 0;
-    std::size_t chances_of_both = 0;
-    for (std::size_t n = 0; robot > 0 && force > 0 && n < record.size(); n++) {
-        both += events.robot_repeats[n] != 0 && events.force_repeats[n] != 0;
-        chances_of_both += robot_told.chances[n] != 0 && force_told.chances[n] != 0;
+    std::size_t whole = 0;
+    if (!record.robot_position_m.empty() && !record.force_N.empty()) {
+        const whole_ticks ticks = find_whole_ticks(record, robot_told.moves, force_told.moves);
+        whole = ticks.count;
+        if (whole > 0) {
+            events.robot_repeats = ticks.rows;
+            events.force_repeats.resize(record.size(), 0);
+            std::transform(ticks.rows.begin(), ticks.rows.end(), events.force_repeats.begin(),
+                           events.force_repeats.begin(), std::bit_or<>());
+            found.push_back(found_in("loop.lost_samples", whole, ticks.chances));
+        }
     }
-    /* What both channels repeat at once was lost as a whole; the force may lose more by itself. */
-    const bool whole_ticks = both >= events_min && 10 * both >= 7 * robot;
-    const std::size_t force_alone = force - (whole_ticks ? both : 0);
-    if (whole_ticks) {
-        found.push_back(found_in("loop.lost_samples", both, chances_of_both));
-    }
-    if (force_alone >= events_min && (!whole_ticks || 10 * force_alone >= 3 * both) &&
+    /* The force may lose more by itself. */
+    const std::size_t force_alone = force_told.count - std::min(force_told.count, whole);
+    if (force_alone >= events_min && (whole == 0 || 10 * force_alone >= 3 * whole) &&
         given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
         given.bus.loss_probability == 0.0) {
-        found.push_back(found_in("sensor.dropouts", force_alone, count_of(force_told.chances)));
+        found.push_back(found_in("sensor.dropouts", force_alone, force_told.of));
     }
     return found;
 }

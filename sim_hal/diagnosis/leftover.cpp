@@ -1,8 +1,10 @@
 #include "leftover.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <Eigen/Dense>
+#include <optional>
 
 namespace berth
 {
@@ -72,9 +74,13 @@ class feature_maker
         features.push_back(std::move(made));
     }
 
-    void add_lags(const signal &x)
+    /* From `first` on. */
+    void add_lags(const signal &x, int first)
     {
         for (const int lag : {-6, -4, -2, -1, 0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32}) {
+            if (lag < first) {
+                continue;
+            }
             add(error_class::linear, [&](std::size_t n) {
                 const auto at = static_cast<std::ptrdiff_t>(n) - lag;
                 const auto last = static_cast<std::ptrdiff_t>(x.size()) - 1;
@@ -84,15 +90,15 @@ class feature_maker
     }
 
     /* Laws of position, velocity and time. */
-    void add_laws(signal x, signal v, bool lags)
+    void add_laws(signal x, signal v, const std::optional<int> &first_lag)
     {
         scale_to_one(x);
         scale_to_one(v);
         const double span = static_cast<double>(record_.size());
         const auto sign = [](double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; };
         const auto time = [&](std::size_t n) { return 2.0 * static_cast<double>(n) / span - 1.0; };
-        if (lags) {
-            add_lags(x);
+        if (first_lag) {
+            add_lags(x, *first_lag);
         } else {
             add(error_class::linear, [&](std::size_t n) { return x[n]; });
             add(error_class::linear, [&](std::size_t n) { return v[n]; });
@@ -126,13 +132,21 @@ class feature_maker
     const record &record_;
 };
 
+/* The noise of the force moves the manipulator, and that the command: from the tick after it on the command knows of
+ * it. Motion that follows such a command explains that noise and says nothing about the hardware. */
+int first_lag_before_reaction(const record &record, const rig &rig)
+{
+    const double late_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig));
+    return -static_cast<int>(late_s / record.period_s);
+}
+
 std::vector<feature> make_features(block_model &model, const rig &rig)
 {
     const record &record = model.data();
     feature_maker maker(record);
     if (model.which() == block::manipulator) {
         const signal &x = record.command_position_m;
-        maker.add_laws(x, derivative(x, record.segments, record.period_s), false);
+        maker.add_laws(x, derivative(x, record.segments, record.period_s), {});
         signal force = record.operator_force_N.empty() ? signal(record.size(), 0.0) : record.operator_force_N;
         for (std::size_t n = 0; n < record.force_N.size(); n++) {
             force[n] -= record.force_N[n];
@@ -148,7 +162,8 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
     }
     /* The motion as the model has it. */
     const signal &x = model.motion().at_tick_m;
-    maker.add_laws(x, derivative(x, record.segments, record.period_s), true);
+    const int reaction = first_lag_before_reaction(record, rig);
+    maker.add_laws(x, derivative(x, record.segments, record.period_s), reaction);
     if (model.which() == block::force) {
         for (feature &made : maker.features) {
             model.respond_to_force(rig, made.values);
@@ -161,7 +176,7 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
         }
         signal a = derivative(derivative(x, record.segments, record.period_s), record.segments, record.period_s);
         scale_to_one(a);
-        maker.add_lags(a);
+        maker.add_lags(a, reaction + 2); /* a is known two ticks later */
         scale_to_one(f);
         maker.add(error_class::odd, [&](std::size_t n) { return f[n] * std::abs(f[n]); });
         maker.add(error_class::odd, [&](std::size_t n) { return f[n] * f[n] * f[n]; });
@@ -174,7 +189,7 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
     return std::move(maker.features);
 }
 
-/* Rows in use, alternately of two halves in blocks. */
+/* Each is predicted from all others. */
 constexpr std::size_t blocks = 12;
 
 struct normal_equations {
@@ -184,14 +199,24 @@ struct normal_equations {
     double rows = 0.0;
 };
 
-Eigen::VectorXd solve(const normal_equations &sums)
+/* `ridge`: of the diagonal. Features may depend on each other, or be small against the noise. */
+Eigen::VectorXd solve(const Eigen::MatrixXd &g, const Eigen::VectorXd &b, double ridge)
 {
-    Eigen::MatrixXd g = sums.g;
-    const Eigen::VectorXd diagonal = g.diagonal();
-    for (Eigen::Index i = 0; i < g.rows(); i++) {
-        g(i, i) += 1e-7 * diagonal(i) + 1e-6; /* features may depend on each other, or be small against the noise */
+    Eigen::MatrixXd regular = g;
+    regular.diagonal() *= 1.0 + ridge;
+    regular.diagonal().array() += 1e-6;
+    return regular.ldlt().solve(b);
+}
+
+/* Sum of squares that is explained of blocks by what the others say. */
+double explained_across(const std::array<normal_equations, blocks> &parts, const normal_equations &all, double ridge)
+{
+    double explained = 0.0;
+    for (const normal_equations &unseen : parts) {
+        const Eigen::VectorXd c = solve(all.g - unseen.g, all.b - unseen.b, ridge);
+        explained += 2.0 * c.dot(unseen.b) - c.dot(unseen.g * c);
     }
-    return g.ldlt().solve(sums.b);
+    return explained;
 }
 
 } // namespace
@@ -213,33 +238,33 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
         }
         return value / noise.sigma;
     };
-    normal_equations halves[2];
-    for (normal_equations &half : halves) {
-        half.g = Eigen::MatrixXd::Zero(count, count);
-        half.b = Eigen::VectorXd::Zero(count);
+    std::array<normal_equations, blocks> parts;
+    for (normal_equations &part : parts) {
+        part.g = Eigen::MatrixXd::Zero(count, count);
+        part.b = Eigen::VectorXd::Zero(count);
     }
     constexpr Eigen::Index batch = 256;
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(batch, count);
     Eigen::VectorXd targets = Eigen::VectorXd::Zero(batch);
     Eigen::Index filled = 0;
-    int half_of_batch = 0;
+    std::size_t part_of_batch = 0;
     const auto flush = [&] {
-        normal_equations &half = halves[half_of_batch];
+        normal_equations &part = parts[part_of_batch];
         const Eigen::MatrixXd block = rows.topRows(filled);
-        half.g += block.transpose() * block;
-        half.b += block.transpose() * targets.head(filled);
-        half.square += targets.head(filled).squaredNorm();
-        half.rows += static_cast<double>(filled);
+        part.g += block.transpose() * block;
+        part.b += block.transpose() * targets.head(filled);
+        part.square += targets.head(filled).squaredNorm();
+        part.rows += static_cast<double>(filled);
         filled = 0;
     };
     std::size_t run = 0;
     for (std::size_t n = 0; n < size; n++) {
         run = uses[n] == row_use::none ? 0 : run + 1;
-        const int half = static_cast<int>(n * blocks / size % 2);
-        if (filled == batch || (filled > 0 && half != half_of_batch)) {
+        const std::size_t part = n * blocks / size;
+        if (filled == batch || (filled > 0 && part != part_of_batch)) {
             flush();
         }
-        half_of_batch = half;
+        part_of_batch = part;
         if (run <= order) {
             continue;
         }
@@ -250,17 +275,27 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
     }
     flush();
 
-    leftover result;
-    for (int i = 0; i < 2; i++) {
-        const Eigen::VectorXd c = solve(halves[i]);
-        const normal_equations &unseen = halves[1 - i];
-        result.explained += 2.0 * c.dot(unseen.b) - c.dot(unseen.g * c);
+    normal_equations all{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+    for (const normal_equations &part : parts) {
+        all.g += part.g;
+        all.b += part.b;
+        all.square += part.square;
+        all.rows += part.rows;
     }
-    result.rows = (halves[0].rows + halves[1].rows) / noise.rows_per_fact;
-    result.share_of_rms = result.explained / std::max(1e-300, halves[0].square + halves[1].square);
+    leftover result;
+    result.explained = -unlimited;
+    double ridge = 0.0;
+    for (const double tried : {1e-7, 1e-5, 1e-3, 0.1, 10.0, 1e3}) {
+        const double explained = explained_across(parts, all, tried);
+        if (explained > result.explained) {
+            result.explained = explained;
+            ridge = tried;
+        }
+    }
+    result.rows = all.rows / noise.rows_per_fact;
+    result.share_of_rms = result.explained / std::max(1e-300, all.square);
 
-    normal_equations all{halves[0].g + halves[1].g, halves[0].b + halves[1].b, 0.0, 0.0};
-    const Eigen::VectorXd c = solve(all);
+    const Eigen::VectorXd c = solve(all.g, all.b, ridge);
     double strongest = -1.0;
     for (int kind = 0; kind < static_cast<int>(error_class::count); kind++) {
         Eigen::VectorXd part = Eigen::VectorXd::Zero(count);

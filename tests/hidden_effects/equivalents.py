@@ -52,7 +52,9 @@ FIELDS = {
     "sensor.lag": {"lag_ms": ("sensor_lag_s", 1e-3)},
     "sensor.delay": {"delay_ms": ("sensor_delay_s", 1e-3)},
     "sensor.saturation": {"saturation_N": ("sensor_saturation_N", 1.0)},
+    "loop.clock_drift": {"clock_drift_ppm": ("clock_drift", 1e-6), "clock_phase_ms": ("clock_phase_s", 1e-3)},
 }
+SWITCHES = {"loop.clock_drift": {"free_clock": 1.0}}
 
 
 # From where to begin with an effect that a diagnosis offers without its size, in the units of diagnosis.json; the
@@ -85,7 +87,7 @@ def chi2_between(scenario, effect, start):
     scale = np.array([abs(start[name] * table[name][1]) or 1e-12 for name in names])
 
     def left(x):
-        values = {table[name][0]: float(value) for name, value in zip(names, x * scale)}
+        values = {table[name][0]: float(value) for name, value in zip(names, x * scale)} | SWITCHES.get(effect, {})
         return stacked(scenario, tuning.absorb(truth, [Change(values, {})])[1])
 
     first = np.array([start[name] * table[name][1] for name in names]) / scale

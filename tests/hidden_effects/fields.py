@@ -10,7 +10,7 @@ FIELDS = [
     ("settle_ticks", 0, "ticks before the record starts, at rest; not written"),
     ("free_clock", 0, "1: the robot takes the newest setpoint once per period of its own"),
     ("clock_drift", 0.0, "its period is T (1 + this)"),
-    ("clock_phase_s", 0.0, "its first instant"),
+    ("clock_phase_s", 0.0, "its instant next to the first row of the record"),
     # manipulator: M x'' + D x' + K x + ... = F_op - F
     ("manipulator_mass_kg", 200.0, "M"),
     ("manipulator_damping_N_s_per_m", 125.0, "D"),

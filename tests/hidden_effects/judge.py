@@ -48,7 +48,7 @@ def intervals(truth, diagnosis):
         if entry["effect"] not in diagnosis.parameters:
             continue
         reported = {}
-        for effect in (entry["effect"], *PARTS.get(entry["effect"], ())):
+        for effect in (*PARTS.get(entry["effect"], ()), entry["effect"]):
             reported |= diagnosis.parameters.get(effect, {})
         for name, true in entry["parameters"].items():
             name = name if name in reported else SAME_PARAMETER.get(name, name)

@@ -180,7 +180,7 @@ static void latch(struct loop *l, struct robot_clock *clock, double until_s)
 {
     const struct truth *p = l->p;
     const double period_s = p->period_s * (1.0 + p->clock_drift), dead_s = p->robot_dead_time_s;
-    const double origin_s = p->clock_phase_s - p->settle_ticks * p->period_s;
+    const double origin_s = p->clock_phase_s - p->settle_ticks * period_s;
     for (;;) {
         const double now_s = origin_s + (double)clock->count * period_s;
         if (now_s >= until_s) {
