@@ -3,6 +3,7 @@
 
 #include "acceptance.h"
 #include "block_search.h"
+#include "clock_slips.h"
 #include "floor.h"
 
 namespace berth
@@ -31,6 +32,9 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
 void block_search::adopt(block_diagnosis &result, const candidate &best)
 {
     incumbent_ = best.fitted;
+    if (best.effect->switch_on != nullptr) {
+        polish_clock(model_, noise_, incumbent_);
+    }
     if (!best.effect->is_rough) {
         fit_without_colour();
         incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drifting_clock.h"
+#include "clock_slips.h"
 #include "floor.h"
 
 namespace berth

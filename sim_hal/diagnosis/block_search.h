@@ -85,6 +85,9 @@ class block_search
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
     bool exceeds_measured_floor() const;
+    /* On the validation record the error is twice a measured floor: what fits one record does not predict another.
+     */
+    bool misses_unseen_record();
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */

@@ -3,6 +3,7 @@
 
 #include "acceptance.h"
 #include "block_search.h"
+#include "clock_slips.h"
 #include "floor.h"
 #include "moments.h"
 #include "spectrum_lines.h"
@@ -20,9 +21,10 @@ constexpr double leftover_alone = 60.0;
 constexpr double left_by_library = 1e-4; /* of the explainable error: the replay's own precision is finer */
 
 constexpr double moments_bearable = 0.08;
-constexpr double floor_exceeded = 1.21;  /* white sum of squares per row: 1.1 times the floor */
-constexpr double bursts_exceed = 1.5;    /* the same against a floor that was not measured by itself */
-constexpr double share_of_replay = 1e-4; /* of the explained error, that may be the replay's own */
+constexpr double moments_of_events = 0.3; /* single samples that were not found spoil fewer moments than these */
+constexpr double floor_exceeded = 1.21;   /* white sum of squares per row: 1.1 times the floor */
+constexpr double bursts_exceed = 1.5;     /* the same against a floor that was not measured by itself */
+constexpr double share_of_replay = 1e-4;  /* of the explained error, that may be the replay's own */
 
 /* Known well enough to start from. An angle has no size of its own, its whole turn is; a clock's phase is known by
  * the ticks at which it slips, whatever its share in the dead time. */
@@ -38,6 +40,9 @@ bool is_known(const free_parameter &parameter, double value, double sd)
 void block_search::conclude(block_diagnosis &result)
 {
     result.verdict = verdict_of(result);
+    if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; })) {
+        widen_clock_intervals(model_, noise_, incumbent_);
+    }
     fix_estimates(result);
     for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
         const std::string key(incumbent_.parameters[i].key->path);
@@ -70,13 +75,18 @@ verdict block_search::verdict_of(block_diagnosis &result)
     const bool bursts = noise_.rows_per_fact == 1.0 && !input_.has_events &&
                         !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
     const bool exceeds_features =
-        result.causes.empty() ? leftover_.explained > leftover_alone
-                              : leftover_.explained > leftover_beside_causes && result.left > left_by_library;
+        result.causes.empty()
+            ? !only_moments && leftover_.explained > leftover_alone
+            : !has_thresholds && leftover_.explained > leftover_beside_causes && result.left > left_by_library;
+    const bool misses_unseen = !has_thresholds && !input_.has_cause_upstream && misses_unseen_record();
+    const bool are_only_events =
+        input_.has_events && result.causes.empty() && result.bad_moments > moments_of_events;
     const bool shows_line = result.causes.empty() && !input_.has_cause_upstream &&
                             noise_.rms > 2.0 * precision_of(model_) && has_line(error_left());
     const bool something_is_left =
-        !is_rest_ && (shows_line || is_pressed() || (!only_moments && (exceeds_floor() || exceeds_features)) ||
-                      (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
+        !is_rest_ &&
+        (shows_line || misses_unseen || are_only_events || exceeds_features || is_pressed() ||
+         (!only_moments && exceeds_floor()) || (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
     if (result.causes.empty()) {
         return something_is_left ? verdict::unknown : verdict::nothing_detectable;
     }
@@ -89,6 +99,16 @@ verdict block_search::verdict_of(block_diagnosis &result)
 bool block_search::exceeds_measured_floor() const
 {
     return has_floor_ && incumbent_.cost > floor_exceeded * static_cast<double>(incumbent_.rows);
+}
+
+bool block_search::misses_unseen_record()
+{
+    constexpr double twice = 4.0; /* the floor, as squares */
+    if (!has_floor_ || unseen_ == nullptr) {
+        return false;
+    }
+    const auto rows = std::count(unseen_->uses().begin(), unseen_->uses().end(), row_use::fit);
+    return cost_of(*unseen_, noise_, incumbent_.rig) > twice * static_cast<double>(rows) / noise_.rows_per_fact;
 }
 
 bool block_search::exceeds_uncertainty(double cost) const

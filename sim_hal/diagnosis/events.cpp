@@ -27,10 +27,11 @@ namespace
  * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
  * largest and smallest values, where a limit holds it. */
 struct repetitions {
-    std::vector<std::uint8_t> rows;  /* empty: no more than by chance */
-    std::vector<std::uint8_t> moves; /* rows that would have told, those that no chance repeats if there are enough */
-    std::size_t count = 0;           /* of repetitions that are none by chance */
-    std::size_t of = 0;              /* so many rows that would have told */
+    std::vector<std::uint8_t> rows; /* empty: no more than by chance */
+    std::vector<std::uint8_t>
+        moves;             /* rows that would have told, those that no chance repeats if there are enough */
+    std::size_t count = 0; /* of repetitions that are none by chance */
+    std::size_t of = 0;    /* so many rows that would have told */
 };
 
 std::size_t count_of_both(const std::vector<std::uint8_t> &one, const std::vector<std::uint8_t> &other)
@@ -68,8 +69,8 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
         }
     }
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
-    /* On its way between two samples that are so far apart, one is no exact repetition by chance; where the steps are
-     * fine beside the noise, none ever is. */
+    /* On its way between two samples that are so far apart, one is no exact repetition by chance; where the steps
+     * are fine beside the noise, none ever is. */
     const double sd = noise_sd(x);
     const double far = sd > 50.0 * smallest ? 0.0 : 6.0 * sd;
     std::size_t repeats = 0;
