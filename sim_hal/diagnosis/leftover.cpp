@@ -15,6 +15,7 @@ namespace
 struct feature {
     error_class kind;
     std::vector<double> values;
+    bool is_of_shape = false; /* simulated output and its changes: a lag that is taken for a delay leaves these */
 };
 
 using signal = std::vector<double>;
@@ -126,9 +127,29 @@ class feature_maker
         add(error_class::drift, [&](std::size_t n) { return time(n) * v[n]; });
     }
 
+    void add_shape(signal y)
+    {
+        for (int order = 0; order < 5; order++) {
+            scale_to_one(y);
+            features.push_back({error_class::linear, y, true});
+            y = change(y);
+        }
+    }
+
     std::vector<feature> features;
 
   private:
+    signal change(const signal &y) const
+    {
+        signal made(y.size(), 0.0);
+        for (const record_segment &part : record_.segments) {
+            for (std::size_t n = part.begin + 2; n < part.end; n++) {
+                made[n] = y[n] - y[n - 1];
+            }
+        }
+        return made;
+    }
+
     const record &record_;
 };
 
@@ -164,16 +185,17 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
     const signal &x = model.motion().at_tick_m;
     const int reaction = first_lag_before_reaction(record, rig);
     maker.add_laws(x, derivative(x, record.segments, record.period_s), reaction);
+    signal simulated(record.size());
+    std::vector<double> error;
+    model.error(rig, error);
+    for (std::size_t n = 0; n < simulated.size(); n++) {
+        simulated[n] = model.measured()[n] - error[n];
+    }
     if (model.which() == block::force) {
         for (feature &made : maker.features) {
             model.respond_to_force(rig, made.values);
         }
-        signal f(record.size());
-        std::vector<double> error;
-        model.error(rig, error);
-        for (std::size_t n = 0; n < f.size(); n++) {
-            f[n] = model.measured()[n] - error[n];
-        }
+        signal f = simulated;
         signal a = derivative(derivative(x, record.segments, record.period_s), record.segments, record.period_s);
         scale_to_one(a);
         maker.add_lags(a, reaction + 2); /* a is known two ticks later */
@@ -186,6 +208,7 @@ std::vector<feature> make_features(block_model &model, const rig &rig)
             return f[n] * (2.0 * static_cast<double>(n) / static_cast<double>(f.size()) - 1.0);
         });
     }
+    maker.add_shape(std::move(simulated));
     return std::move(maker.features);
 }
 
@@ -208,15 +231,57 @@ Eigen::VectorXd solve(const Eigen::MatrixXd &g, const Eigen::VectorXd &b, double
     return regular.ldlt().solve(b);
 }
 
-/* Sum of squares that is explained of blocks by what the others say. */
-double explained_across(const std::array<normal_equations, blocks> &parts, const normal_equations &all, double ridge)
+using block_parts = std::array<normal_equations, blocks>;
+
+normal_equations sum_of(const block_parts &parts)
 {
-    double explained = 0.0;
-    for (const normal_equations &unseen : parts) {
-        const Eigen::VectorXd c = solve(all.g - unseen.g, all.b - unseen.b, ridge);
-        explained += 2.0 * c.dot(unseen.b) - c.dot(unseen.g * c);
+    normal_equations all = parts[0];
+    for (std::size_t i = 1; i < blocks; i++) {
+        all.g += parts[i].g;
+        all.b += parts[i].b;
+        all.square += parts[i].square;
+        all.rows += parts[i].rows;
     }
-    return explained;
+    return all;
+}
+
+struct prediction {
+    double explained = -unlimited; /* sum of squares, of blocks by what the others say */
+    double ridge = 0.0;
+};
+
+/* With the ridge that predicts best. */
+prediction predict_across(const block_parts &parts)
+{
+    const normal_equations all = sum_of(parts);
+    prediction best;
+    for (const double ridge : {1e-7, 1e-5, 1e-3, 0.1, 10.0, 1e3}) {
+        double explained = 0.0;
+        for (const normal_equations &unseen : parts) {
+            const Eigen::VectorXd c = solve(all.g - unseen.g, all.b - unseen.b, ridge);
+            explained += 2.0 * c.dot(unseen.b) - c.dot(unseen.g * c);
+        }
+        if (explained > best.explained) {
+            best = {explained, ridge};
+        }
+    }
+    return best;
+}
+
+/* Those of the shape alone: few, they predict what they explain well beside many that explain nothing. */
+block_parts of_shape(const block_parts &parts, const std::vector<feature> &features)
+{
+    std::vector<Eigen::Index> chosen;
+    for (std::size_t i = 0; i < features.size(); i++) {
+        if (features[i].is_of_shape) {
+            chosen.push_back(static_cast<Eigen::Index>(i));
+        }
+    }
+    block_parts made;
+    for (std::size_t i = 0; i < blocks; i++) {
+        made[i] = {parts[i].g(chosen, chosen), parts[i].b(chosen), parts[i].square, parts[i].rows};
+    }
+    return made;
 }
 
 } // namespace
@@ -238,7 +303,7 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
         }
         return value / noise.sigma;
     };
-    std::array<normal_equations, blocks> parts;
+    block_parts parts;
     for (normal_equations &part : parts) {
         part.g = Eigen::MatrixXd::Zero(count, count);
         part.b = Eigen::VectorXd::Zero(count);
@@ -275,27 +340,14 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
     }
     flush();
 
-    normal_equations all{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
-    for (const normal_equations &part : parts) {
-        all.g += part.g;
-        all.b += part.b;
-        all.square += part.square;
-        all.rows += part.rows;
-    }
+    const normal_equations all = sum_of(parts);
+    const prediction best = predict_across(parts);
     leftover result;
-    result.explained = -unlimited;
-    double ridge = 0.0;
-    for (const double tried : {1e-7, 1e-5, 1e-3, 0.1, 10.0, 1e3}) {
-        const double explained = explained_across(parts, all, tried);
-        if (explained > result.explained) {
-            result.explained = explained;
-            ridge = tried;
-        }
-    }
+    result.explained = std::max(best.explained, predict_across(of_shape(parts, features)).explained);
     result.rows = all.rows / noise.rows_per_fact;
     result.share_of_rms = result.explained / std::max(1e-300, all.square);
 
-    const Eigen::VectorXd c = solve(all.g, all.b, ridge);
+    const Eigen::VectorXd c = solve(all.g, all.b, best.ridge);
     double strongest = -1.0;
     for (int kind = 0; kind < static_cast<int>(error_class::count); kind++) {
         Eigen::VectorXd part = Eigen::VectorXd::Zero(count);

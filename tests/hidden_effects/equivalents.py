@@ -65,8 +65,23 @@ BEGINNINGS = {"sensor.gain": {"gain": 1.001}, "robot.gain": {"gain": 1.001}, "ro
 OF_THE_BASE = {"robot.dead_time", "sensor.delay", "object.parameters", "manipulator.parameters"}
 
 
+def lateness_of_clocks(scenario, effect):
+    """What makes the lateness drift as it truly does, as the clock that does not slip: the dead time's own drift, or
+    an uneven clock."""
+    true, period_s = scenario.true, scenario.base["period_s"]
+    slope = true["robot_dead_time_drift"] or true["clock_drift"]
+    if slope == 0.0:
+        return {}
+    way_s = slope * len(scenario.runs["record"].result["force_N"]) * period_s
+    return {"robot.dead_time_drift": {"dead_time_drift_ms_per_s": 1e3 * slope},
+            "loop.clock_drift": {"clock_drift_ppm": 1e6 * slope,
+                                 "clock_phase_ms": 1e3 * (0.02 * period_s - min(way_s, 0.0))}}[effect]
+
+
 def beginning(scenario, effect):
     """Parameters to begin with."""
+    if effect in ("robot.dead_time_drift", "loop.clock_drift"):
+        return lateness_of_clocks(scenario, effect)
     if effect in OF_THE_BASE:
         return {name: scenario.base[field] / factor for name, (field, factor) in FIELDS[effect].items()}
     return BEGINNINGS.get(effect, {})
