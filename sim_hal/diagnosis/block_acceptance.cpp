@@ -4,6 +4,7 @@
 #include "acceptance.h"
 #include "block_search.h"
 #include "floor.h"
+#include "spectrum_lines.h"
 
 namespace berth
 {
@@ -37,6 +38,7 @@ bool size_may_be_zero(const candidate &one)
 
 bool block_search::find_next(block_diagnosis &result)
 {
+    doubt_floor();
     metric_ = metric_for(incumbent_.rig);
     if (found_.empty()) {
         result.tried = effects_to_try(model_, given_, found_, input_.options);
@@ -73,6 +75,16 @@ bool block_search::find_next(block_diagnosis &result)
         }
     }
     return false;
+}
+
+void block_search::doubt_floor()
+{
+    constexpr double near = 1.5; /* times the floor */
+    const std::vector<double> left = error_left();
+    if (has_floor_ && rms_of(left, model_.uses(), row_use::fit) < near * noise_.rms && has_line(left)) {
+        has_floor_ = false;
+        noise_ = floor_under(model_, incumbent_.rig);
+    }
 }
 
 void block_search::compare_anew(std::vector<candidate> &candidates)

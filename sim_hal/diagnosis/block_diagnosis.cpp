@@ -1,12 +1,25 @@
 #include "block_diagnosis.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "block_search.h"
 #include "single_samples.h"
 
 namespace berth
 {
+
+namespace
+{
+
+/* The error is hardly more than that of rounding, which follows the motion and looks like many things. */
+bool is_rounding_alone(const event_finding &steps, double rms)
+{
+    constexpr double nearly = 0.9;
+    return steps.values[0] / std::sqrt(12.0) > nearly * rms;
+}
+
+} // namespace
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
                                events_of_records &events, std::vector<event_finding> found_events)
@@ -31,6 +44,9 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     }
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
+        if (!steps.empty() && result.causes.empty() && is_rounding_alone(steps[0], result.fit_rms.after)) {
+            result.verdict = verdict::nothing_detectable;
+        }
         found_events.insert(found_events.end(), steps.begin(), steps.end());
     }
     const auto &without = input.options.without;

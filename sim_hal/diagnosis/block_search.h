@@ -40,6 +40,8 @@ class block_search
 
     /* False: there is none. */
     bool find_next(block_diagnosis &result);
+    /* A line in an error that is near the floor was there when the floor was measured: no noise, so no floor. */
+    void doubt_floor();
     /* Candidates are compared under the noise that the best of them leaves. */
     void compare_anew(std::vector<candidate> &candidates);
     /* Where the candidate found better values for the parameters of before, it is compared with what these can do.
@@ -94,6 +96,8 @@ class block_search
     bool leaves_much();
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */
     bool exceeds_floor();
+    /* What is above the floor is no more than our own precision of what the causes explain. */
+    bool is_within_instants();
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
      * of its own, as long as it is little beside what the fault did. */
     bool is_rest_of_switching();

@@ -25,6 +25,8 @@ constexpr double moments_of_events = 0.3; /* single samples that were not found 
 constexpr double floor_exceeded = 1.21;   /* white sum of squares per row: 1.1 times the floor */
 constexpr double bursts_exceed = 1.5;     /* the same against a floor that was not measured by itself */
 constexpr double share_of_replay = 1e-4;  /* of the explained error, that may be the replay's own */
+/* The same of what a cause explains: instants of sticking fall between our steps. */
+constexpr double share_of_instants = 1e-6;
 
 /* Known well enough to start from. An angle has no size of its own, its whole turn is; a clock's phase is known by
  * the ticks at which it slips, whatever its share in the dead time. */
@@ -83,6 +85,9 @@ verdict block_search::verdict_of(block_diagnosis &result)
         input_.has_events && result.causes.empty() && result.bad_moments > moments_of_events;
     const bool shows_line = result.causes.empty() && !input_.has_cause_upstream &&
                             noise_.rms > 2.0 * precision_of(model_) && has_line(error_left());
+    if (!result.causes.empty() && is_within_instants()) {
+        return result.alternatives.empty() ? verdict::named : verdict::one_of;
+    }
     const bool something_is_left =
         !is_rest_ &&
         (shows_line || misses_unseen || are_only_events || exceeds_features || is_pressed() ||
@@ -128,6 +133,13 @@ bool block_search::leaves_much()
     const double cost = cost_of(model_, noise_, incumbent_.rig);
     return has_floor_ && exceeds_uncertainty(cost) &&
            cost - rows > much * (cost_of(model_, noise_, base_.rig) - rows);
+}
+
+bool block_search::is_within_instants()
+{
+    const double rows = static_cast<double>(rows_under(noise_));
+    const double above = cost_of(model_, noise_, incumbent_.rig) - rows;
+    return above < share_of_instants * (cost_of(model_, noise_, base_.rig) - rows);
 }
 
 bool block_search::exceeds_floor()

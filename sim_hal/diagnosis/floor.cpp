@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "leftover.h"
+#include "spectrum_lines.h"
 
 namespace berth
 {
@@ -42,7 +43,9 @@ noise_model floor_under(block_model &model, const rig &rig)
     model.error(rig, error);
     noise_model noise = noise_of(model, error, true);
     for (int pass = 0; pass < 2; pass++) {
-        noise = noise_of(model, find_leftover(model, noise, rig, error).unexplained, false);
+        std::vector<double> unexplained = find_leftover(model, noise, rig, error).unexplained;
+        remove_lines(unexplained, model.uses());
+        noise = noise_of(model, unexplained, false);
     }
     return at_least(noise, precision_of(model));
 }

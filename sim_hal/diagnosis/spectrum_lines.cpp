@@ -13,6 +13,8 @@ namespace berth
 namespace
 {
 
+constexpr double two_pi = 6.283185307179586;
+
 /* Amplitudes of the lines of the error less its mean, at multiples of 1 / (size * period). */
 std::vector<std::complex<double>> lines_of(const std::vector<double> &error, std::size_t size)
 {
@@ -65,29 +67,102 @@ double strongest_frequency_Hz(const std::vector<double> &error, double period_s)
     return (static_cast<double>(best) + offset) / (static_cast<double>(size) * period_s);
 }
 
-bool has_line(const std::vector<double> &error)
+double standing_line_periods(const std::vector<double> &error)
 {
     constexpr double stands_out = 60.0; /* times the median power about it: noise does once in 1e18 lines */
     constexpr std::size_t about = 40;   /* lines on either side */
     constexpr std::size_t periods_min = 5;
     const std::size_t size = power_of_two_below(error.size());
     if (size < 8 * about) {
-        return false;
+        return 0.0;
     }
     const auto lines = lines_of(error, size);
     std::vector<double> power(size / 2);
     for (std::size_t i = 0; i < power.size(); i++) {
         power[i] = std::norm(lines[i]);
     }
+    std::size_t best = 0;
     for (std::size_t i = periods_min; i < power.size(); i++) {
         const auto begin = power.begin() + static_cast<std::ptrdiff_t>(i > about ? i - about : 0);
         const auto end = power.begin() + static_cast<std::ptrdiff_t>(std::min(power.size(), i + about + 1));
         if (power[i] > *std::max_element(begin, end) * 0.999 &&
-            power[i] > stands_out * median_of(std::vector<double>(begin, end))) {
-            return true;
+            power[i] > stands_out * median_of(std::vector<double>(begin, end)) &&
+            (best == 0 || power[i] > power[best])) {
+            best = i;
         }
     }
-    return false;
+    return static_cast<double>(best) / static_cast<double>(size);
+}
+
+bool has_line(const std::vector<double> &error)
+{
+    return standing_line_periods(error) > 0.0;
+}
+
+namespace
+{
+
+/* Sine and cosine that fit best, and the sum of squares that they take away. */
+struct wave {
+    double cosine = 0.0;
+    double sine = 0.0;
+    double square = -1.0;
+    double periods = 0.0; /* a row */
+};
+
+wave fit_wave(const std::vector<double> &x, const std::vector<row_use> &uses, double periods)
+{
+    double cc = 0.0;
+    double cs = 0.0;
+    double ss = 0.0;
+    double xc = 0.0;
+    double xs = 0.0;
+    for (std::size_t n = 0; n < x.size(); n++) {
+        if (uses[n] != row_use::none) {
+            const double angle = two_pi * periods * static_cast<double>(n);
+            const double c = std::cos(angle);
+            const double s = std::sin(angle);
+            cc += c * c;
+            cs += c * s;
+            ss += s * s;
+            xc += x[n] * c;
+            xs += x[n] * s;
+        }
+    }
+    const double determinant = cc * ss - cs * cs;
+    if (!(determinant > 0.0)) {
+        return {};
+    }
+    const double cosine = (ss * xc - cs * xs) / determinant;
+    const double sine = (cc * xs - cs * xc) / determinant;
+    return {cosine, sine, cosine * xc + sine * xs, periods};
+}
+
+} // namespace
+
+void remove_lines(std::vector<double> &error, const std::vector<row_use> &uses)
+{
+    constexpr int lines_max = 3;
+    constexpr int halvings = 9;
+    for (int line = 0; line < lines_max; line++) {
+        const double periods = standing_line_periods(error);
+        if (periods == 0.0) {
+            return;
+        }
+        wave best = fit_wave(error, uses, periods);
+        double step = 0.5 / static_cast<double>(power_of_two_below(error.size()));
+        for (int i = 0; i < halvings; i++) {
+            for (const double tried : {best.periods - step, best.periods + step}) {
+                const wave other = fit_wave(error, uses, tried);
+                best = other.square > best.square ? other : best;
+            }
+            step *= 0.5;
+        }
+        for (std::size_t n = 0; n < error.size(); n++) {
+            const double angle = two_pi * best.periods * static_cast<double>(n);
+            error[n] -= uses[n] == row_use::none ? 0.0 : best.cosine * std::cos(angle) + best.sine * std::sin(angle);
+        }
+    }
 }
 
 std::vector<double> strongest_pitches_m(const std::vector<double> &error, const std::vector<double> &position_m,

@@ -87,8 +87,9 @@ def beginning(scenario, effect):
     return BEGINNINGS.get(effect, {})
 
 
-def chi2_between(scenario, effect, start):
-    """What is left of the true record when `effect` stands in for the truth; `start`: parameters to begin with.
+def chi2_between(scenario, effect, start, beside=()):
+    """What is left of the true record when `effect` stands in for the truth; `start`: parameters to begin with;
+    `beside`: changes of the truth that it does not stand in for.
 
     None where the question cannot be asked: a random effect, a parameter that is missing, a block that overflows.
     """
@@ -103,7 +104,7 @@ def chi2_between(scenario, effect, start):
 
     def left(x):
         values = {table[name][0]: float(value) for name, value in zip(names, x * scale)} | SWITCHES.get(effect, {})
-        return stacked(scenario, tuning.absorb(truth, [Change(values, {})])[1])
+        return stacked(scenario, tuning.absorb(truth, [Change(values, {}), *beside])[1])
 
     first = np.array([start[name] * table[name][1] for name in names]) / scale
     if not np.all(np.isfinite(left(first))):
@@ -113,6 +114,10 @@ def chi2_between(scenario, effect, start):
 
 
 def indistinguishable(scenario, effect, start):
-    """This record cannot tell `effect` from the truth."""
-    chi2 = chi2_between(scenario, effect, start)
-    return chi2 is not None and chi2 <= CHI2_APART
+    """This record cannot tell `effect` from the truth, or from one of several effects that are true."""
+    changes = [change for _, _, change in scenario.effects]
+    for replaced in changes:
+        chi2 = chi2_between(scenario, effect, start, [change for change in changes if change is not replaced])
+        if chi2 is not None and chi2 <= CHI2_APART:
+            return True
+    return False

@@ -58,9 +58,14 @@ def intervals(truth, diagnosis):
 
 
 def gain(truth, diagnosis):
-    """Largest held-out residual after the extension, in units of the true floor; None if none is reported."""
-    ratios = [after / truth["floor_rms"][channel] for channel, after in diagnosis.held_out.items()
-              if truth["floor_rms"].get(channel, 0.0) > 1e-9]
+    """Largest held-out residual after the extension, in units of the true floor; None if none is reported.
+
+    What a quantised sensor rounds away is gone: where it was hidden, its share of the force counts to the floor.
+    """
+    step_N = max([entry["parameters"].get("resolution_N", 0.0) for entry in truth["effects"]], default=0.0)
+    floor = truth["floor_rms"] | {"force_N": math.hypot(truth["floor_rms"].get("force_N", 0.0), step_N / math.sqrt(12.0))}
+    ratios = [after / floor[channel] for channel, after in diagnosis.held_out.items()
+              if floor.get(channel, 0.0) > 1e-9]
     return max(ratios, default=None)
 
 
@@ -78,10 +83,10 @@ def offered(diagnosis):
     return {*diagnosis.causes, *diagnosis.alternatives}
 
 
-def is_rightly_undecided(diagnosis, effects, inseparable):
-    """`one_of` the truth and what this record cannot tell from it, and nothing else."""
+def is_rightly_undecided(diagnosis, visible, true):
+    """`one_of` what is visible and what this record cannot tell from the truth, and nothing else."""
     names = offered(diagnosis)
-    return diagnosis.verdict == "one_of" and len(effects) == 1 and effects <= names <= effects | set(inseparable)
+    return diagnosis.verdict == "one_of" and visible <= names <= true
 
 
 def judge(truth, diagnosis, inseparable=()):
@@ -102,7 +107,7 @@ def judge(truth, diagnosis, inseparable=()):
         found.outcome = "right"
         found.intervals = intervals(truth, diagnosis)
         found.gain = gain(truth, diagnosis)
-    elif visible and is_rightly_undecided(diagnosis, visible, inseparable):
+    elif visible and is_rightly_undecided(diagnosis, visible, true):
         found.outcome = "right"
         found.intervals = intervals(truth, diagnosis)
         found.gain = gain(truth, diagnosis)

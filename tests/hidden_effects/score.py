@@ -78,7 +78,7 @@ def diagnose(program, folder, out, without=None):
 def inseparable_names(scenario, found, true):
     """The wrong names that this record cannot tell from the truth, of a cause named outright or of several offered."""
     decided = is_confident(found) or found.verdict == "one_of"
-    if not decided or len(found.causes) != 1 or len(scenario.effects) != 1:
+    if not decided or len(found.causes) != len(scenario.effects):
         return []
     try:
         return [name for name in sorted(offered(found)) if name not in true and indistinguishable(
