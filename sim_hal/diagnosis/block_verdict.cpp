@@ -78,7 +78,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
                         !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
     const bool exceeds_features =
         result.causes.empty()
-            ? !(only_moments && has_thresholds) && leftover_.explained > leftover_alone
+            ? !only_moments && leftover_.explained > leftover_alone
             : !has_thresholds && leftover_.explained > leftover_beside_causes && result.left > left_by_library;
     const bool misses_unseen = !has_thresholds && !input_.has_cause_upstream && misses_unseen_record();
     const bool are_only_events =
