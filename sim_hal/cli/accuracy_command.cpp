@@ -116,6 +116,25 @@ void print_table(const accuracy &found, berthing_force force)
     }
 }
 
+/* Where the step is too coarse, how many an arm file has to ask for. */
+void print_advice(const accuracy &found, arm_integrator integrator, const accuracy_arguments &arguments)
+{
+    double enough_ms = 0.0;
+    for (const double step_ms : accuracy_steps_ms) {
+        const accuracy_row &row = row_at(found, integrator, berthing_force::mean, step_ms);
+        if (step_ms <= arguments.step_ms && 1e6 * row.tool_m <= arguments.repeatability_um) {
+            enough_ms = std::max(enough_ms, step_ms);
+        }
+    }
+    if (enough_ms > 0.0) {
+        std::printf("that is more than the repeatability; steps of %g ms keep within it: substeps = %d in the arm's "
+                    "file\n",
+                    enough_ms, static_cast<int>(std::ceil(arguments.step_ms / enough_ms)));
+    } else {
+        std::printf("that is more than the repeatability, and so is what any step of the table makes\n");
+    }
+}
+
 void print_report(const arm_description &arm, const accuracy &found, const accuracy_arguments &arguments)
 {
     std::printf("%s: berthing of 60 s with %d touches and releases, up to %.4g N and %.4g J; the truth is known to "
@@ -139,6 +158,9 @@ void print_report(const arm_description &arm, const accuracy &found, const accur
                 "%g um; with the force held over the step %.3g um, with it led by half a step %.3g um\n",
                 arguments.step_ms, name_of(integrator), alone_um, 100.0 * alone_um / arguments.repeatability_um,
                 arguments.repeatability_um, tool_um(berthing_force::held), tool_um(berthing_force::led));
+    if (alone_um > arguments.repeatability_um) {
+        print_advice(found, integrator, arguments);
+    }
     std::printf("worst error of force and energy there:\n");
     for (const berthing_force force : {berthing_force::mean, berthing_force::held, berthing_force::led}) {
         const accuracy_row &row = row_at(found, integrator, force, arguments.step_ms);

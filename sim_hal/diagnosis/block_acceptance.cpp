@@ -143,7 +143,11 @@ gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)
     paired_sums sums;
     add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
              unseen_ ? row_use::fit : row_use::held_out);
-    const gain first = gain_from(sums);
+    gain first = gain_from(sums);
+    if (predicts_worse(best)) {
+        first.low = std::min(first.low, 0.0);
+        return first;
+    }
     if (first.low > 0.0 || first.value < -hardly) {
         return first;
     }
@@ -169,6 +173,21 @@ gain block_search::crossed_gain(const candidate &best, const halves &held_out)
         add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
     }
     return gain_from(crossed);
+}
+
+bool block_search::predicts_worse(const candidate &best)
+{
+    constexpr double worse =
+        1.005; /* of the plain error: weighted by the noise's colour, a slow one hardly counts */
+    if (unseen_ == nullptr) {
+        return false;
+    }
+    const auto plain_rms = [&](const rig &rig) {
+        std::vector<double> error;
+        unseen_->error(rig, error);
+        return rms_of(error, unseen_->uses(), row_use::fit);
+    };
+    return plain_rms(best.fitted.rig) > worse * plain_rms(incumbent_.rig);
 }
 
 block_search::halves block_search::halves_by_tenths() const

@@ -52,6 +52,9 @@ class block_search
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
     gain gain_of(const candidate &best, bool may_act_in_one_stretch);
 
+    /* The validation record, without regard to the noise's colour. */
+    bool predicts_worse(const candidate &best);
+
     /* The uses of the rows for a fit to one half of a record, and for one to the other. */
     using halves = std::array<std::vector<row_use>, 2>;
     gain crossed_gain(const candidate &best, const halves &held_out);
@@ -96,6 +99,9 @@ class block_search
     bool leaves_much();
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */
     bool exceeds_floor();
+    /* The floor was found in the error itself, and this is slow: noise of that colour, or what nobody has explained;
+     * only a standstill could tell. */
+    bool may_hide_in_noise();
     /* What is above the floor is no more than our own precision of what the causes explain. */
     bool is_within_instants();
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause

@@ -75,23 +75,23 @@ verdict block_search::verdict_of(block_diagnosis &result)
         input_.without_switching_fault != nullptr ||
         std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switches; });
     const bool bursts = noise_.rows_per_fact == 1.0 && !input_.has_events &&
-                        !(only_moments && input_.has_cause_upstream) && has_bursts(white, model_.data().period_s);
+                        !(only_moments && (input_.has_cause_upstream || has_thresholds)) &&
+                        has_bursts(white, model_.data().period_s);
     const bool exceeds_features =
         result.causes.empty()
             ? !only_moments && leftover_.explained > leftover_alone
             : !has_thresholds && leftover_.explained > leftover_beside_causes && result.left > left_by_library;
     const bool misses_unseen = !has_thresholds && !input_.has_cause_upstream && misses_unseen_record();
+    const bool may_hide = !result.causes.empty() && may_hide_in_noise();
     const bool are_only_events =
         input_.has_events && result.causes.empty() && result.bad_moments > moments_of_events;
     const bool shows_line = result.causes.empty() && !input_.has_cause_upstream &&
                             noise_.rms > 2.0 * precision_of(model_) && has_line(error_left());
-    if (!result.causes.empty() && is_within_instants()) {
-        return result.alternatives.empty() ? verdict::named : verdict::one_of;
-    }
+    const bool only_instants = !result.causes.empty() && is_within_instants();
+    const bool is_above = !only_instants && ((!only_moments && exceeds_floor()) || bursts);
     const bool something_is_left =
-        !is_rest_ &&
-        (shows_line || misses_unseen || are_only_events || exceeds_features || is_pressed() ||
-         (!only_moments && exceeds_floor()) || (!(only_moments && has_thresholds) && (is_suspect_ || bursts)));
+        !is_rest_ && (shows_line || misses_unseen || may_hide || are_only_events || exceeds_features ||
+                      is_pressed() || is_above || (!(only_moments && has_thresholds) && is_suspect_));
     if (result.causes.empty()) {
         return something_is_left ? verdict::unknown : verdict::nothing_detectable;
     }
@@ -108,12 +108,23 @@ bool block_search::exceeds_measured_floor() const
 
 bool block_search::misses_unseen_record()
 {
-    constexpr double twice = 4.0; /* the floor, as squares */
-    if (!has_floor_ || unseen_ == nullptr) {
+    /* Times the floor, as squares; one that was found in the error itself may be another record's. */
+    const double far = has_floor_ ? 4.0 : 9.0;
+    if (unseen_ == nullptr) {
         return false;
     }
     const auto rows = std::count(unseen_->uses().begin(), unseen_->uses().end(), row_use::fit);
-    return cost_of(*unseen_, noise_, incumbent_.rig) > twice * static_cast<double>(rows) / noise_.rows_per_fact;
+    return cost_of(*unseen_, noise_, incumbent_.rig) > far * static_cast<double>(rows) / noise_.rows_per_fact;
+}
+
+bool block_search::may_hide_in_noise()
+{
+    /* Times what is new in each sample. In 83 blocks of hidden records whose cause was found without a measured
+     * floor 1.31 is the most; where a neighbour stood in for a cause that is not in the library, it was 1.5 to 13.
+     */
+    constexpr double slow = 1.4;
+    return !has_floor_ && noise_.rows_per_fact == 1.0 &&
+           rms_of(error_left(), model_.uses(), row_use::fit) > slow * noise_.sigma;
 }
 
 bool block_search::exceeds_uncertainty(double cost) const

@@ -165,6 +165,19 @@ void refuse_copies(const record &record)
     }
 }
 
+/* The same data twice prove nothing about each other. */
+void refuse_same(const std::vector<std::pair<std::string, std::string>> &inputs)
+{
+    for (std::size_t i = 0; i < inputs.size(); i++) {
+        for (std::size_t k = 0; k < i; k++) {
+            if (inputs[i].second == inputs[k].second) {
+                throw input_error(inputs[i].first + ": has the same content as " + inputs[k].first +
+                                  ": held-out data that is no independent evidence; give another measurement");
+            }
+        }
+    }
+}
+
 verdict overall(const std::vector<block_diagnosis> &blocks)
 {
     const auto any = [&](verdict wanted) {
@@ -272,6 +285,7 @@ diagnosis diagnose(const diagnosis_request &request)
             result.inputs.emplace_back(*path, (*made)->hash);
         }
     }
+    refuse_same(result.inputs);
     if (!validation) {
         result.notes.push_back("two tenths of the record are held out; a record with another command as --validate "
                                "would be better evidence");

@@ -70,8 +70,8 @@ class line_reader
 #else
         const int got = static_cast<int>(std::fread(block, 1, sizeof block, file_.get()));
 #endif
-        if (got < 0) {
-            throw input_error(path_ + ": cannot be read to its end; is it damaged?");
+        if (got < 0 || (got == 0 && is_cut_off())) {
+            throw input_error(path_ + ": cannot be read to its end; is it damaged, or was it cut off?");
         }
         read_ += static_cast<std::size_t>(got);
         if (read_ > bytes_max) {
@@ -85,6 +85,18 @@ class line_reader
         }
         buffer_.append(block, static_cast<std::size_t>(got));
         return got > 0;
+    }
+
+    /* At the end of what can be read: more was to come. */
+    bool is_cut_off() const
+    {
+#ifdef BERTH_WITH_ZLIB
+        int error = Z_OK;
+        gzerror(file_.get(), &error);
+        return error == Z_BUF_ERROR;
+#else
+        return std::ferror(file_.get()) != 0;
+#endif
     }
 
     struct closer {

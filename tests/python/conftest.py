@@ -20,7 +20,7 @@ ARM64_BUILD = ROOT / "build" / "aarch64-linux-gnu"
 DBC = ROOT / "firmware" / "can" / "berth.dbc"
 RIG_FOLDER = ROOT / "sim_hal" / "rigs"
 RIGS = sorted(path.stem for path in RIG_FOLDER.glob("*.toml"))
-TIMEOUT_s = 120
+TIMEOUT_s = 600
 
 EXIT_DONE, EXIT_DIFFERENT, EXIT_INPUT, EXIT_SIGNAL = 0, 1, 2, 128
 

@@ -92,3 +92,14 @@ def test_a_beam_is_measured_by_its_reduction():
     assert reduced["events"] >= 2 and 0.0 < reduced["tool_m"] < 1e-4
     of_an_arm = command("accuracy", "ess", "--set", "object.modes=1")
     assert of_an_arm.returncode == EXIT_INPUT and b"--set: goes with a rig; ess is an arm" in of_an_arm.stderr
+
+
+def test_a_step_too_coarse_is_told_with_the_substeps_that_are_enough(found):
+    repeatability_m = 0.5e-6
+    done = command("accuracy", "ess", "--repeatability-um", "0.5")
+    assert done.returncode == 0, done.stderr.decode()
+    [advice] = [line for line in done.stdout.decode().splitlines() if "substeps" in line]
+    by_step = errors(found, "implicit_midpoint", "mean")
+    assert by_step[2.5] > repeatability_m
+    enough_ms = max(step for step, error in by_step.items() if step < 2.5 and error <= repeatability_m)
+    assert f"steps of {enough_ms:g} ms" in advice and f"substeps = {-(-2.5 // enough_ms):g} " in advice

@@ -47,3 +47,26 @@ TEST_CASE("spectrum: noise of any colour has no line, a hum of a third of it has
         }
     }
 }
+
+TEST_CASE("spectrum: lines are taken out to a hundredth, and noise keeps what it is")
+{
+    SEEDED(random, "spectrum: lines are taken out*");
+    for (const double frequency_Hz : {0.9, 8.94, 50.03}) {
+        CAPTURE(frequency_Hz);
+        const std::vector<double> noise = coloured_noise(random, 0.3, 11000);
+        std::vector<double> hum = noise;
+        for (std::size_t n = 0; n < hum.size(); n++) {
+            hum[n] += 5.0 * std::sin(two_pi * frequency_Hz * period_s * static_cast<double>(n) + 0.4);
+        }
+        std::vector<double> left = hum;
+        berth::remove_lines(left, std::vector<berth::row_use>(left.size(), berth::row_use::fit));
+        double off = 0.0;
+        for (std::size_t n = 0; n < left.size(); n++) {
+            off += (left[n] - noise[n]) * (left[n] - noise[n]) / static_cast<double>(left.size());
+        }
+        CHECK(std::sqrt(off) < 0.05);
+        std::vector<double> same = noise;
+        berth::remove_lines(same, std::vector<berth::row_use>(same.size(), berth::row_use::fit));
+        CHECK(same == noise);
+    }
+}

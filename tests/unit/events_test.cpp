@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <string>
+#include <vector>
+
+#include "seeded.h"
+#include "sim_hal/diagnosis/events.h"
+
+namespace
+{
+
+constexpr double two_pi = 6.28318530717958647692;
+constexpr double period_s = 0.0025;
+
+/* A channel as it comes: a slow swing with noise, in steps. */
+struct channel {
+    double amplitude;
+    double noise;
+    double step;
+
+    double at(seeded::engine &random, std::size_t n) const
+    {
+        const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
+        const double normal = radius * std::cos(two_pi * seeded::uniform(random, 0.0, 1.0));
+        const double time_s = period_s * static_cast<double>(n);
+        const double clean = amplitude * (std::sin(two_pi * 0.7 * time_s) + 0.4 * std::sin(two_pi * 1.9 * time_s));
+        return step * std::round((clean + noise * normal) / step);
+    }
+};
+
+berth::record empty_record(std::size_t rows)
+{
+    berth::record made;
+    made.period_s = period_s;
+    made.segments = {{0, rows}};
+    for (std::size_t n = 0; n < rows; n++) {
+        made.time_s.push_back(period_s * static_cast<double>(n));
+    }
+    return made;
+}
+
+const berth::event_finding *find(const std::vector<berth::event_finding> &found, const std::string &name)
+{
+    const auto one = std::find_if(found.begin(), found.end(), [&](const auto &f) { return f.effect->name == name; });
+    return one == found.end() ? nullptr : &*one;
+}
+
+} // namespace
+
+TEST_CASE("events: the share of forces that were lost is told without bias, and how well it is known")
+{
+    SEEDED(random, "events: the share of forces*");
+    constexpr int records = 20;
+    const channel force{10.0, 0.05, 0.02};
+    for (const double lost : {0.01, 0.05, 0.17}) {
+        CAPTURE(lost);
+        double off = 0.0; /* standard deviations, summed up */
+        for (int i = 0; i < records; i++) {
+            berth::record record = empty_record(12000);
+            for (std::size_t n = 0; n < record.size(); n++) {
+                const bool is_lost = n > 0 && seeded::uniform(random, 0.0, 1.0) < lost;
+                record.force_N.push_back(is_lost ? record.force_N.back() : force.at(random, n));
+            }
+            berth::sample_events events;
+            const auto found = berth::find_repeats(record, berth::rig{}, events);
+            const berth::event_finding *const told = find(found, "sensor.dropouts");
+            REQUIRE(told != nullptr);
+            off += (told->values[0] - lost) / (told->ci95[0] / 1.96);
+            CHECK(std::abs(told->values[0] - lost) < 2.5 * told->ci95[0]);
+        }
+        CHECK(std::abs(off) < 3.5 * std::sqrt(static_cast<double>(records)));
+    }
+}
+
+TEST_CASE("events: a few ticks lost as a whole show by both channels, where a coarse force alone hides them")
+{
+    SEEDED(random, "events: a few ticks lost*");
+    const channel robot{1e-3, 2e-6, 1e-6};
+    const channel force{3.0, 0.1, 0.08}; /* repeats every fourth sample by chance */
+    for (const double lost : {0.0, 0.002}) {
+        CAPTURE(lost);
+        for (int i = 0; i < 20; i++) {
+            berth::record record = empty_record(11000);
+            std::size_t count = 0;
+            for (std::size_t n = 0; n < record.size(); n++) {
+                const bool is_lost = n > 0 && seeded::uniform(random, 0.0, 1.0) < lost;
+                count += is_lost;
+                record.robot_position_m.push_back(is_lost ? record.robot_position_m.back() : robot.at(random, n));
+                record.force_N.push_back(is_lost ? record.force_N.back() : force.at(random, n));
+            }
+            berth::sample_events events;
+            const auto found = berth::find_repeats(record, berth::rig{}, events);
+            const berth::event_finding *const told = find(found, "loop.lost_samples");
+            CHECK((told != nullptr) == (lost > 0.0));
+            CHECK(find(found, "sensor.dropouts") == nullptr);
+            if (told != nullptr) {
+                CHECK(static_cast<double>(told->count) > 0.6 * static_cast<double>(count));
+                CHECK(static_cast<double>(told->count) < 1.3 * static_cast<double>(count) + 3.0);
+            }
+        }
+    }
+}
