@@ -214,6 +214,18 @@ static struct arm_error check_attitude(const struct arm_config *config)
             return (struct arm_error){"attitude", 0, keys[i], "must be 1e12 at most"};
         }
     }
+    const int is_wheel = attitude->actuator == ATTITUDE_WHEEL;
+    if (attitude->actuator != ATTITUDE_NONE && !(attitude->torque_limit_N_m > 0.0)) {
+        return (struct arm_error){"attitude", 0, "torque_limit_N_m",
+                                  "is missing, or 0: the actuator would never act"};
+    }
+    if (is_wheel && !(attitude->momentum_limit_N_m_s > 0.0)) {
+        return (struct arm_error){"attitude", 0, "momentum_limit_N_m_s",
+                                  "is missing, or 0: the wheel would never act; inf if it knows no limit"};
+    }
+    if (attitude->actuator == ATTITUDE_THRUSTERS && isinf(attitude->torque_limit_N_m)) {
+        return (struct arm_error){"attitude", 0, "torque_limit_N_m", "must be finite: thrusters give all of it"};
+    }
     if (attitude->on_time_min_ms > 60000.0) {
         return (struct arm_error){"attitude", 0, "on_time_min_ms", "must be at most a minute"};
     }

@@ -46,7 +46,7 @@ struct arm_joint {
     double damping_N_m_s_per_rad;
     double rotor_inertia_kg_m2; /* of the motor itself */
     double gear_ratio;
-    double servo_frequency_Hz; /* of the motor's position servo, the link held */
+    double servo_frequency_Hz; /* of the motor's position servo, the motor alone */
     double servo_damping_ratio;
     double torque_limit_N_m; /* of the motor behind the gear */
     double rate_limit_rad_per_s;

@@ -41,7 +41,7 @@ inline constexpr std::array joint_keys = {
     KEY(arm_joint, damping_N_m_s_per_rad, "beside it"),
     KEY(arm_joint, rotor_inertia_kg_m2, "of the motor itself"),
     KEY(arm_joint, gear_ratio, ""),
-    KEY(arm_joint, servo_frequency_Hz, "of the motor's position servo, the link held"),
+    KEY(arm_joint, servo_frequency_Hz, "of the motor's position servo, the motor alone"),
     KEY(arm_joint, servo_damping_ratio, ""),
     KEY(arm_joint, torque_limit_N_m, "of the motor, behind the gear"),
     KEY(arm_joint, rate_limit_rad_per_s, "of commands"),

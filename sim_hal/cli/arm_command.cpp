@@ -49,6 +49,8 @@ int arm_command(const arm_arguments &arguments)
         states = nlohmann::json::parse(read_file(arguments.states_file));
     } catch (const nlohmann::json::parse_error &error) {
         throw input_error(arguments.states_file + ": not JSON, at byte " + std::to_string(error.byte));
+    } catch (const nlohmann::json::out_of_range &) {
+        throw input_error(arguments.states_file + ": has a number that is too large");
     }
     std::printf("%s\n", arm_at_states(arm.config, states, arguments.states_file).dump().c_str());
     return 0;

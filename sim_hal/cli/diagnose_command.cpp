@@ -264,11 +264,12 @@ void print_next(const diagnosis &found, const diagnose_arguments &arguments, con
     }
     const next_experiment &next = *found.next;
     if (next.proposed) {
-        std::printf(
-            "next experiment: %s\n  why            %s\n  play it        build/berth run %s/given.toml --profile %s/%s --set "
-            "run.duration_s=%.6g\n",
-            words_of(*next.proposed, given).c_str(), next.why.c_str(), arguments.out_folder.c_str(),
-            arguments.out_folder.c_str(), next_experiment_file, given.run.release_s + next.proposed->duration_s);
+        std::printf("next experiment: %s\n  why            %s\n  play it        build/berth run %s/given.toml "
+                    "--profile %s/%s --set "
+                    "run.duration_s=%.6g\n",
+                    words_of(*next.proposed, given).c_str(), next.why.c_str(), arguments.out_folder.c_str(),
+                    arguments.out_folder.c_str(), next_experiment_file,
+                    given.run.release_s + next.proposed->duration_s);
     } else {
         std::printf("next experiment: none; %s\n", next.why.c_str());
     }

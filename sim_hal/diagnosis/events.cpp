@@ -27,11 +27,10 @@ namespace
  * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
  * largest and smallest values, where a limit holds it. */
 struct repetitions {
-    std::vector<std::uint8_t> rows; /* empty: no more than by chance */
-    std::vector<std::uint8_t>
-        moves;             /* rows that would have told, those that no chance repeats if there are enough */
-    std::size_t count = 0; /* of repetitions that are none by chance */
-    std::size_t of = 0;    /* so many rows that would have told */
+    std::vector<std::uint8_t> rows;  /* empty: no more than by chance */
+    std::vector<std::uint8_t> moves; /* rows that would have told, and that nothing repeats by chance */
+    std::size_t count = 0;           /* of repetitions that are none by chance */
+    std::size_t of = 0;              /* so many rows that would have told */
 };
 
 std::size_t count_of_both(const std::vector<std::uint8_t> &one, const std::vector<std::uint8_t> &other)
@@ -51,6 +50,11 @@ double noise_sd(const std::vector<double> &x)
         sizes.push_back(std::abs(x[n + 1] - 2.0 * x[n] + x[n - 1]));
     }
     return 1.4826 * median_of(sizes) / std::sqrt(6.0);
+}
+
+bool are_more(std::size_t count, double by_chance)
+{
+    return count >= events_min && static_cast<double>(count) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
 }
 
 repetitions repeated_rows(const record &record, const std::vector<double> &x)
@@ -75,12 +79,15 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     const double far = sd > 50.0 * smallest ? 0.0 : 6.0 * sd;
     std::size_t repeats = 0;
     std::size_t single_steps = 0; /* as frequent as repeats by chance, in either direction */
+    std::size_t sure_single_steps = 0;
     for (const record_segment &part : record.segments) {
         for (std::size_t n = part.begin + 2; n + 1 < part.end;) {
             const double change = std::abs(x[n] - x[n - 1]);
-            single_steps += change > 0.0 && change < 1.5 * smallest &&
-                            std::abs(x[n - 1] - x[n - 2]) >= steps_min * smallest &&
-                            std::abs(x[n + 1] - x[n]) >= steps_min * smallest;
+            const bool is_single = change > 0.0 && change < 1.5 * smallest &&
+                                   std::abs(x[n - 1] - x[n - 2]) >= steps_min * smallest &&
+                                   std::abs(x[n + 1] - x[n]) >= steps_min * smallest;
+            single_steps += is_single;
+            sure_single_steps += is_single && std::abs(x[n + 1] - x[n - 1]) >= far;
             std::size_t end = n;
             while (end + 1 < part.end && x[end] == x[n - 1]) {
                 end++;
@@ -89,7 +96,13 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
             const double before = std::abs(x[n - 1] - x[n - 2]);
             const double after = std::abs(x[end] - x[n - 1]);
             const bool is_limit = x[n - 1] == *least || x[n - 1] == *largest;
-            const double beyond = std::abs(x[std::max(end, n + 1)] - x[n - 1]);
+            /* Over two rows, from and to samples that are no repetitions themselves: the same whether n is one or
+             * not. */
+            std::size_t fresh = std::max(end, n + 1);
+            while (fresh + 1 < part.end && x[fresh] == x[n]) {
+                fresh++;
+            }
+            const double beyond = std::abs(x[fresh] - x[n - 1]) * 2.0 / static_cast<double>(fresh - n + 1);
             if (!is_limit && before >= steps_min * smallest && beyond >= steps_min * smallest) {
                 /* With the row that ends a run: it was not repeated, and it counts like any other. */
                 std::fill(chances.begin() + static_cast<std::ptrdiff_t>(n),
@@ -105,18 +118,22 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
             n = std::max(n + 1, end);
         }
     }
+    const std::size_t surely = count_of_both(rows, sure);
     const double by_chance = 0.5 * static_cast<double>(single_steps);
-    const bool is_more = static_cast<double>(repeats) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
     repetitions told;
-    if (repeats >= events_min && is_more) {
-        const std::size_t surely = count_of_both(rows, sure);
+    if (are_more(repeats, by_chance)) {
         const std::size_t all = count_of_both(rows, chances);
         const bool are_enough = surely >= enough;
         told.count = are_enough ? surely : all - std::min(all, static_cast<std::size_t>(by_chance));
         told.of = count_of(are_enough ? sure : chances);
         told.rows = std::move(rows);
+    } else if (are_more(surely, 0.5 * static_cast<double>(sure_single_steps))) {
+        told.count = surely;
+        told.of = count_of(sure);
+        std::transform(rows.begin(), rows.end(), sure.begin(), rows.begin(), std::bit_and<>());
+        told.rows = std::move(rows);
     }
-    told.moves = count_of(sure) >= enough ? std::move(sure) : std::move(chances);
+    told.moves = std::move(sure);
     return told;
 }
 
@@ -150,9 +167,7 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
         }
     }
     found.chances = static_cast<std::size_t>(ticks);
-    const double by_chance = robot_alone * force_alone / std::max(1.0, ticks);
-    const double count = static_cast<double>(found.count);
-    if (found.count < events_min || count < 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0)) {
+    if (!are_more(found.count, robot_alone * force_alone / std::max(1.0, ticks))) {
         found.count = 0;
     }
     return found;

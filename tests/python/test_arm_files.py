@@ -95,6 +95,11 @@ def test_urdf_limits(tmp_path, limit, says):
     ("[tool]\norigin_m = [4.0, 0.0, 0.0]", "[tool]\norigin_m = [4.0, 1e200, 0.0]", "tool.origin_m: must be 1e6 m away"),
     ("stiffness_N_m_per_rad = 30.0", "stiffness_N_m_per_rad = 1e200", "attitude.stiffness_N_m_per_rad: must be 1e12 at"),
     ("stiffness_N_m_per_rad = 30.0", "stiffness_N_m_per_rad = inf", "attitude.stiffness_N_m_per_rad: must be 1e12 at"),
+    ("momentum_limit_N_m_s = 500.0", "", "attitude.momentum_limit_N_m_s: is missing, or 0"),
+    ("torque_limit_N_m = 20.0", "torque_limit_N_m = 0", "attitude.torque_limit_N_m: is missing, or 0"),
+    ('actuator = "wheel"\nperiod_ticks = 1\nstiffness_N_m_per_rad = 30.0\ndamping_N_m_s_per_rad = 400.0\n'
+     "torque_limit_N_m = 20.0", 'actuator = "thrusters"\ntorque_limit_N_m = inf',
+     "attitude.torque_limit_N_m: must be finite"),
     ('name = "elbow"', "gear = 3", "joint.2.gear: unknown key"),
     ("gear_ratio = 600", "gear_ration = 600", "unknown key"),
     ("gear_ratio = 600", 'gear_ratio = "600"', "must be a number"),
