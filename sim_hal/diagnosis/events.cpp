@@ -154,12 +154,12 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
     double force_alone = 0.0;
     for (const record_segment &part : record.segments) {
         for (std::size_t n = part.begin + 1; n < part.end; n++) {
+            const bool robot = record.robot_position_m[n] == record.robot_position_m[n - 1];
+            const bool force = record.force_N[n] == record.force_N[n - 1];
+            found.rows[n] = robot && force; /* wherever: once ticks are known to be lost, these most likely are */
             if (robot_moves[n] == 0 && force_moves[n] == 0) {
                 continue;
             }
-            const bool robot = record.robot_position_m[n] == record.robot_position_m[n - 1];
-            const bool force = record.force_N[n] == record.force_N[n - 1];
-            found.rows[n] = robot && force;
             found.count += robot && force;
             ticks += 1.0;
             robot_alone += robot && !force;
