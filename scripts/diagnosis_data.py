@@ -174,10 +174,12 @@ def power_density(error, period_s):
 
 
 def floor_density(noise, frequency_Hz, period_s):
-    """Power density of the autoregressive noise of the floor."""
+    """Power density of the noise of the floor: autoregressive, or white beside a slow one of first order."""
     turn = np.exp(-2j * np.pi * frequency_Hz * period_s)
     filtered = 1.0 - sum((a * turn ** (k + 1) for k, a in enumerate(noise["ar"])), np.zeros_like(turn))
-    return 2.0 * period_s * noise["sigma"] ** 2 / np.abs(filtered) ** 2
+    decay, gain = noise["slow_decay"], noise["slow_gain"]
+    slow = (1.0 - decay * (1.0 - gain) * turn) / (1.0 - decay * turn) if gain > 0.0 else 1.0
+    return 2.0 * period_s * noise["sigma"] ** 2 * np.abs(slow) ** 2 / np.abs(filtered) ** 2
 
 
 def spectrum(block):
@@ -186,41 +188,6 @@ def spectrum(block):
     _, after = power_density(block.after, block.period_s)
     floor = floor_density(block.told["floor_noise"], frequency_Hz, block.period_s)
     return Spectrum(*(values[1:] for values in (frequency_Hz, *map(np.sqrt, (before, after, floor)))))
-
-
-def band_of_excess(found):
-    """Frequencies in Hz between which the middle 80 % of the power above the floor lie; None: nothing is above."""
-    excess = np.maximum(found.after ** 2 - found.floor ** 2, 0.0)
-    if not excess.sum() > 0.0:
-        return None
-    share = np.cumsum(excess) / excess.sum()
-    low, high = np.searchsorted(share, (0.1, 0.9))
-    return float(found.frequency_Hz[low]), float(found.frequency_Hz[min(high, len(share) - 1)])
-
-
-def states_of(block):
-    """What an error may depend on: (words for the rows with the largest, with the smallest, values)."""
-    middle_m = np.median(block.position_m)
-    acceleration = np.abs(np.gradient(block.velocity_m_per_s))
-    return [("farthest from the middle position", "nearest to the middle position",
-             np.abs(block.position_m - middle_m)),
-            ("with the fastest motion", "with the slowest motion", np.abs(block.velocity_m_per_s)),
-            ("fastest on the way up", "fastest on the way down", block.velocity_m_per_s),
-            ("with the strongest acceleration", "with the weakest acceleration", acceleration),
-            ("at the highest positions", "at the lowest positions", block.position_m - middle_m),
-            ("at the end of the record", "at the start of the record", block.time_s)]
-
-
-def where_it_lives(block):
-    """The quarter of the rows, by one state, that holds most of the squared error that is left: (words, share)."""
-    square = block.after ** 2
-    total = max(float(square.sum()), 1e-300)
-    found = []
-    for large, small, values in states_of(block):
-        low, high = np.quantile(values, (0.25, 0.75))
-        found.append((large, float(square[values >= high].sum()) / total))
-        found.append((small, float(square[values <= low].sum()) / total))
-    return max(found, key=lambda one: one[1])
 
 
 def smallest_visible(block):

@@ -78,7 +78,7 @@ def causes_tables(diagnosis):
     if told["causes"]:
         rows = [[cause["effect"], "counted in single samples", "", ""] if words.is_counted(cause) else
                 [cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
-                 number(words.share_text(cause["share_explained"]), f"causes.{i}.share_explained"),
+                 number(words.share_text(cause["share_explained"], told["verdict"]), f"causes.{i}.share_explained"),
                  number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]
                 for i, cause in enumerate(told["causes"])]
         rows += [[f"or {other['effect']}", number(f"−{other['delta_bic']:.1f} to the winner",

@@ -91,7 +91,8 @@ def write_head(figure, diagnosis):
     figure.text(0.975, 0.957, f" {word} ", fontsize=19, weight="bold", color="white", horizontalalignment="right",
                 bbox={"facecolor": colour, "edgecolor": "none", "pad": 5})
     figure.text(0.03, 0.92, words.headline(diagnosis), fontsize=14, color=colour, weight="bold")
-    lines = [*map(words.cause_sentence, diagnosis.told["causes"][:2]), words.error_sentence(block)]
+    lines = [*(words.cause_sentence(cause, diagnosis.told["verdict"]) for cause in diagnosis.told["causes"][:2]),
+             words.error_sentence(block)]
     if block.told["verdict"] in words.WITH_REST:
         lines.append(words.left_sentence(block))
     wrapped = [part for line in lines for part in textwrap.wrap(line, 190)]

@@ -1,7 +1,7 @@
 """A diagnosis in plain words: what is wrong, where, by how much, how sure, and what is left."""
 import math
 
-from diagnosis_data import band_of_excess, smallest_visible, spectrum, where_it_lives
+from diagnosis_data import smallest_visible
 from report_signals import BAD, GOOD
 
 UNSURE = "#8A5A00"
@@ -14,6 +14,7 @@ VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named
             "partly_explained": ("Partly explained", UNSURE), "unknown": ("Unknown", UNSURE),
             "software_mismatch": ("Software mismatch", BAD)}
 FLOOR_TOO_HIGH = 1.5
+WORTH_A_WORD = 0.001  # of the explainable error
 WITH_REST = ("unknown", "partly_explained")
 PREFIXES = {"m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)),
             "N": (("kN", 1e3), ("N", 1.0), ("mN", 1e-3), ("µN", 1e-6))}
@@ -39,20 +40,31 @@ def percent(share):
     return f"{100.0 * share:.1f} %".replace("-", "−")
 
 
-def share_text(share):
-    """At most all of it: noise can make an explained share a little larger."""
-    return percent(min(share, 1.0))
+def share_text(share, verdict):
+    """At most all of it: noise can make an explained share a little larger. Where some is left it is never all."""
+    if verdict not in WITH_REST:
+        return percent(min(share, 1.0))
+    texts = [f"{100.0 * share:.{digits}f} %" for digits in (1, 2, 3, 4)]
+    return next((text for text in texts if float(text.split()[0]) < 100.0), "nearly all")
 
 
 def estimate(parameter):
     """Name, value and interval of a parameter, with as many digits as the interval leaves."""
     value, (low, high) = parameter["value"], parameter["ci95"]
-    half = None if low is None or high is None else 0.5 * (high - low)
     unit = UNITS.get(parameter["unit"], parameter["unit"])
+    half = None if low is None or high is None else 0.5 * (high - low)
     digits = 6
     if half and value:
         digits = min(10, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
-    text = f"{value:.{digits}g}" + (f" ± {half:.2g}" if half is not None else " (no interval)")
+    text = f"{value:.{digits}g}"
+    if half is None:
+        text += " (no interval)"
+    elif not parameter["fitted"]:
+        return f"{text} {unit}".strip().replace("-", "−") + ", as given"
+    elif abs(high + low - 2.0 * value) > 0.01 * half:  # cut off where the parameter cannot be
+        text += f" ({low:.2g} to {high:.2g})"
+    else:
+        text += f" ± {half:.2g}"
     return f"{text} {unit}".strip().replace("-", "−")
 
 
@@ -66,14 +78,14 @@ def is_counted(cause):
     return cause["delta_bic"] is None
 
 
-def cause_sentence(cause):
+def cause_sentence(cause, verdict):
     found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."
     if is_counted(cause):
         return text + " It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
-    return (f"{text} It explains {share_text(cause['share_explained'])} of the explainable error, BIC is better by "
-            f"{round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by the "
-            f"noise, falls by {gain_text(cause['held_out_gain'])}.")
+    return (f"{text} It explains {share_text(cause['share_explained'], verdict)} of the explainable error, BIC is "
+            f"better by {round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by "
+            f"the noise, falls by {gain_text(cause['held_out_gain'])}.")
 
 
 def place(block):
@@ -110,15 +122,16 @@ def left_sentence(block):
     left = block.told["left"]
     text = (f"In the {place(block)} {size(fit['after'], block.unit)} rms are left above a floor of "
             f"{size(fit['floor'], block.unit)}")
-    band = band_of_excess(spectrum(block))
-    if band:
-        text += f", most of it from {band[0]:.3g} to {band[1]:.3g} Hz"
-    state, share = where_it_lives(block)
-    text += f"; the quarter of the rows {state} holds {percent(share)} of the squared error"
-    if left["share"] > 0.0:
+    if left["band_Hz"]:
+        text += ", most of it from {:.3g} to {:.3g} Hz".format(*left["band_Hz"])
+    if left["where"]:
+        text += (f"; the quarter of the rows {left['where']['rows']} holds {percent(left['where']['share'])} of the "
+                 "squared error")
+    if left["share"] > WORTH_A_WORD:
         text += (f". By class it is {left['depends']}; {percent(left['share'])} of the explainable error is left in "
                  "that form")
-    return text + "."
+    why = "; ".join(block.told["doubts"])
+    return f"{text}. Why it is not fully explained: {why}." if why else f"{text}."
 
 
 def visible_sentence(block):
@@ -159,7 +172,7 @@ def headline(diagnosis):
 def details(diagnosis):
     """What stands under the headline, a sentence each."""
     told = diagnosis.told
-    lines = [cause_sentence(cause) for cause in told["causes"]]
+    lines = [cause_sentence(cause, told["verdict"]) for cause in told["causes"]]
     lines += [f"Or {other['effect']}: its BIC is worse by {other['delta_bic']:.1f}."
               for other in told["alternatives"]]
     for block in diagnosis.blocks:

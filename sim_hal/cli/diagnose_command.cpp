@@ -9,6 +9,7 @@
 #include "../stability/arm_loop.h"
 #include "atomic_file.h"
 #include "commands.h"
+#include "diagnosis_report.h"
 #include "progress_line.h"
 
 namespace berth
@@ -38,10 +39,12 @@ nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
 {
     nlohmann::json all = nlohmann::json::array();
     for (const parameter_estimate &parameter : parameters) {
+        const interval known = interval_of(parameter);
         all.push_back({{"name", parameter.key.substr(parameter.key.find('.') + 1)},
                        {"key", parameter.key},
                        {"value", parameter.value},
-                       {"ci95", {parameter.value - parameter.ci95, parameter.value + parameter.ci95}},
+                       {"fitted", is_fitted(parameter)},
+                       {"ci95", {known.low, known.high}},
                        {"unit", unit_of(parameter.key)}});
     }
     return all;
@@ -68,7 +71,24 @@ nlohmann::json as_json(const cause &known)
     return json;
 }
 
-nlohmann::json as_json(const block_diagnosis &block)
+/* Of what is left: the class, if any, and where it lives, if it is more than noise. */
+nlohmann::json left_as_json(const block_diagnosis &block, const record &data)
+{
+    nlohmann::json json{{"share", block.left}, {"depends", nullptr}, {"band_Hz", nullptr}, {"where", nullptr}};
+    if (block.left > 0.0) {
+        json["depends"] = error_class_names[static_cast<int>(block.left_class)];
+    }
+    if (has_rest(block)) {
+        const error_place place = find_error_place(block, data);
+        if (place.band) {
+            json["band_Hz"] = {place.band->low_Hz, place.band->high_Hz};
+        }
+        json["where"] = {{"rows", place.state}, {"share", place.share}};
+    }
+    return json;
+}
+
+nlohmann::json as_json(const block_diagnosis &block, const record &data)
 {
     nlohmann::json causes = nlohmann::json::array();
     for (const cause &known : block.causes) {
@@ -95,14 +115,19 @@ nlohmann::json as_json(const block_diagnosis &block)
             {"ranking", ranking},
             {"causes", causes},
             {"alternatives", alternatives},
+            {"doubts", block.doubts},
             {"base", as_json(block.base)},
             {"residual",
              {{"unit", block_units[static_cast<int>(block.block)]},
               {"fit", as_json(block.fit_rms)},
               {"held_out", as_json(block.held_out_rms)},
               {"floor_is_measured", block.floor_is_measured}}},
-            {"floor_noise", {{"ar", block.floor.ar}, {"sigma", block.floor.sigma}}},
-            {"left", {{"share", block.left}, {"depends", error_class_names[static_cast<int>(block.left_class)]}}}};
+            {"floor_noise",
+             {{"ar", block.floor.ar},
+              {"slow_decay", block.floor.slow_decay},
+              {"slow_gain", block.floor.slow_gain},
+              {"sigma", block.floor.sigma}}},
+            {"left", left_as_json(block, data)}};
 }
 
 nlohmann::json as_json(const detectable_size &one)
@@ -122,8 +147,6 @@ nlohmann::json as_json(const detectable_size &one)
             {"others", others}};
 }
 
-constexpr const char *next_experiment_file = "next_experiment.csv";
-
 nlohmann::json as_json(const next_experiment &next, const rig &given)
 {
     const bool is_told = next.proposed.has_value();
@@ -138,22 +161,13 @@ nlohmann::json as_json(const next_experiment &next, const rig &given)
             {"calibration", next.calibration.empty() ? nlohmann::json() : nlohmann::json(next.calibration)}};
 }
 
-/* What an input served for. */
-std::string_view role_of(const std::string &path, const diagnose_arguments &arguments)
-{
-    return path == arguments.validation   ? "validation"
-           : path == arguments.standstill ? "standstill"
-           : path == arguments.repetition ? "repetition"
-                                          : "record";
-}
-
 nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &arguments, const rig &given)
 {
     nlohmann::json json{{"verdict", name_of(found.verdict)},
                         {"causes", nlohmann::json::array()},
                         {"alternatives", nlohmann::json::array()},
                         {"next_experiment", found.next ? as_json(*found.next, given) : nlohmann::json()},
-                        {"versions", {{"berth", version()}, {"schema", 1}}}};
+                        {"versions", {{"berth", version()}, {"schema", 2}}}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
@@ -162,7 +176,7 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
         json["detectable"].push_back(as_json(one));
     }
     for (const block_diagnosis &block : found.blocks) {
-        nlohmann::json made = as_json(block);
+        nlohmann::json made = as_json(block, found.data);
         json["causes"].insert(json["causes"].end(), made["causes"].begin(), made["causes"].end());
         json["alternatives"].insert(json["alternatives"].end(), made["alternatives"].begin(),
                                     made["alternatives"].end());
@@ -170,112 +184,14 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
         json["blocks"].push_back(std::move(made));
     }
     json["inputs"] = {{{"role", "rig"}, {"path", arguments.rig}, {"hash", config_hash(given)}}};
-    for (const auto &[path, hash] : found.inputs) {
-        json["inputs"].push_back({{"role", role_of(path, arguments)}, {"path", path}, {"hash", hash}});
+    for (const input_file &input : found.inputs) {
+        json["inputs"].push_back({{"role", input.role}, {"path", input.path}, {"hash", input.hash}});
     }
     json["overrides"] = arguments.overrides;
     json["without"] = arguments.without;
     json["period_s"] = found.data.period_s;
     json["notes"] = found.notes;
     return json;
-}
-
-void print_cause(const cause &known)
-{
-    std::printf("  cause          %s\n", std::string(known.effect->name).c_str());
-    for (const parameter_estimate &parameter : known.parameters) {
-        std::printf("                 %s = %.5g +- %.2g\n",
-                    parameter.key.substr(parameter.key.find('.') + 1).c_str(), parameter.value, parameter.ci95);
-    }
-    if (known.effect->is_of_single_samples) {
-        std::printf("                 seen in single samples\n");
-        return;
-    }
-    std::printf("                 explains %.1f %% of the explainable error, BIC better by %.0f\n",
-                100.0 * known.share_explained, known.delta_bic);
-    std::printf("                 gain on unseen data %.1f %% (%.1f to %.1f)\n", 100.0 * known.held_out_gain,
-                100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high);
-}
-
-void print_block(const block_diagnosis &block)
-{
-    const char *const unit = block_units[static_cast<int>(block.block)].data();
-    std::printf("%s: %s\n", name_of(block.block).data(), name_of(block.verdict).data());
-    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is %.3g\n",
-                block.fit_rms.before, unit, block.fit_rms.retuned, block.fit_rms.after, block.fit_rms.floor);
-    std::printf("  on unseen data %.3g %s re-tuned, %.3g extended\n", block.held_out_rms.retuned, unit,
-                block.held_out_rms.after);
-    for (const cause &known : block.causes) {
-        print_cause(known);
-    }
-    for (const alternative &other : block.alternatives) {
-        std::printf("  or             %s, BIC %.1f %s\n", std::string(other.effect->name).c_str(),
-                    std::abs(other.delta_bic), other.delta_bic < 0.0 ? "better, but not on unseen data" : "worse");
-    }
-    if (block.verdict == verdict::unknown || block.verdict == verdict::partly_explained) {
-        std::printf("  left           %.0f %% of the explainable error: %s\n", 100.0 * block.left,
-                    error_class_names[static_cast<int>(block.left_class)].data());
-    }
-}
-
-/* Words one after another, in lines that are not too long. */
-void print_list(const char *title, const std::vector<std::string> &words)
-{
-    constexpr std::size_t columns_max = 100;
-    std::string line = "  " + std::string(title);
-    line.resize(16, ' ');
-    for (std::size_t i = 0; i < words.size(); i++) {
-        const std::string word = " " + words[i] + (i + 1 < words.size() ? "," : "");
-        if (line.size() + word.size() > columns_max) {
-            std::printf("%s\n", line.c_str());
-            line.assign(16, ' ');
-        }
-        line += word;
-    }
-    if (!words.empty()) {
-        std::printf("%s\n", line.c_str());
-    }
-}
-
-void print_detectable(const std::vector<detectable_size> &sizes)
-{
-    std::vector<std::string> seen;
-    std::vector<std::string> unseen;
-    for (const detectable_size &one : sizes) {
-        char text[100];
-        if (one.value) {
-            std::snprintf(text, sizeof text, "%s %.3g", std::string(one.key).c_str(), *one.value);
-            seen.emplace_back(text);
-        } else {
-            unseen.emplace_back(one.effect->name);
-        }
-    }
-    if (!sizes.empty()) {
-        std::printf("what this record would have shown, 19 times in 20:\n");
-        print_list("from", seen);
-        print_list("in no size", unseen);
-    }
-}
-
-void print_next(const diagnosis &found, const diagnose_arguments &arguments, const rig &given)
-{
-    if (!found.next) {
-        return;
-    }
-    const next_experiment &next = *found.next;
-    if (next.proposed) {
-        std::printf("next experiment: %s\n  why            %s\n  play it        build/berth run %s/given.toml "
-                    "--profile %s/%s --set "
-                    "run.duration_s=%.6g\n",
-                    words_of(*next.proposed, given).c_str(), next.why.c_str(), arguments.out_folder.c_str(),
-                    arguments.out_folder.c_str(), next_experiment_file,
-                    given.run.release_s + next.proposed->duration_s);
-    } else {
-        std::printf("next experiment: none; %s\n", next.why.c_str());
-    }
-    if (!next.calibration.empty()) {
-        std::printf("  calibrate      %s\n", next.calibration.c_str());
-    }
 }
 
 /* Over time, for the report: the signals that were measured, and of every block what each row served for (0 nothing,
@@ -372,20 +288,14 @@ int diagnose_command(const diagnose_arguments &arguments)
     } else {
         std::filesystem::remove(profile_path, error); /* what an earlier diagnosis left is not of this one */
     }
+    for (const char *const report : {"report.html", "report.png"}) {
+        std::filesystem::remove(arguments.out_folder + "/" + report, error);
+    }
     if (arguments.json) {
         print_json(json);
         return 0;
     }
-    std::printf("verdict: %s%s%s\n", std::string(name_of(found.verdict)).c_str(),
-                found.located.empty() ? "" : ", in the ", found.located.c_str());
-    for (const block_diagnosis &block : found.blocks) {
-        print_block(block);
-    }
-    print_detectable(found.detectable);
-    print_next(found, arguments, found.given);
-    for (const std::string &note : found.notes) {
-        std::printf("note: %s\n", note.c_str());
-    }
+    print_diagnosis(found, arguments.out_folder);
     std::printf("written to %s: diagnosis.json, extended.toml, given.toml, series.csv\n"
                 "report: .venv/bin/python scripts/diagnosis_report.py %s\n",
                 arguments.out_folder.c_str(), arguments.out_folder.c_str());

@@ -50,7 +50,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
 
 void block_search::fit_without_colour()
 {
-    if (has_floor_ || noise_.ar.empty()) {
+    if (has_floor_ || !noise_.has_colour()) {
         return;
     }
     const noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};

@@ -57,6 +57,7 @@ struct block_diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::vector<cause> causes;
     std::vector<alternative> alternatives;
+    std::vector<std::string_view> doubts; /* why it is not fully explained */
     std::vector<ranked> ranking;
     std::vector<const effect *> tried; /* in the first round; the most promising ones are ranked */
     part_rms fit_rms;

@@ -100,20 +100,17 @@ bool acts_in(const effect &effect, block block, const record &record, const rig 
 {
     const std::string_view of = effect.block();
     const bool is_contact = rig.object.kind == object_kind::contact;
-    if (effect.name == "object.impact_damping" && !is_contact) {
+    if (effect.object != object_needed::any && (effect.object == object_needed::contact) != is_contact) {
         return false;
     }
-    if ((effect.name == "object.loss_of_contact" || effect.name == "object.backlash") && is_contact) {
-        return false;
-    }
+    const bool is_of_robot = of == "robot" || effect.acts_in_robot;
     switch (block) {
     case block::manipulator:
         return of == "manipulator";
     case block::robot:
-        return of == "robot" || effect.name == "loop.clock_drift";
+        return is_of_robot;
     case block::force:
-        return of == "object" || of == "sensor" ||
-               (record.robot_position_m.empty() && (of == "robot" || effect.name == "loop.clock_drift"));
+        return of == "object" || of == "sensor" || (record.robot_position_m.empty() && is_of_robot);
     }
     return false;
 }
@@ -172,31 +169,55 @@ bool block_model::starts_at_rest(const record_segment &segment) const
     return std::abs(off_m) < 0.02 * range_m && std::abs(way_m) < 0.002 * range_m;
 }
 
+/* Between rows that are missing: a force that is guessed would be integrated. */
+void block_model::add_windows(const record_segment &segment, std::size_t length)
+{
+    std::size_t begin = segment.begin;
+    while (begin < segment.end) {
+        std::size_t known_end = begin;
+        while (known_end < segment.end && !record_.is_filled(known_end)) {
+            known_end++;
+        }
+        while (begin < known_end) {
+            /* What would be left over at the end goes with the last one. */
+            const std::size_t end = begin + 2 * length > known_end ? known_end : begin + length;
+            windows_.push_back({begin, end});
+            begin = end;
+        }
+        while (begin < segment.end && record_.is_filled(begin)) {
+            begin++;
+        }
+    }
+}
+
 void block_model::divide(held_out_parts held_out, std::size_t length)
 {
     uses_.assign(record_.size(), row_use::none);
-    const auto settle = static_cast<std::size_t>(settle_s / record_.period_s);
+    std::size_t longest = 0;
+    for (const record_segment &segment : record_.segments) {
+        longest = std::max(longest, segment.end - segment.begin);
+    }
+    /* Of segments that are shorter nothing counts. */
+    const auto settle = std::min(static_cast<std::size_t>(settle_s / record_.period_s), longest / 4);
     for (std::size_t i = 0; i < record_.segments.size(); i++) {
         const record_segment &segment = record_.segments[i];
         const bool starts_anew = block_ == block::manipulator;
         const std::size_t skip =
-            starts_anew || starts_at_rest(segment) ? 0 : std::min(settle, (segment.end - segment.begin) / 4);
+            starts_anew || starts_at_rest(segment) ? 0 : std::min(settle, segment.end - segment.begin);
         for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
             const bool is_held = is_held_out(part_of(n, i), held_out);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;
         }
-        for (std::size_t begin = segment.begin; starts_anew && begin < segment.end;) {
-            /* What would be left over at the end goes with the last one. */
-            const std::size_t end = begin + 2 * length > segment.end ? segment.end : begin + length;
-            windows_.push_back({begin, end});
-            begin = end;
+        if (starts_anew) {
+            add_windows(segment, length);
         }
     }
     for (std::size_t n = 0; n < record_.size(); n++) {
         const bool robot_is_known = events_.robot_repeats.empty() || events_.robot_repeats[n] == 0;
         const bool force_is_known = (events_.force_repeats.empty() || events_.force_repeats[n] == 0) &&
                                     (events_.spike.empty() || events_.spike[n] == 0);
-        if ((block_ == block::robot && !robot_is_known) || (block_ == block::force && !force_is_known)) {
+        if ((block_ == block::robot && !robot_is_known) || (block_ == block::force && !force_is_known) ||
+            record_.is_filled(n)) {
             uses_[n] = row_use::none;
         }
     }
@@ -220,7 +241,8 @@ void block_model::replay_motion(const rig &rig)
         made_for.push_back(*static_cast<double *>(key->member(const_cast<berth::rig &>(rig))));
     }
     if (made_for != motion_keys_) {
-        replay_robot(rig, record_, events_, steps_min, motion_);
+        const motion_detail detail = block_ == block::force ? motion_detail::way : motion_detail::at_ticks;
+        replay_robot(rig, record_, events_, detail, steps_min, motion_);
         motion_keys_ = std::move(made_for);
     }
 }

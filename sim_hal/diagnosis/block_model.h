@@ -67,6 +67,7 @@ class block_model
     std::size_t part_of(std::size_t row, std::size_t segment) const;
     bool starts_at_rest(const record_segment &segment) const;
     void divide(held_out_parts held_out, std::size_t length);
+    void add_windows(const record_segment &segment, std::size_t length);
     void replay_motion(const rig &rig);
     void compare(const std::vector<double> &simulated, std::vector<double> &error) const;
     void replay_windows(const rig &rig, std::vector<double> &error);

@@ -67,7 +67,7 @@ class block_search
     /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was
      * taken for, BIC alone boasts. */
     double improvement(const candidate &best, double bic_before) const;
-    bool is_believed(const candidate &best, const gain &gained, double better, double share, double of_all);
+    bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
     bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                 double bic_before, double explainable);
 
@@ -89,19 +89,42 @@ class block_search
 
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
-    bool exceeds_measured_floor() const;
-    /* On the validation record the error is twice a measured floor: what fits one record does not predict another.
-     */
-    bool misses_unseen_record();
-    /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
-    bool exceeds_uncertainty(double cost) const;
-    /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
-    bool leaves_much();
-    /* Far above a floor that was found without it, and more than our own precision of what was explained. */
-    bool exceeds_floor();
+    struct remains {
+        bool has_causes;
+        bool has_thresholds; /* the causes' own, or of a fault upstream */
+        bool has_bursts;
+        bool are_only_moments; /* what causes, or one upstream, may leave in a few moments */
+        double bad_moments;    /* share of half seconds with an error well above the floor */
+        double share;          /* of the explainable error, as far as it depends on something */
+    };
+    remains what_remains(const block_diagnosis &result);
+    /* What speaks against a full explanation: each by itself makes `named` partly_explained, and a block without a
+     * cause unknown. */
+    struct doubt {
+        std::string_view why;
+        bool (block_search::*holds)(const remains &left);
+    };
+    static const doubt doubts[];
+    bool shows_line(const remains &left);
+    /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:
+     * what fits one record does not predict another. */
+    bool misses_unseen_record(const remains &left);
     /* The floor was found in the error itself, and this is slow: noise of that colour, or what nobody has explained;
      * only a standstill could tell. */
-    bool may_hide_in_noise();
+    bool may_hide_in_noise(const remains &left);
+    bool are_only_events(const remains &left);
+    bool follows_features(const remains &left);
+    /* A re-tuned parameter would leave its tolerance if it could. */
+    bool is_pressed(const remains &left);
+    bool is_above_floor(const remains &left);
+    bool has_suspect(const remains &left);
+    /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
+    bool leaves_much(const remains &left);
+    /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
+    bool exceeds_uncertainty(double cost) const;
+    /* Far above a floor that was found without it, and more than our own precision of what was explained. */
+    bool exceeds_floor();
+    bool exceeds_measured_floor() const;
     /* What is above the floor is no more than our own precision of what the causes explain. */
     bool is_within_instants();
     /* Where thresholds upstream switch at another moment than ours now and then, a stiff contact shows it: no cause
@@ -111,11 +134,11 @@ class block_search
     bool is_within_rounding() const;
     /* Of the explainable error of the base. */
     double share_left();
-    /* A re-tuned parameter would leave its tolerance if it could. */
-    bool is_pressed();
     /* Of the incumbent, over all rows. */
     std::vector<double> error_left();
     std::vector<double> white_error_left();
+    /* What the fit knows, as a prior. */
+    std::vector<free_parameter> as_known() const;
     /* What the fit knows well enough for the blocks after this one to start from. */
     std::vector<free_parameter> refinable() const;
 

@@ -6,6 +6,9 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
+#include "floor.h"
+#include "independent_records.h"
+#include "mistaken_signals.h"
 #include "record_table.h"
 #include "robot_and_force.h"
 
@@ -14,10 +17,6 @@ namespace berth
 
 namespace
 {
-
-constexpr std::vector<double> record::*all_signals[] = {
-    &record::operator_force_N,   &record::operator_position_m, &record::operator_velocity_m_per_s,
-    &record::command_position_m, &record::robot_position_m,    &record::force_N};
 
 /* A rig that was given no rate gets the record's. */
 void take_rate(rig &rig, record &data)
@@ -37,13 +36,12 @@ void take_rate(rig &rig, record &data)
 }
 
 /* The records one after another, as segments of one. */
-record read_all(const std::vector<std::string> &paths, rig &rig,
-                std::vector<std::pair<std::string, std::string>> &inputs)
+record read_all(const std::vector<std::string> &paths, rig &rig, std::vector<input_file> &inputs)
 {
     record all;
     for (const std::string &path : paths) {
         record next = read_record(path, rig);
-        inputs.emplace_back(path, next.hash);
+        inputs.push_back({"record", path, next.hash, next.content});
         if (all.size() == 0) {
             take_rate(rig, next);
             all = std::move(next);
@@ -52,11 +50,16 @@ record read_all(const std::vector<std::string> &paths, rig &rig,
         const std::size_t offset = all.size();
         check_row_count(path + " and those before it", offset + next.size());
         const double shift_s = all.time_s.back() + all.period_s - next.time_s.front();
-        for (const auto signal : all_signals) {
+        for (const auto signal : record_signals) {
             if ((all.*signal).empty() != (next.*signal).empty()) {
                 throw input_error(path + ": has not the same signals as " + all.path);
             }
             (all.*signal).insert((all.*signal).end(), (next.*signal).begin(), (next.*signal).end());
+        }
+        if (!all.filled.empty() || !next.filled.empty()) {
+            all.filled.resize(offset, 0);
+            next.filled.resize(next.size(), 0);
+            all.filled.insert(all.filled.end(), next.filled.begin(), next.filled.end());
         }
         for (const double time_s : next.time_s) {
             all.time_s.push_back(time_s + shift_s);
@@ -105,7 +108,7 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
         }
         uses[part.begin] = row_use::none;
     }
-    return at_least(estimate_noise(noise, uses), resolution_rms(block));
+    return at_least(estimate_noise(noise, uses, 8, colour_of(block)), resolution_rms(block));
 }
 
 /* Half the variance of the difference of two runs with the same commands. */
@@ -133,49 +136,8 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
     for (std::size_t n = 0; n < size; n++) {
         noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
     }
-    return at_least(estimate_noise(noise, std::vector<row_use>(size, row_use::fit)), resolution_rms(block));
-}
-
-/* A record that repeats itself, forwards or backwards, proves nothing about itself. */
-void refuse_copies(const record &record)
-{
-    for (const auto signal : {&record::force_N, &record::robot_position_m}) {
-        const std::vector<double> &x = record.*signal;
-        const std::size_t half = x.size() / 2;
-        if (half < 20) {
-            continue;
-        }
-        for (const bool mirrored : {false, true}) {
-            for (const double sign : {1.0, -1.0}) {
-                std::size_t same = 0;
-                std::size_t changes = 0;
-                for (std::size_t n = 1; n < half; n++) {
-                    const std::size_t other = mirrored ? x.size() - 1 - n : x.size() - half + n;
-                    same += std::abs(x[n] - sign * x[other]) <= 1e-9 * std::abs(x[n]);
-                    changes += x[n] != x[n - 1];
-                }
-                if (2 * changes > half && 10 * same > 9 * half) {
-                    throw input_error(record.path + ": its second half is its first one" +
-                                      (mirrored ? " backwards" : " again") +
-                                      ": held-out data that is no independent evidence; give a record that was "
-                                      "measured in one go");
-                }
-            }
-        }
-    }
-}
-
-/* The same data twice prove nothing about each other. */
-void refuse_same(const std::vector<std::pair<std::string, std::string>> &inputs)
-{
-    for (std::size_t i = 0; i < inputs.size(); i++) {
-        for (std::size_t k = 0; k < i; k++) {
-            if (inputs[i].second == inputs[k].second) {
-                throw input_error(inputs[i].first + ": has the same content as " + inputs[k].first +
-                                  ": held-out data that is no independent evidence; give another measurement");
-            }
-        }
-    }
+    return at_least(estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block)),
+                    resolution_rms(block));
 }
 
 verdict overall(const std::vector<block_diagnosis> &blocks)
@@ -200,9 +162,14 @@ verdict overall(const std::vector<block_diagnosis> &blocks)
     return verdict::nothing_detectable;
 }
 
-/* The command of this firmware must come out to the last step of the wire. */
+/* The command of this firmware must come out to the last step of the wire: what it computed with is known, not
+ * fitted. */
 void judge_software(block_diagnosis &result, const rig &rig)
 {
+    result.extended = rig;
+    result.base.clear();
+    result.refinable.clear();
+    result.doubts.clear();
     const double exact_m = 2.0 * setpoint_step_m(rig.firmware);
     if (result.fit_rms.before > exact_m) {
         result.verdict = verdict::software_mismatch;
@@ -274,15 +241,16 @@ diagnosis diagnose(const diagnosis_request &request)
     result.data = read_all(request.records, result.given, result.inputs);
     const record &data = result.data;
     refuse_copies(data);
+    refuse_mistaken_signals(result.data, result.given);
     std::optional<record> validation;
     std::optional<record> standstill;
     std::optional<record> repetition;
-    for (const auto &[path, made] :
-         {std::make_pair(&request.validation, &validation), std::make_pair(&request.standstill, &standstill),
-          std::make_pair(&request.repetition, &repetition)}) {
+    for (const auto &[role, path, made] : {std::make_tuple("validation", &request.validation, &validation),
+                                           std::make_tuple("standstill", &request.standstill, &standstill),
+                                           std::make_tuple("repetition", &request.repetition, &repetition)}) {
         if (!path->empty()) {
             *made = read_record(*path, result.given, made == &standstill);
-            result.inputs.emplace_back(*path, (*made)->hash);
+            result.inputs.push_back({role, *path, (*made)->hash, (*made)->content});
         }
     }
     refuse_same(result.inputs);
@@ -329,6 +297,8 @@ diagnosis diagnose(const diagnosis_request &request)
         const bool has_robot = !result.blocks.empty() && result.blocks.back().block == block::robot;
         const bool is_behind_robot = block == block::force && has_robot;
         if (is_behind_robot) {
+            refine_thresholds(result.blocks.back(), input, events);
+            result.extended = result.blocks.back().extended;
             know_robot(input, result.blocks.back(), result.given);
         }
         const block_start start{input, result.extended, events,
@@ -336,6 +306,8 @@ diagnosis diagnose(const diagnosis_request &request)
         block_diagnosis found = diagnose_block(block, input, result.extended, events, start.found_events);
         if (is_behind_robot) {
             ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
+            doubt_reports(result.blocks.back(), found, events, before, start);
+            doubt_force(result.blocks.back(), found);
         }
         before = start;
         if (block == block::manipulator && data.is_from_this_firmware) {
@@ -343,6 +315,7 @@ diagnosis diagnose(const diagnosis_request &request)
         }
         for (block_diagnosis &earlier : result.blocks) {
             drop_repeated(earlier, found);
+            take_refined(earlier, found);
             if (block == block::force) {
                 judge_robot_again(earlier, found, input_of(earlier.block), events);
             }

@@ -23,6 +23,14 @@ struct diagnosis_request {
     std::function<void(const std::string &)> progress; /* is told what comes next; may be empty */
 };
 
+/* A file that was read. */
+struct input_file {
+    std::string_view role; /* record, validation, standstill or repetition */
+    std::string path;
+    std::string hash;      /* of its bytes */
+    std::uint64_t content; /* hash of its signals */
+};
+
 struct diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::string located; /* the block that is at fault; empty: none, or more than one */
@@ -32,7 +40,7 @@ struct diagnosis {
     std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
     std::optional<next_experiment> next;
     record data;
-    std::vector<std::pair<std::string, std::string>> inputs; /* path, hash */
+    std::vector<input_file> inputs;
     std::vector<std::string> notes;
 };
 

@@ -23,13 +23,15 @@ double precision_of(const block_model &model)
 noise_model noise_of(const block_model &model, const std::vector<double> &error, bool is_white)
 {
     constexpr double news_min = 0.2; /* innovation over rms; sensors have more */
-    noise_model noise = is_white || model.rows_per_fact() > 1.0 ? estimate_noise(error, model.uses(), 0)
-                                                                : estimate_noise_robustly(error, model.uses());
+    noise_model noise = is_white || model.rows_per_fact() > 1.0
+                            ? estimate_noise(error, model.uses(), 0)
+                            : estimate_noise_robustly(error, model.uses(), colour_of(model.which()));
     double rows_per_fact = model.rows_per_fact();
     if (noise.sigma < news_min * noise.rms) {
         constexpr double rows_max = 30.0;
         rows_per_fact = std::min(rows_max, noise.rms / noise.sigma);
         noise.ar.clear();
+        noise.slow_gain = 0.0;
         noise.sigma = noise.rms;
     }
     noise.rows_per_fact = rows_per_fact;

@@ -12,6 +12,12 @@ namespace berth
  * step, the stiff sensor shows it. */
 double precision_of(const block_model &model);
 
+/* What the noise of a block's channel may be: the manipulator is replayed in windows that each start anew. */
+inline colour colour_of(block block)
+{
+    return block == block::manipulator ? colour::regression : colour::regression_or_slow;
+}
+
 /* What is left, as noise. An error whose rows follow from the rows before almost without news is no noise but motion
  * that is not explained yet: weighed as such it would count for nothing. Then all rows weigh alike, and as many of
  * them as hang together say one thing. */

@@ -123,6 +123,10 @@ class feature_maker
         }
         add(error_class::drift, [&](std::size_t n) { return time(n); });
         add(error_class::drift, [&](std::size_t n) { return time(n) * time(n); });
+        for (const double length : {0.05, 0.15}) { /* warming up; of the record */
+            add(error_class::drift,
+                [&](std::size_t n) { return std::exp(-static_cast<double>(n) / (length * span)); });
+        }
         add(error_class::drift, [&](std::size_t n) { return time(n) * x[n]; });
         add(error_class::drift, [&](std::size_t n) { return time(n) * v[n]; });
     }
@@ -294,15 +298,13 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
     const std::vector<row_use> &uses = model.uses();
     const std::size_t size = error.size();
 
-    /* Everything white, row by row, so that it can be summed up for either half. */
-    const std::size_t order = noise.ar.size();
-    const auto white = [&](const signal &x, std::size_t n) {
-        double value = x[n];
-        for (std::size_t i = 0; i < order; i++) {
-            value -= noise.ar[i] * x[n - 1 - i];
-        }
-        return value / noise.sigma;
-    };
+    const whitening by_row(noise, uses);
+    std::vector<signal> white_features(features.size());
+    for (std::size_t i = 0; i < features.size(); i++) {
+        by_row.apply(features[i].values, white_features[i]);
+    }
+    signal white_error;
+    by_row.apply(error, white_error);
     block_parts parts;
     for (normal_equations &part : parts) {
         part.g = Eigen::MatrixXd::Zero(count, count);
@@ -316,29 +318,30 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
     const auto flush = [&] {
         normal_equations &part = parts[part_of_batch];
         const Eigen::MatrixXd block = rows.topRows(filled);
-        part.g += block.transpose() * block;
+        part.g.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
         part.b += block.transpose() * targets.head(filled);
         part.square += targets.head(filled).squaredNorm();
         part.rows += static_cast<double>(filled);
         filled = 0;
     };
-    std::size_t run = 0;
     for (std::size_t n = 0; n < size; n++) {
-        run = uses[n] == row_use::none ? 0 : run + 1;
         const std::size_t part = n * blocks / size;
         if (filled == batch || (filled > 0 && part != part_of_batch)) {
             flush();
         }
         part_of_batch = part;
-        if (run <= order) {
+        if (!by_row.is_known(n)) {
             continue;
         }
         for (Eigen::Index i = 0; i < count; i++) {
-            rows(filled, i) = white(features[static_cast<std::size_t>(i)].values, n);
+            rows(filled, i) = white_features[static_cast<std::size_t>(i)][n];
         }
-        targets(filled++) = white(error, n);
+        targets(filled++) = white_error[n];
     }
     flush();
+    for (normal_equations &part : parts) {
+        part.g.triangularView<Eigen::Upper>() = part.g.transpose();
+    }
 
     const normal_equations all = sum_of(parts);
     const prediction best = predict_across(parts);

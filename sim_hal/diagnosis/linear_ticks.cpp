@@ -10,7 +10,7 @@ namespace
 
 constexpr auto rows = static_cast<Eigen::Index>(object_steps::rows);
 
-/* Of (state, positions). A gripped object is at rest at 0: no constant. */
+/* Of (state, positions, bulges of the steps). A gripped object is at rest at 0: no constant. */
 constexpr Eigen::Index positions = rows;
 
 using columns_of_four = Eigen::Matrix<double, rows, Eigen::Dynamic>;
@@ -20,9 +20,9 @@ Eigen::Map<const Eigen::Matrix<double, rows, 1>> as_vector(const std::array<doub
     return Eigen::Map<const Eigen::Matrix<double, rows, 1>>(column.data());
 }
 
-/* One step after those in `so_far`; it begins at position number `number`. */
+/* Step number `number` of `count` after those in `so_far`. */
 columns_of_four with_step(const columns_of_four &so_far, const object_steps::step_map &map, double step_s,
-                          Eigen::Index number)
+                          Eigen::Index number, Eigen::Index count)
 {
     Eigen::Matrix<double, rows, rows> transition;
     for (std::size_t i = 0; i < object_steps::rows; i++) {
@@ -30,8 +30,10 @@ columns_of_four with_step(const columns_of_four &so_far, const object_steps::ste
     }
     const Eigen::Matrix<double, rows, 1> by_rise = as_vector(map.column[object_steps::rows + 1]) / step_s;
     columns_of_four made = transition * so_far;
-    made.col(positions + number) += as_vector(map.column[object_steps::rows]) - by_rise;
+    const auto by_position = as_vector(map.column[object_steps::rows]);
+    made.col(positions + number) += by_position - by_rise;
     made.col(positions + number + 1) += by_rise;
+    made.col(positions + count + 1 + number) += by_position;
     return made;
 }
 
@@ -48,7 +50,7 @@ linear_ticks::linear_ticks(const tick_steps &tick, const std::vector<object_step
     : samples_within_(tick.sample_after > 0)
 {
     const auto count = static_cast<Eigen::Index>(tick.count());
-    columns_of_four all = columns_of_four::Zero(rows, positions + count + 1);
+    columns_of_four all = columns_of_four::Zero(rows, positions + count + 1 + count);
     all.leftCols<rows>().setIdentity();
     for (std::size_t step = 0; step < tick.count(); step++) {
         if (samples_within_ && step == tick.sample_after) {
@@ -56,7 +58,7 @@ linear_ticks::linear_ticks(const tick_steps &tick, const std::vector<object_step
             sample_.assign(force.data(), force.data() + force.size());
         }
         const auto &map = maps[tick.kind[step]][static_cast<std::size_t>(object_steps::grip::holds)];
-        all = with_step(all, map, tick.duration_s[step], static_cast<Eigen::Index>(step));
+        all = with_step(all, map, tick.duration_s[step], static_cast<Eigen::Index>(step), count);
     }
     for (Eigen::Index i = 0; i < rows; i++) {
         of_state_[static_cast<std::size_t>(i)] = as_state(all, i);
@@ -64,9 +66,12 @@ linear_ticks::linear_ticks(const tick_steps &tick, const std::vector<object_step
     for (Eigen::Index i = 0; i <= count; i++) {
         of_position_.push_back(as_state(all, positions + i));
     }
+    for (Eigen::Index i = 0; i < count; i++) {
+        of_bulge_.push_back(as_state(all, positions + count + 1 + i));
+    }
 }
 
-double linear_ticks::advance(state &of, const double *position_m) const
+double linear_ticks::advance(state &of, const double *position_m, const double *bulge_m) const
 {
     const state s = of;
     double force_N = s[filter_output];
@@ -84,6 +89,16 @@ double linear_ticks::advance(state &of, const double *position_m) const
     for (std::size_t i = 0; i < of_position_.size(); i++) {
         for (std::size_t row = 0; row < s.size(); row++) {
             next[row] += of_position_[i][row] * position_m[i];
+        }
+    }
+    for (std::size_t i = 0; bulge_m != nullptr && i < of_bulge_.size(); i++) {
+        if (bulge_m[i] != 0.0) { /* few ticks have a corner */
+            force_N += samples_within_
+                           ? sample_[static_cast<std::size_t>(positions) + of_position_.size() + i] * bulge_m[i]
+                           : 0.0;
+            for (std::size_t row = 0; row < s.size(); row++) {
+                next[row] += of_bulge_[i][row] * bulge_m[i];
+            }
         }
     }
     for (std::size_t column = 0; column < s.size(); column++) {

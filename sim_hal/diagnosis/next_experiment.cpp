@@ -221,8 +221,13 @@ std::string text(const char *format, double a, double b = 0.0)
 
 std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, const record &shown, const rig &given)
 {
-    std::vector<hypothesis> rivals =
-        found.verdict == verdict::one_of ? rivals_of_winner(found) : rivals_of_rest(found);
+    std::vector<hypothesis> rivals;
+    if (found.verdict == verdict::one_of) {
+        rivals = rivals_of_winner(found);
+    }
+    if (rivals.size() < 2) {
+        rivals = rivals_of_rest(found); /* also what fits better, but does not predict better */
+    }
     if (rivals.size() > rivals_max) {
         rivals.resize(rivals_max);
     }

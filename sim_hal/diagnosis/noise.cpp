@@ -34,9 +34,61 @@ Eigen::MatrixXd lag_products(const std::vector<double> &error, const std::vector
     return sums;
 }
 
+/* White noise and a slow one, by the prediction error; `best_bic` and `count` are those of the best regression. */
+void try_slow_noise(const std::vector<double> &error, const std::vector<row_use> &uses, double count,
+                    double best_bic, noise_model &best)
+{
+    constexpr int parameters = 2;
+    noise_model tried;
+    tried.rms = best.rms;
+    tried.rows = best.rows;
+    std::vector<row_use> all = uses;
+    std::replace(all.begin(), all.end(), row_use::held_out, row_use::fit);
+    std::vector<double> white;
+    const auto variance_of = [&](double rows_long, double gain) {
+        tried.slow_decay = std::exp(-1.0 / rows_long);
+        tried.slow_gain = gain;
+        whiten(tried, error, all, row_use::fit, white);
+        return sum_of_squares(white) / static_cast<double>(std::max<std::size_t>(1, white.size()));
+    };
+    double rows_long = 0.0;
+    double gain = 0.0;
+    double least = std::numeric_limits<double>::infinity();
+    const auto look_at = [&](double other_rows_long, double other_gain) {
+        const double variance = other_gain < 1.0 ? variance_of(other_rows_long, other_gain) : least;
+        if (variance < least) {
+            least = variance;
+            rows_long = other_rows_long;
+            gain = other_gain;
+        }
+    };
+    for (const double length : {3.0, 12.0, 50.0, 200.0, 800.0}) {
+        for (const double share : {0.03, 0.1, 0.3, 0.7}) {
+            look_at(length, share);
+        }
+    }
+    double factor = 2.0;
+    for (int round = 0; round < 3; round++) {
+        const double length = rows_long;
+        const double share = gain;
+        for (const double by : {1.0 / factor, factor}) {
+            look_at(length * by, share);
+            look_at(length, share * by);
+        }
+        factor = std::sqrt(factor);
+    }
+    const double variance = variance_of(rows_long, gain);
+    const double bic = count * std::log(std::max(variance, 1e-300)) + parameters * std::log(count);
+    if (bic < best_bic - 6.0) {
+        best = tried;
+        best.sigma = std::sqrt(variance);
+    }
+}
+
 } // namespace
 
-noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max)
+noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max,
+                           colour colour)
 {
     std::size_t rows = 0;
     const Eigen::MatrixXd sums = lag_products(error, uses, order_max, rows);
@@ -67,6 +119,9 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
         }
     }
     best.rms = std::sqrt(sums(0, 0) / count);
+    if (!best.ar.empty() && colour == colour::regression_or_slow) {
+        try_slow_noise(error, uses, count, best_bic, best);
+    }
     return best;
 }
 
@@ -80,12 +135,14 @@ double median_of(std::vector<double> values)
     return *middle;
 }
 
-noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses)
+noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses,
+                                    colour colour)
 {
+    constexpr int order_max = 8;
     constexpr double far = 4.5; /* standard deviations: of normal noise one row in 150000 */
     constexpr std::size_t margin = 8;
     std::vector<row_use> usual = uses;
-    noise_model noise = estimate_noise(error, usual);
+    noise_model noise = estimate_noise(error, usual, order_max, colour);
     for (int pass = 0; pass < 3; pass++) {
         std::vector<double> white;
         std::vector<double> sizes;
@@ -121,28 +178,70 @@ noise_model estimate_noise_robustly(const std::vector<double> &error, const std:
         if (3 * kept < error.size()) {
             break; /* what is unusual is the rule */
         }
-        noise = estimate_noise(error, usual);
+        noise = estimate_noise(error, usual, order_max, colour);
     }
     return noise;
+}
+
+whitening::whitening(const noise_model &noise, const std::vector<row_use> &uses)
+    : noise_(noise), is_known_(uses.size(), 0)
+{
+    const std::size_t order = noise.ar.size();
+    std::size_t run = 0;
+    for (std::size_t n = 0; n < uses.size(); n++) {
+        run = uses[n] == row_use::none ? 0 : run + 1;
+        is_known_[n] = run > order;
+    }
+    if (!(noise.slow_gain > 0.0)) {
+        return;
+    }
+    /* Variances, where what is new has 1 in the long run: of the white noise, of what drives the slow one, and of
+     * the slow one's prediction, which begins without a past. */
+    const double keep = noise.slow_decay * noise.slow_decay;
+    const double white = 1.0 - noise.slow_gain;
+    const double drive = noise.slow_gain * (1.0 - keep * white);
+    double predicted = drive / (1.0 - keep);
+    gain_.resize(uses.size());
+    scale_.resize(uses.size());
+    for (std::size_t n = 0; n < uses.size(); n++) {
+        gain_[n] = is_known_[n] != 0 ? predicted / (predicted + white) : 0.0;
+        scale_[n] = 1.0 / (noise.sigma * std::sqrt(predicted + white));
+        predicted = keep * predicted * (1.0 - gain_[n]) + drive;
+    }
+}
+
+void whitening::apply(const std::vector<double> &x, std::vector<double> &white) const
+{
+    white.assign(x.size(), 0.0);
+    double slow = 0.0;
+    const std::size_t order = noise_.ar.size();
+    const double scale = 1.0 / noise_.sigma;
+    for (std::size_t n = 0; n < x.size(); n++) {
+        if (!gain_.empty()) {
+            const double news = x[n] - slow;
+            white[n] = is_known_[n] != 0 ? scale_[n] * news : 0.0;
+            slow = noise_.slow_decay * (is_known_[n] != 0 ? slow + gain_[n] * news : slow);
+        } else if (is_known_[n] != 0) {
+            double value = x[n];
+            for (std::size_t i = 0; i < order; i++) {
+                value -= noise_.ar[i] * x[n - 1 - i];
+            }
+            white[n] = scale * value;
+        }
+    }
 }
 
 void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
             row_use use, std::vector<double> &white)
 {
+    const whitening by_row(noise, uses);
+    std::vector<double> all;
+    by_row.apply(error, all);
     white.clear();
-    const std::size_t order = noise.ar.size();
-    const double scale = 1.0 / noise.sigma;
-    std::size_t run = 0;
     for (std::size_t n = 0; n < error.size(); n++) {
-        run = uses[n] == row_use::none ? 0 : run + 1;
-        if (uses[n] != use || run <= order) {
-            continue;
+        if (uses[n] == use && by_row.is_known(n)) {
+            white.push_back(all[n]);
         }
-        double value = error[n];
-        for (std::size_t i = 0; i < order; i++) {
-            value -= noise.ar[i] * error[n - 1 - i];
-        }
-        white.push_back(scale * value);
     }
 }
 

@@ -13,20 +13,50 @@ namespace berth
 /* What a row serves for. */
 enum class row_use : std::uint8_t { none, fit, held_out };
 
-/* e_n = a_1 e_(n-1) + ... + a_p e_(n-p) + w_n, w white with standard deviation sigma. */
+/* e_n = a_1 e_(n-1) + ... + a_p e_(n-p) + w_n, w white with standard deviation sigma. Or, where that is the better
+ * description, white noise and a slow one of first order, whose best prediction from the past is s:
+ * e_n = s_n + w_n, s_(n+1) = decay (s_n + gain w_n). */
 struct noise_model {
     std::vector<double> ar;
     double sigma = 1.0;
     double rms = 1.0;           /* of e */
     double rows_per_fact = 1.0; /* neighbouring rows that say the same; sigma is that much larger (square root) */
     std::size_t rows = 0;       /* that it was estimated from */
+    double slow_decay = 0.0;
+    double slow_gain = 0.0;
+
+    bool has_colour() const { return !ar.empty() || slow_gain > 0.0; }
 };
 
+/* Makes signals white that are measured beside this noise, row by row. Rows out of use are unknown; after them, the
+ * slow noise is predicted as far as it can be (a Kalman filter of one state). */
+class whitening
+{
+  public:
+    whitening(const noise_model &noise, const std::vector<row_use> &uses);
+
+    /* Rows without a past in use have no white value of their own. */
+    bool is_known(std::size_t row) const { return is_known_[row] != 0; }
+    /* In standard deviations of w; 0 where it is not known. */
+    void apply(const std::vector<double> &x, std::vector<double> &white) const;
+
+  private:
+    const noise_model &noise_;
+    std::vector<std::uint8_t> is_known_;
+    std::vector<double> gain_;  /* of the slow noise's prediction, one a row; empty: there is none */
+    std::vector<double> scale_; /* one over the standard deviation of what is new */
+};
+
+/* What noise may be: a slow one needs rows that follow each other, not windows that start anew. */
+enum class colour { regression, regression_or_slow };
+
 /* By least squares over the rows in use. `order_max` lags are tried and as many kept as BIC wants. */
-noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max = 8);
+noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max = 8,
+                           colour colour = colour::regression_or_slow);
 
 /* The same, blind to stretches that lie far outside of what is usual. */
-noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses);
+noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses,
+                                    colour colour);
 
 double median_of(std::vector<double> values);
 

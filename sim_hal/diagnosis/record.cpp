@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <numeric>
 
@@ -11,6 +12,8 @@
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../log/ulog_reader.h"
+#include "record_columns.h"
+#include "record_gaps.h"
 #include "record_table.h"
 
 namespace berth
@@ -19,21 +22,6 @@ namespace berth
 namespace
 {
 
-struct signal_member {
-    std::string_view name;
-    std::vector<double> record::*member;
-};
-
-constexpr signal_member signal_members[] = {
-    {"t_s", &record::time_s},
-    {"operator_force_N", &record::operator_force_N},
-    {"operator_position_m", &record::operator_position_m},
-    {"operator_velocity_m_per_s", &record::operator_velocity_m_per_s},
-    {"command_position_m", &record::command_position_m},
-    {"robot_position_m", &record::robot_position_m},
-    {"force_N", &record::force_N},
-};
-
 std::string text(const char *format, double a, double b = 0.0)
 {
     char result[200];
@@ -41,68 +29,43 @@ std::string text(const char *format, double a, double b = 0.0)
     return result;
 }
 
-signal_source source_of(const rig &rig, std::string_view signal)
-{
-    for (const signal_source &source : rig.signals) {
-        if (source.signal == signal) {
-            return source;
-        }
-    }
-    return {std::string(signal), std::string(signal), 1.0, 0.0};
-}
-
-/* A column with the right name but another unit is a mistake that would pass unseen. */
-void refuse_other_unit(const record_table &table, const std::string &path, std::string_view signal)
-{
-    const std::string_view bare = signal.substr(0, signal.rfind('_'));
-    for (const table_column &column : table.columns) {
-        const bool is_like = column.name.size() > bare.size() && column.name.substr(0, bare.size()) == bare &&
-                             column.name[bare.size()] == '_' && column.name != signal;
-        const bool is_other = std::any_of(std::begin(signal_members), std::end(signal_members),
-                                          [&](const signal_member &known) { return known.name == column.name; });
-        if (is_like && !is_other) {
-            throw input_error(path + ":1: " + column.name + " has another unit than " + std::string(signal) +
-                              "; say in the rig file [signals] " + std::string(signal) + " = { column = \"" +
-                              column.name + "\", scale = ... }");
-        }
-    }
-}
-
-void check_values(const record &made)
-{
-    for (const signal_member &signal : signal_members) {
-        const std::vector<double> &values = made.*signal.member;
-        if (values.empty() || signal.name == "t_s") {
-            continue;
-        }
-        const auto [least, largest] = std::minmax_element(values.begin(), values.end());
-        const bool is_output = signal.name != "operator_force_N" && signal.name.substr(0, 8) != "operator";
-        if (*least == *largest && is_output) {
-            throw input_error(made.path + ": " + std::string(signal.name) + " is " + text("%g", *least) +
-                              " in every row; a column that never changes says nothing about the rig");
-        }
-    }
-}
-
 constexpr double gap = 1.5; /* in periods: a row is missing */
 
-/* Time runs on evenly, with jitter that is not a row; anything else starts a new segment. */
-void find_segments(record &made, const std::vector<double> &labels, double period_s)
+/* Beside the signals, one a row. */
+struct row_marks {
+    std::vector<double> labels;      /* of the segment; empty: all follow each other */
+    std::vector<std::int32_t> lines; /* in the file; empty: it has none */
+};
+
+std::string place_of(const record &made, const row_marks &marks, std::size_t row)
 {
+    return marks.lines.empty() ? made.path + ": row " + std::to_string(row + 1)
+                               : made.path + ":" + std::to_string(marks.lines[row]);
+}
+
+/* Time runs on evenly, with jitter that is not a row; a few rows that are missing are put back, anything else starts
+ * a new segment. */
+void find_segments(record &made, const row_marks &marks, double period_s)
+{
+    const std::vector<double> &labels = marks.labels;
     double largest_jitter = 0.0;
     std::size_t gaps = 0;
+    std::vector<missing_rows> missing;
     record_segment part{0, 0};
     for (std::size_t n = 1; n <= made.size(); n++) {
         const bool is_end = n == made.size();
         const bool is_new_label = !is_end && !labels.empty() && labels[n] != labels[n - 1];
         const double step_s = is_end ? 0.0 : made.time_s[n] - made.time_s[n - 1];
         if (!is_end && !is_new_label && step_s <= 0.0) {
-            throw input_error(made.path + ":" + std::to_string(n + 2) + ": t_s goes from " +
+            throw input_error(place_of(made, marks, n) + ": t_s goes from " +
                               text("%.9g to %.9g", made.time_s[n - 1], made.time_s[n]) +
                               "; time must increase, or a column `segment` must tell the parts apart");
         }
         const bool is_gap = !is_end && !is_new_label && step_s > gap * period_s;
-        if (is_end || is_new_label || is_gap) {
+        const auto left_out = is_gap ? rows_left_out(step_s, period_s) : std::nullopt;
+        if (left_out) {
+            missing.push_back({n, *left_out});
+        } else if (is_end || is_new_label || is_gap) {
             part.end = n;
             made.segments.push_back(part);
             part.begin = n;
@@ -114,10 +77,16 @@ void find_segments(record &made, const std::vector<double> &labels, double perio
     if (gaps > 0) {
         made.notes.push_back(std::to_string(gaps) + " gaps in time: the parts between them are replayed one by one");
     }
+    if (!missing.empty()) {
+        made.notes.push_back("rows are missing in " + std::to_string(missing.size()) +
+                             " places, a few in each: the commands in between are interpolated, and nothing is "
+                             "compared there");
+    }
     if (largest_jitter > 0.01 * period_s) {
         made.notes.push_back(
             text("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * largest_jitter));
     }
+    fill_in(made, missing);
 }
 
 /* Mean of the steps between rows that are no gap: what rounding and jitter do to the stamps averages out. */
@@ -153,7 +122,24 @@ double loop_rate_Hz(double period_s)
 /* How far off a rate may be: a lightly damped resonance moves by less than its width. */
 constexpr double rate_tolerance = 1e-3;
 
-void finish(record &made, const std::vector<double> &labels, const rig &rig, bool may_be_still)
+/* What tells whether two records are the same measurement: their signals, whatever the file around them. */
+std::uint64_t content_of(const record &made)
+{
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const signal_member &signal : signal_members) {
+        const std::vector<double> &values = made.*signal.member;
+        hash = (hash ^ values.size()) * 0x100000001b3u;
+        for (std::size_t n = 0; signal.name != "t_s" && n < values.size(); n++) {
+            std::uint64_t bits = 0;
+            std::memcpy(&bits, &values[n], sizeof bits);
+            hash = (hash ^ bits) * 0x100000001b3u;
+            hash ^= hash >> 32; /* FNV-1a is made for bytes: of words it would lose the high bits */
+        }
+    }
+    return hash;
+}
+
+void finish(record &made, const row_marks &marks, const rig &rig)
 {
     const double spacing_s = row_spacing_s(made);
     made.period_s = rig.is_rate_given ? config_period_s(&rig.firmware) : 1.0 / loop_rate_Hz(spacing_s);
@@ -163,10 +149,8 @@ void finish(record &made, const std::vector<double> &labels, const rig &rig, boo
             text("its rows are %.7g ms apart, those of the rig %.7g ms", 1e3 * spacing_s, 1e3 * made.period_s) +
             "; say " + text("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s)));
     }
-    if (!may_be_still) {
-        check_values(made);
-    }
-    find_segments(made, labels, made.period_s);
+    made.content = content_of(made);
+    find_segments(made, marks, made.period_s);
 }
 
 bool is_log(const std::string &path)
@@ -178,36 +162,26 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
 {
     record made;
     made.path = path;
-    std::vector<std::string> wanted{source_of(rig, "segment").column};
+    const std::string segment = source_of(rig, "segment").column;
+    std::vector<std::string> wanted{segment};
     for (const signal_member &signal : signal_members) {
         wanted.push_back(source_of(rig, signal.name).column);
     }
     const record_table table = read_record_table(path, wanted);
     made.hash = table.hash;
-    for (const signal_member &signal : signal_members) {
-        const signal_source source = source_of(rig, signal.name);
-        const table_column *const column = table.find(source.column);
-        const bool is_mapped = source.column != signal.name;
-        if (column == nullptr) {
-            if (is_mapped || signal.name == "t_s") {
-                throw input_error(path + ":1: there is no column " + source.column + " for " +
-                                  std::string(signal.name) + "; the columns are " + table.names());
-            }
-            refuse_other_unit(table, path, signal.name);
-            continue;
-        }
-        std::vector<double> &values = made.*signal.member;
-        values = column->values;
-        for (double &value : values) {
-            value = source.scale * value + source.offset;
-        }
-    }
+    made.header_line = table.header_line;
+    take_columns(made, table, rig);
     if (!made.operator_position_m.empty() && made.operator_velocity_m_per_s.empty()) {
         made.notes.push_back("operator_velocity_m_per_s is missing and counts as 0");
     }
     made.time_origin_s = made.time_s.empty() ? 0.0 : made.time_s.front();
-    const table_column *const labels = table.find(source_of(rig, "segment").column);
-    finish(made, labels == nullptr ? std::vector<double>{} : labels->values, rig, may_be_still);
+    const table_column *const labels = table.find(segment);
+    finish(made, {labels == nullptr ? std::vector<double>{} : labels->values, table.lines}, rig);
+    if (!may_be_still) {
+        const std::string place = path + ":" + std::to_string(table.header_line) + ": ";
+        check_outputs(made, place);
+        check_operator(made, place);
+    }
     return made;
 }
 
@@ -296,7 +270,10 @@ record record_of_ticks::finish(const rig &wanted, bool may_be_still)
         }
         labels_.pop_back();
     }
-    berth::finish(made, labels_, wanted, may_be_still);
+    berth::finish(made, {labels_, {}}, wanted);
+    if (!may_be_still) {
+        check_outputs(made, made.path + ": ");
+    }
     return std::move(made);
 }
 

@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_RECORD_H
 #define SIM_HAL_DIAGNOSIS_RECORD_H
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,9 @@ struct record_segment {
  * setpoint sent at t_n, robot_position_m where the robot is then. A signal that was not recorded is empty. */
 struct record {
     std::string path;
-    std::string hash; /* of the file's bytes */
+    std::string hash;          /* of the file's bytes as they are stored */
+    std::uint64_t content = 0; /* hash of the signals: the same measurement, whatever the file around it */
+    long header_line = 0;      /* of the file, where the columns are named; 0: a log */
     double period_s = 0.0;
     double time_origin_s = 0.0; /* from here on counts what drifts: start of the run, or of the file */
     std::vector<double> time_s;
@@ -32,12 +35,19 @@ struct record {
     std::vector<double> robot_position_m;
     std::vector<double> force_N;
     std::vector<record_segment> segments;
+    std::vector<std::uint8_t> filled; /* rows that were missing: what drives a block is guessed, nothing compared */
     bool is_from_this_firmware = false; /* then the command must replay exactly */
     std::vector<std::string> notes;     /* what a reader should know of the data */
 
     std::size_t size() const { return time_s.size(); }
+    bool is_filled(std::size_t row) const { return !filled.empty() && filled[row] != 0; }
     bool has_operator() const { return !operator_force_N.empty() || !operator_position_m.empty(); }
 };
+
+/* All but the time. */
+inline constexpr std::vector<double> record::*record_signals[] = {
+    &record::operator_force_N,   &record::operator_position_m, &record::operator_velocity_m_per_s,
+    &record::command_position_m, &record::robot_position_m,    &record::force_N};
 
 /* Makes a record of the ticks of a loop, one after another: the rows in which it ran. */
 class record_of_ticks

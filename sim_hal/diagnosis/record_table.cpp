@@ -4,125 +4,15 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <memory>
-
-#ifdef BERTH_WITH_ZLIB
-#include <zlib.h>
-#endif
 
 #include "../../hal/rig/rig_file.h"
+#include "record_lines.h"
 
 namespace berth
 {
 
 namespace
 {
-
-/* Rows are bounded; this is for what is none: columns that nobody asked for, empty lines. */
-constexpr std::size_t bytes_max = 2000000000;
-
-/* Hands over the file's lines one by one, so that only numbers are kept of it. */
-class line_reader
-{
-  public:
-    explicit line_reader(const std::string &path) : path_(path)
-    {
-#ifdef BERTH_WITH_ZLIB
-        file_.reset(gzopen(path.c_str(), "rb"));
-#else
-        file_.reset(std::fopen(path.c_str(), "rb"));
-#endif
-        if (!file_) {
-            throw input_error(path + ": cannot be read; is it a file?");
-        }
-    }
-
-    bool next(std::string_view &line)
-    {
-        for (;;) {
-            const std::size_t end = buffer_.find('\n', at_);
-            if (end != std::string::npos) {
-                line = std::string_view(buffer_).substr(at_, end - at_);
-                at_ = end + 1;
-                return true;
-            }
-            buffer_.erase(0, at_);
-            at_ = 0;
-            if (!fill()) {
-                line = buffer_;
-                at_ = buffer_.size();
-                return !buffer_.empty();
-            }
-        }
-    }
-
-    std::uint64_t hash() const
-    {
-        return hash_;
-    }
-
-  private:
-    bool fill()
-    {
-        char block[1 << 16];
-#ifdef BERTH_WITH_ZLIB
-        const int got = gzread(file_.get(), block, sizeof block);
-#else
-        const int got = static_cast<int>(std::fread(block, 1, sizeof block, file_.get()));
-#endif
-        if (got < 0 || (got == 0 && is_cut_off())) {
-            throw input_error(path_ + ": cannot be read to its end; is it damaged, or was it cut off?");
-        }
-        read_ += static_cast<std::size_t>(got);
-        if (read_ > bytes_max) {
-            throw input_error(path_ + ": is larger than 2 GB of text; give a part of it, a minute is plenty");
-        }
-        if (buffer_.size() > (1u << 20)) {
-            throw input_error(path_ + ": has a line of more than a megabyte; is it a CSV file?");
-        }
-        for (int i = 0; i < got; i++) {
-            hash_ = (hash_ ^ static_cast<unsigned char>(block[i])) * 0x100000001b3u;
-        }
-        buffer_.append(block, static_cast<std::size_t>(got));
-        return got > 0;
-    }
-
-    /* At the end of what can be read: more was to come. */
-    bool is_cut_off() const
-    {
-#ifdef BERTH_WITH_ZLIB
-        int error = Z_OK;
-        gzerror(file_.get(), &error);
-        return error == Z_BUF_ERROR;
-#else
-        return std::ferror(file_.get()) != 0;
-#endif
-    }
-
-    struct closer {
-#ifdef BERTH_WITH_ZLIB
-        void operator()(gzFile_s *file) const
-        {
-            gzclose(file);
-        }
-#else
-        void operator()(std::FILE *file) const
-        {
-            std::fclose(file);
-        }
-#endif
-    };
-#ifdef BERTH_WITH_ZLIB
-    std::unique_ptr<gzFile_s, closer> file_;
-#else
-    std::unique_ptr<std::FILE, closer> file_;
-#endif
-    std::string path_;
-    std::string buffer_;
-    std::size_t at_ = 0;
-    std::size_t read_ = 0;
-    std::uint64_t hash_ = 0xcbf29ce484222325u;
-};
 
 std::string_view trimmed(std::string_view text)
 {
@@ -195,45 +85,92 @@ std::string record_table::names() const
     return all;
 }
 
+namespace
+{
+
+/* A line that says something: neither empty nor a comment. */
+bool next_row(record_lines &lines, std::string_view &line)
+{
+    while (lines.next(line)) {
+        const std::string_view text = trimmed(line);
+        if (!text.empty() && text.front() != '#') {
+            return true;
+        }
+    }
+    return false;
+}
+
+std::string place(const std::string &path, long line)
+{
+    return path + ":" + std::to_string(line) + ": ";
+}
+
+std::vector<bool> read_header(record_table &table, std::string_view line, const std::string &path,
+                              const std::vector<std::string> &wanted)
+{
+    std::vector<bool> is_wanted;
+    bool is_any_a_name = false;
+    for (bool is_last = false; !is_last;) {
+        const std::string_view cell = take_cell(line, is_last);
+        const std::string name(cell);
+        is_wanted.push_back(std::find(wanted.begin(), wanted.end(), name) != wanted.end());
+        if (is_wanted.back() && table.find(name) != nullptr) {
+            throw input_error(place(path, table.header_line) + "two columns are called " + printable(name) +
+                              "; rename the one that is not meant");
+        }
+        double value = 0.0;
+        const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+        is_any_a_name = is_any_a_name || error != std::errc() || end != cell.data() + cell.size();
+        table.columns.push_back({name, {}});
+    }
+    if (!is_any_a_name) {
+        throw input_error(place(path, table.header_line) +
+                          "has numbers and no names; the first line that is no comment (#) must name the columns");
+    }
+    return is_wanted;
+}
+
+} // namespace
+
 record_table read_record_table(const std::string &path, const std::vector<std::string> &wanted)
 {
-    line_reader lines(path);
+    record_lines lines(path);
     record_table table;
     std::string_view line;
-    if (!lines.next(line) || line.empty()) {
+    bool is_there = lines.next(line);
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf"; /* spreadsheets write it */
+    if (line.substr(0, byte_order_mark.size()) == byte_order_mark) {
+        line.remove_prefix(byte_order_mark.size());
+    }
+    if (is_there && (trimmed(line).empty() || trimmed(line).front() == '#')) {
+        is_there = next_row(lines, line);
+    }
+    if (!is_there) {
         throw input_error(path + ": is empty");
     }
-    if (line.substr(0, 3) == "\xef\xbb\xbf") {
-        line.remove_prefix(3); /* the byte order mark that spreadsheets write */
-    }
-    for (bool is_last = false; !is_last;) {
-        table.columns.push_back({std::string(take_cell(line, is_last)), {}});
-    }
-    std::vector<bool> is_wanted;
-    for (const table_column &column : table.columns) {
-        is_wanted.push_back(std::find(wanted.begin(), wanted.end(), column.name) != wanted.end());
-    }
-    std::size_t rows = 0;
-    for (long row = 2; lines.next(line); row++) {
-        if (trimmed(line).empty()) {
-            continue;
-        }
-        check_row_count(path, ++rows);
+    table.header_line = lines.number();
+    const std::vector<bool> is_wanted = read_header(table, line, path, wanted);
+    while (next_row(lines, line)) {
+        check_row_count(path, table.lines.size() + 1);
+        table.lines.push_back(static_cast<std::int32_t>(lines.number()));
         bool is_last = false;
         for (std::size_t i = 0; i < table.columns.size(); i++) {
             if (is_last) {
-                throw input_error(path + ":" + std::to_string(row) + ": has " + std::to_string(i) +
-                                  " cells and not " + std::to_string(table.columns.size()));
+                throw input_error(place(path, lines.number()) + "has " + std::to_string(i) + " cells and not " +
+                                  std::to_string(table.columns.size()) + " as the header");
             }
             const std::string_view cell = take_cell(line, is_last);
             if (is_wanted[i]) {
-                table.columns[i].values.push_back(number(cell, path, row, table.columns[i].name));
+                table.columns[i].values.push_back(number(cell, path, lines.number(), table.columns[i].name));
             }
         }
+        if (!is_last) {
+            throw input_error(place(path, lines.number()) + "has more cells than the " +
+                              std::to_string(table.columns.size()) +
+                              " of the header; is there a comma too many, or one for a decimal point?");
+        }
     }
-    char hash[17];
-    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(lines.hash()));
-    table.hash = hash;
+    table.hash = lines.hash();
     return table;
 }
 

@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_RECORD_TABLE_H
 #define SIM_HAL_DIAGNOSIS_RECORD_TABLE_H
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -23,15 +24,18 @@ struct table_column {
 
 struct record_table {
     std::vector<table_column> columns;
-    std::string hash; /* of the file's bytes, unpacked */
+    std::vector<std::int32_t> lines; /* of each row in the file, as an editor counts them */
+    long header_line = 1;
+    std::string hash; /* of the file's bytes as they are stored */
 
     /* nullptr: there is none. */
     const table_column *find(const std::string &name) const;
     std::string names() const;
 };
 
-/* Plain, .gz or a pipe, read once and no further than to the first mistake or a row too many. Only the columns in
- * `wanted` are kept, all must hold finite numbers. Throws input_error with file and line. */
+/* Plain, .gz or a pipe, read once and no further than to the first mistake or a row too many. Empty lines and those
+ * that start with # are left out. Only the columns in `wanted` are kept, all must hold finite numbers. Throws
+ * input_error with file and line. */
 record_table read_record_table(const std::string &path, const std::vector<std::string> &wanted);
 
 } // namespace berth

@@ -49,10 +49,13 @@ struct robot_motion {
     std::vector<double> at_tick_m;  /* one a row */
 };
 
+/* What a motion is for: the positions at the ticks alone, or the way between them as well. */
+enum class motion_detail { at_ticks, way };
+
 /* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. A tick
  * has at least `steps_min` steps. */
-void replay_robot(const rig &rig, const record &record, const sample_events &events, int steps_min,
-                  robot_motion &motion);
+void replay_robot(const rig &rig, const record &record, const sample_events &events, motion_detail detail,
+                  int steps_min, robot_motion &motion);
 
 /* Motion to force samples, N, one a row. */
 void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N);

@@ -62,14 +62,14 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
             filter->start(now_N);
         }
         sampled.resize(count);
-        const bool goes_by_ticks =
-            object.is_linear() && filters.empty() && bulge_m == nullptr && rig.sensor.low_pass_order > 0;
+        const bool goes_by_ticks = object.is_linear() && filters.empty() && rig.sensor.low_pass_order > 0;
         if (goes_by_ticks) {
             const linear_ticks ticks(tick, maps);
             linear_ticks::state state = object.state();
             for (std::size_t n = 0; n < count; n++) {
-                sampled[n] = ticks.advance(state, position_m);
+                sampled[n] = ticks.advance(state, position_m, bulge_m == nullptr ? nullptr : bulge_m + 1);
                 position_m += tick.count();
+                bulge_m += bulge_m == nullptr ? 0 : tick.count();
             }
         }
         for (std::size_t n = 0; n < count && !goes_by_ticks; n++) {

@@ -149,6 +149,18 @@ bool knots_wander(const rig &rig)
     return rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
 }
 
+/* Transfer behaviour and effects are each exact at the end of a step in which what drives them is straight: a single
+ * one needs no steps of its own, unless the way between the ticks counts. */
+int steps_of_motion(const rig &rig, motion_detail detail)
+{
+    const std::size_t effects = active_stages(rig, &effect::on_motion).size();
+    const std::size_t in_a_row = effects + (rig.has_transfer_behaviour() ? 1 : 0);
+    if (in_a_row == 0 || (in_a_row == 1 && detail == motion_detail::at_ticks)) {
+        return 1;
+    }
+    return effects > 0 ? cornered_steps_a_tick : fine_steps_a_tick;
+}
+
 } // namespace
 
 tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
@@ -197,21 +209,18 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
     return tick;
 }
 
-void replay_robot(const rig &rig, const record &record, const sample_events &events, int steps_min,
-                  robot_motion &motion)
+void replay_robot(const rig &rig, const record &record, const sample_events &events, motion_detail detail,
+                  int steps_min, robot_motion &motion)
 {
     const double period_s = record.period_s;
     const bool holds = rig.robot.interpolation == interpolation::hold;
     const bool has_motion_effect = !active_stages(rig, &effect::on_motion).empty();
-    const int own_steps = has_motion_effect              ? cornered_steps_a_tick
-                          : rig.has_transfer_behaviour() ? fine_steps_a_tick
-                                                         : 1;
-    const int steps = std::max(own_steps, steps_min);
+    const int steps = std::max(steps_of_motion(rig, detail), steps_min);
     motion.tick = divide_tick(rig, period_s, steps);
     motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());
-    const bool has_bulges = knots_wander(rig) && !rig.has_transfer_behaviour() && !has_motion_effect;
-    motion.bulge_m.assign(has_bulges ? motion.position_m.size() : 0, 0.0);
+    const bool has_late_knots = knots_wander(rig) && !rig.has_transfer_behaviour() && !has_motion_effect;
+    motion.bulge_m.assign(has_late_knots || has_motion_effect ? motion.position_m.size() : 0, 0.0);
 
     double *out = motion.position_m.data();
     for (const record_segment &part : record.segments) {
@@ -229,15 +238,24 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
             for (const double step_s : motion.tick.duration_s) {
                 const double begin_s = time_s;
                 time_s += step_s;
-                if (has_bulges) {
-                    double &bulge_m = motion.bulge_m[static_cast<std::size_t>(out - motion.position_m.data())];
-                    position_m = line.at(time_s, begin_s, position_m, bulge_m);
+                const auto at = static_cast<std::size_t>(out - motion.position_m.data());
+                if (has_late_knots) {
+                    position_m = line.at(time_s, begin_s, position_m, motion.bulge_m[at]);
                 } else {
                     position_m = drive.advance(line.at(time_s), step_s);
+                }
+                if (has_motion_effect) {
+                    motion.bulge_m[at] = drive.bulge_m();
                 }
                 *out++ = position_m;
             }
         }
+    }
+    /* Without corners the object can go by whole ticks. */
+    const bool has_corners =
+        std::any_of(motion.bulge_m.begin(), motion.bulge_m.end(), [](double bulge_m) { return bulge_m != 0.0; });
+    if (!has_corners) {
+        motion.bulge_m.clear();
     }
 }
 

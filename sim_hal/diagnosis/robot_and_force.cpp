@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "acceptance.h"
 #include "floor.h"
@@ -25,8 +26,8 @@ bool may_hide_robot(const block_diagnosis &force)
            });
 }
 
-/* A limit that acts now and then, or a small dead band, hides in the noise of the robot's reports and shows in a
- * stiff contact: it is believed if the reports do not contradict. */
+/* A limit that acts now and then, a small dead band or error of the gears hides in the noise of the robot's reports
+ * and shows in a stiff contact: it is believed if the reports do not contradict. */
 void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot, const block_start &start)
 {
     constexpr double contradiction = 10.0; /* of the white sum of squares */
@@ -43,6 +44,18 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
     if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, start.given) + contradiction) {
         force = std::move(again);
     }
+}
+
+/* Without a cause of its own, and without those that the robot's reports had brought. */
+block_diagnosis force_behind_given_robot(const block_start &robot_start, const block_start &force_start,
+                                         events_of_records &events)
+{
+    diagnosis_input input = force_start.input;
+    input.effects_max = 0;
+    input.upstream = base_parameters(block::robot, robot_start.given);
+    input.has_cause_upstream = false;
+    input.without_switching_fault = nullptr;
+    return diagnose_block(block::force, input, robot_start.given, events, force_start.found_events);
 }
 
 bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &force)
@@ -97,13 +110,72 @@ void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig 
     force.without_switching_fault = switches ? &as_given : nullptr;
 }
 
+void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events)
+{
+    constexpr double clear = 0.7; /* times the sum of squares: one more event that falls into its tick */
+    constexpr double wide = 3.0;  /* times the interval */
+    for (cause &known : robot.causes) {
+        parameter_estimate &size = known.parameters[0];
+        if (!known.effect->switches || known.effect->block() != "robot" || !(size.ci95 > 0.0) ||
+            !(size.value > 0.0)) {
+            continue;
+        }
+        block_model force(block::force, *input.fit, robot.extended, events.fit, held_out_parts::none);
+        noise_model noise;
+        std::vector<double> error;
+        force.error(robot.extended, error);
+        noise.sigma = noise.rms = rms_of(error, force.uses(), row_use::fit);
+        const auto base = base_parameters(block::force, robot.extended);
+        const fit_result before = fit(force, noise, robot.extended, base, input.options.replays_max);
+        const double factor = 1.0 + std::min(0.3, wide * size.ci95 / size.value);
+        const fit_result after = fit_rough(force, noise, *known.effect, before.rig, before, input.options, factor);
+        if (after.cost < clear * before.cost) {
+            size.value = value_of(after.rig, size.key);
+            size.ci95 = std::min(size.ci95, after.ci95.back());
+            set_number(robot.extended, size.key, size.value);
+        }
+    }
+}
+
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
     if (may_hide_robot(force) && robot.causes.empty()) {
         look_for_hidden_robot(force, robot, force_start);
-    } else if (leaves_something(force) && robot.verdict == verdict::one_of) {
+    } else if (leaves_something(force) && !robot.alternatives.empty() && !robot.causes.empty()) {
         let_force_decide(robot, force, events, robot_start, force_start, as_given);
+    }
+}
+
+void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                   const block_start &robot_start, const block_start &force_start)
+{
+    constexpr double no_worse = 1.02;
+    if (robot.causes.empty() || force.verdict == verdict::nothing_detectable) {
+        return;
+    }
+    events_of_records other_events = robot_start.events;
+    block_diagnosis alone = force_behind_given_robot(robot_start, force_start, other_events);
+    if (alone.verdict != verdict::nothing_detectable || alone.fit_rms.after > no_worse * force.fit_rms.after) {
+        return;
+    }
+    force = std::move(alone);
+    events = std::move(other_events);
+    diagnosis_input input = robot_start.input;
+    input.effects_max = 0;
+    events_of_records own_events = robot_start.events;
+    robot = diagnose_block(block::robot, input, robot_start.given, own_events, robot_start.found_events);
+    robot.verdict = verdict::unknown;
+    robot.doubts.insert(robot.doubts.begin(), "the force knows nothing of it: the reports are off, not the motion");
+}
+
+void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
+{
+    constexpr double well_above = 1.2; /* times the floor */
+    if (leaves_something(robot) && robot.fit_rms.after > well_above * robot.fit_rms.floor &&
+        (force.verdict == verdict::named || force.verdict == verdict::one_of)) {
+        force.verdict = verdict::partly_explained;
+        force.doubts.emplace_back("what the robot does is not explained, and the force follows it");
     }
 }
 
@@ -119,6 +191,27 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
         before.verdict = verdict::nothing_detectable;
     }
     before.causes.erase(kept, before.causes.end());
+}
+
+void take_refined(block_diagnosis &before, const block_diagnosis &now)
+{
+    const auto refine = [&](parameter_estimate &known, bool decides_by_ticks) {
+        for (std::size_t i = 0; i < now.fitted.ci95.size(); i++) {
+            if (now.fitted.parameters[i].key->path == known.key) {
+                /* Slopes know nothing of the tick at which a clock slips. */
+                const double ci95 = decides_by_ticks ? known.ci95 : now.fitted.ci95[i];
+                known = {known.key, value_of(now.fitted.rig, known.key), ci95};
+            }
+        }
+    };
+    for (parameter_estimate &known : before.base) {
+        refine(known, false);
+    }
+    for (cause &found : before.causes) {
+        for (parameter_estimate &known : found.parameters) {
+            refine(known, found.effect->switch_on != nullptr);
+        }
+    }
 }
 
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */

@@ -21,13 +21,30 @@ struct block_start {
  */
 void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig &as_given);
 
+/* A threshold of the robot that its reports know to a thousandth still switches in another tick now and then, and a
+ * stiff contact shows each of them: of the sizes that the reports leave open the one that suits the force, if that
+ * is clear. `input`: the force's. */
+void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events);
+
 /* Judges both anew where the force leaves something that hides in the robot's reports, or refutes what they take for
  * the cause in favour of another that they cannot tell from it. */
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given);
 
+/* Where the force is what it should be with the robot as given, and needs causes of its own behind what the robot's
+ * reports tell, the reports are off and not the motion: their causes are withdrawn. */
+void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                   const block_start &robot_start, const block_start &force_start);
+
+/* No cause in the force is sure behind a robot that does what nothing explains. */
+void doubt_force(const block_diagnosis &robot, block_diagnosis &force);
+
 /* A later block saw more of an effect that an earlier one had found already. */
 void drop_repeated(block_diagnosis &before, const block_diagnosis &now);
+
+/* The force was fitted with the robot's parameters free, as far as its reports had left them open: of what the later
+ * block has refined, the earlier one tells the values that the extended rig gets. */
+void take_refined(block_diagnosis &before, const block_diagnosis &now);
 
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,

@@ -21,14 +21,13 @@ struct start_point {
     double promise; /* decrease of the white sum of squares */
 };
 
-/* An effect of one size, searched on a grid that closes in on the best one, with the base model fitted in between.
- */
+} // namespace
+
 fit_result fit_rough(block_model &model, const noise_model &noise, const effect &effect, const rig &start,
-                     const fit_result &incumbent, const search_options &options)
+                     const fit_result &incumbent, const search_options &options, double factor)
 {
     const std::string_view key = effect.parameters[0].key;
     double best = value_of(start, key);
-    double factor = 1.3;      /* the spacing of the starts, about */
     constexpr int rounds = 9; /* to 2e-4 of the size: each of a thousand switchings then falls into its tick */
     fit_result fitted;
     fitted.rig = start;
@@ -67,6 +66,42 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const effect 
     fitted.parameters.push_back({find_key(key), 0.5 * best, 2.0 * best});
     fitted.ci95.push_back(width);
     return fitted;
+}
+
+namespace
+{
+
+/* Where a wrong size on the way has led all that followed astray, the base with it, the way back is found from the
+ * values that are expected, with sizes about the end. */
+fit_result fit_what_decides(block_model &model, const noise_model &noise, const effect &effect,
+                            const fit_result &incumbent, const std::vector<rig> &starts,
+                            const search_options &options)
+{
+    constexpr double nearly_none = 0.01; /* of the sum of squares */
+    constexpr double hardly_less = 0.8;
+    fit_result found =
+        fit_progressively(model, noise, effect, incumbent.rig, incumbent.parameters, starts, options.replays_max);
+    if (found.cost < nearly_none * incumbent.cost || found.cost > hardly_less * incumbent.cost) {
+        return found;
+    }
+    const std::string_view key = effect.parameters[0].key;
+    fit_result best;
+    best.cost = unlimited;
+    for (const double factor : {0.88, 0.91, 0.94, 0.97, 1.03, 1.06, 1.09, 1.12}) {
+        rig tried = found.rig;
+        for (const free_parameter &known : incumbent.parameters) {
+            if (known.expected_sd < unlimited) {
+                set_number(tried, known.key->path, known.expected);
+            }
+        }
+        set_number(tried, key, factor * value_of(found.rig, key));
+        fit_result fitted = fit(model, noise, tried, incumbent.parameters, options.replays_max / 2);
+        if (fitted.cost < best.cost) {
+            best = std::move(fitted);
+        }
+    }
+    fit_result other = fit(model, noise, best.rig, found.parameters, options.replays_max);
+    return other.cost < found.cost ? other : found;
 }
 
 std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &effect)
@@ -116,8 +151,7 @@ double exceeded_by(const std::vector<double> &error, const std::vector<row_use> 
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
-    const bool is_hidden_robot =
-        options.robot_in_force && model.which() == block::force && effect.switches && effect.block() == "robot";
+    const bool is_hidden_robot = options.robot_in_force && model.which() == block::force && effect.hides_in_reports;
     return !effect.is_of_single_samples && effect.starts != nullptr &&
            (is_hidden_robot || acts_in(effect, model.which(), model.data(), given)) &&
            std::find(found.begin(), found.end(), &effect) == found.end() &&
@@ -151,7 +185,8 @@ double bic_of(double cost, std::size_t rows, std::size_t parameters)
     return count * std::log(std::max(cost, 1e-300) / count) + static_cast<double>(parameters) * std::log(count);
 }
 
-record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error)
+record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error,
+                        const search_options &options)
 {
     const record &record = model.data();
     record_scales scales;
@@ -191,9 +226,14 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
     }
     scales.residual = rms_of(error, model.uses(), row_use::fit);
     scales.residual_peak = exceeded_by(error, model.uses(), 0.005);
+    const bool is_force = model.which() == block::force;
+    scales.residual_m =
+        is_force ? scales.residual * scales.position_m / std::max(scales.force_N, 1e-300) : scales.residual;
     scales.residual_frequency_Hz = strongest_frequency_Hz(error, record.period_s);
     if (model.which() == block::robot) {
         scales.clocks = drifting_clocks(error, model.motion().at_tick_m, record.period_s, 6);
+    }
+    if (model.which() == block::robot || options.robot_in_force) {
         scales.residual_pitch_m = strongest_pitches_m(error, model.motion().at_tick_m, 3);
     }
     return scales;
@@ -208,7 +248,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
     const known_slopes slopes = slopes_at(model, noise, incumbent, here);
     const tangent_space base(incumbent, slopes);
-    const record_scales scales = scales_of(model, incumbent.rig, error);
+    const record_scales scales = scales_of(model, incumbent.rig, error, options);
 
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
@@ -248,8 +288,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         made.effect = start.effect;
         made.fitted =
             start.effect->decides_what_follows && same == 0
-                ? fit_progressively(model, noise, *start.effect, incumbent.rig, incumbent.parameters,
-                                    rigs_of(starts, *start.effect), options.replays_max)
+                ? fit_what_decides(model, noise, *start.effect, incumbent, rigs_of(starts, *start.effect), options)
             : start.effect->is_rough
                 ? fit_rough(model, noise, *start.effect,
                             rough_start(model, noise, start, starts, incumbent, options), incumbent, options)

@@ -21,7 +21,7 @@ struct candidate {
 
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
-    bool robot_in_force = false;      /* limits and steps of the robot, too, that its own noise may hide */
+    bool robot_in_force = false;      /* what its own noise may hide of the robot, too */
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */
@@ -36,13 +36,19 @@ std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
                                            const std::vector<const effect *> &found, const search_options &options);
 
 /* How large things are in this block. */
-record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error);
+record_scales scales_of(block_model &model, const rig &rig, const std::vector<double> &error,
+                        const search_options &options = {});
 
 /* Tries every effect that acts in the block and is not in `found`: first one replay for each start, projected on
  * what the base model could make up for; then a fit of the most promising ones. Best BIC first. */
 std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
                                       const rig &given, const std::vector<const effect *> &found,
                                       const search_options &options);
+
+/* An effect of one size, searched on a grid from the start divided by `factor` to its multiple, which closes in on
+ * the best one, with the base model fitted in between. The usual factor is about the spacing of the starts. */
+fit_result fit_rough(block_model &model, const noise_model &noise, const effect &effect, const rig &start,
+                     const fit_result &incumbent, const search_options &options, double factor = 1.3);
 
 /* An effect fitted anew, beginning where it was `found`, together with the incumbent's parameters. */
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,

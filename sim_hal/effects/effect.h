@@ -1,6 +1,6 @@
 /* The library of effects: what a real rig does and the base model does not. An effect is one file that says what it
  * is, which keys of the rig switch it on, from where a search for it starts, and what it does in its block; and one
- * line in library.cpp. */
+ * line in effects.h. */
 #ifndef SIM_HAL_EFFECTS_EFFECT_H
 #define SIM_HAL_EFFECTS_EFFECT_H
 
@@ -30,6 +30,7 @@ struct record_scales {
     double acceleration_m_per_s2 = 0.0;
     double force_N = 0.0;                 /* largest */
     double residual = 0.0;                /* rms of the block's error, in m or N */
+    double residual_m = 0.0;              /* the same as a way: of a force, by how far the contact gives */
     double residual_peak = 0.0;           /* one row in 200 is further off */
     double residual_frequency_Hz = 0.0;   /* strongest line of the error */
     std::vector<double> residual_pitch_m; /* strongest periods of the error over position */
@@ -54,11 +55,25 @@ enum class small_motion {
     in_the_equations /* exactly what it is, eigenvalues or exponents have it */
 };
 
+/* What to measure by itself where no excitation of the loop tells the effect from another one. */
+struct calibration {
+    int rank = 0;          /* of a pair of effects, the one with the lower rank is the surer one to measure */
+    std::string_view what; /* empty: its first parameter */
+};
+
+/* Of objects: those that a tool touches from one side are contacts. */
+enum class object_needed { any, contact, no_contact };
+
 struct effect {
     std::string_view name;    /* block.what */
     std::string_view physics; /* one sentence with the equation */
     std::string_view source;
     std::vector<effect_parameter> parameters;
+    berth::calibration calibration;
+    object_needed object = object_needed::any;
+
+    /* Whether the robot's position shows it, though it is of another block. */
+    bool acts_in_robot = false;
 
     /* Sizes from which a fit starts. */
     std::vector<effect_values> (*starts)(const rig &base, const record_scales &scales);
@@ -90,6 +105,10 @@ struct effect {
 
     /* Whether it acts by thresholds: of a size a little off, it now and then acts at another tick. */
     bool switches = false;
+
+    /* Of a robot: whether it may be too small for the reports of the robot and yet show in the force of a stiff
+     * contact, which is then asked for it. */
+    bool hides_in_reports = false;
 
     /* Where it switches decides all that follows: what is left then is no evidence for another effect. */
     bool decides_what_follows = false;

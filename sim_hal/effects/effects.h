@@ -4,49 +4,55 @@
 
 #include "effect.h"
 
+/* All there are, in the order in which they are listed. A new effect is a file of its own and a line here. */
+#define EFFECT_LIBRARY(EFFECT)                                                                                      \
+    EFFECT(robot_dead_time)                                                                                         \
+    EFFECT(robot_dead_time_drift)                                                                                   \
+    EFFECT(robot_gain)                                                                                              \
+    EFFECT(robot_lag)                                                                                               \
+    EFFECT(robot_resonance)                                                                                         \
+    EFFECT(robot_velocity_limit)                                                                                    \
+    EFFECT(robot_acceleration_limit)                                                                                \
+    EFFECT(robot_backlash)                                                                                          \
+    EFFECT(robot_deadband)                                                                                          \
+    EFFECT(robot_lost_commands)                                                                                     \
+    EFFECT(robot_periodic_error)                                                                                    \
+    EFFECT(manipulator_parameters)                                                                                  \
+    EFFECT(manipulator_coulomb_friction)                                                                            \
+    EFFECT(manipulator_asymmetric_friction)                                                                         \
+    EFFECT(manipulator_cubic_stiffness)                                                                             \
+    EFFECT(manipulator_quadratic_stiffness)                                                                         \
+    EFFECT(manipulator_backlash)                                                                                    \
+    EFFECT(manipulator_gravity_offset)                                                                              \
+    EFFECT(object_parameters)                                                                                       \
+    EFFECT(object_cubic_stiffness)                                                                                  \
+    EFFECT(object_quadratic_stiffness)                                                                              \
+    EFFECT(object_coulomb_friction)                                                                                 \
+    EFFECT(object_backlash)                                                                                         \
+    EFFECT(object_second_mode)                                                                                      \
+    EFFECT(object_hysteresis)                                                                                       \
+    EFFECT(object_stiffness_drift)                                                                                  \
+    EFFECT(object_loss_of_contact)                                                                                  \
+    EFFECT(object_impact_damping)                                                                                   \
+    EFFECT(sensor_bias)                                                                                             \
+    EFFECT(sensor_drift)                                                                                            \
+    EFFECT(sensor_gain)                                                                                             \
+    EFFECT(sensor_lag)                                                                                              \
+    EFFECT(sensor_delay)                                                                                            \
+    EFFECT(sensor_saturation)                                                                                       \
+    EFFECT(sensor_quantisation)                                                                                     \
+    EFFECT(sensor_dropouts)                                                                                         \
+    EFFECT(sensor_spikes)                                                                                           \
+    EFFECT(sensor_periodic_disturbance)                                                                             \
+    EFFECT(loop_lost_samples)                                                                                       \
+    EFFECT(loop_clock_drift)
+
 namespace berth
 {
 
-effect robot_dead_time();
-effect robot_dead_time_drift();
-effect robot_gain();
-effect robot_lag();
-effect robot_resonance();
-effect robot_velocity_limit();
-effect robot_acceleration_limit();
-effect robot_backlash();
-effect robot_deadband();
-effect robot_lost_commands();
-effect robot_periodic_error();
-effect manipulator_parameters();
-effect manipulator_coulomb_friction();
-effect manipulator_asymmetric_friction();
-effect manipulator_cubic_stiffness();
-effect manipulator_quadratic_stiffness();
-effect manipulator_backlash();
-effect manipulator_gravity_offset();
-effect object_parameters();
-effect object_cubic_stiffness();
-effect object_quadratic_stiffness();
-effect object_coulomb_friction();
-effect object_backlash();
-effect object_second_mode();
-effect object_hysteresis();
-effect object_stiffness_drift();
-effect object_loss_of_contact();
-effect object_impact_damping();
-effect sensor_bias();
-effect sensor_drift();
-effect sensor_gain();
-effect sensor_lag();
-effect sensor_delay();
-effect sensor_saturation();
-effect sensor_quantisation();
-effect sensor_dropouts();
-effect sensor_spikes();
-effect sensor_periodic_disturbance();
-effect loop_lost_samples();
-effect loop_clock_drift();
+#define DECLARE_EFFECT(name) effect name();
+EFFECT_LIBRARY(DECLARE_EFFECT)
+#undef DECLARE_EFFECT
 
 } // namespace berth
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "by_step.h"
 #include "effect.h"
 
 namespace berth
@@ -109,13 +110,11 @@ class first_order_lag final : public motion_stage
     void start(double value) override { before_ = output_ = value; }
     double advance(double value, double step_s) override
     {
-        if (step_s != step_s_) {
-            step_s_ = step_s;
-            decay_ = lag_s_ > 0.0 ? std::exp(-step_s / lag_s_) : 0.0;
-        }
+        const double decay =
+            decay_.at(step_s, [this](double h) { return lag_s_ > 0.0 ? std::exp(-h / lag_s_) : 0.0; });
         const double rise = (value - before_) / step_s;
         const double behind = rise * lag_s_; /* of a straight line, for ever */
-        output_ = value - behind + (output_ - before_ + behind) * decay_;
+        output_ = value - behind + (output_ - before_ + behind) * decay;
         before_ = value;
         return output_;
     }
@@ -127,8 +126,7 @@ class first_order_lag final : public motion_stage
 
   private:
     double lag_s_;
-    double step_s_ = -1.0;
-    double decay_ = 0.0;
+    by_step<double> decay_;
     double before_ = 0.0;
     double output_ = 0.0;
 };

@@ -8,48 +8,9 @@ namespace berth
 
 const std::vector<effect> &effect_library()
 {
-    static const std::vector<effect> library = {
-        robot_dead_time(),
-        robot_dead_time_drift(),
-        robot_gain(),
-        robot_lag(),
-        robot_resonance(),
-        robot_velocity_limit(),
-        robot_acceleration_limit(),
-        robot_backlash(),
-        robot_deadband(),
-        robot_lost_commands(),
-        robot_periodic_error(),
-        manipulator_parameters(),
-        manipulator_coulomb_friction(),
-        manipulator_asymmetric_friction(),
-        manipulator_cubic_stiffness(),
-        manipulator_quadratic_stiffness(),
-        manipulator_backlash(),
-        manipulator_gravity_offset(),
-        object_parameters(),
-        object_cubic_stiffness(),
-        object_quadratic_stiffness(),
-        object_coulomb_friction(),
-        object_backlash(),
-        object_second_mode(),
-        object_hysteresis(),
-        object_stiffness_drift(),
-        object_loss_of_contact(),
-        object_impact_damping(),
-        sensor_bias(),
-        sensor_drift(),
-        sensor_gain(),
-        sensor_lag(),
-        sensor_delay(),
-        sensor_saturation(),
-        sensor_quantisation(),
-        sensor_dropouts(),
-        sensor_spikes(),
-        sensor_periodic_disturbance(),
-        loop_lost_samples(),
-        loop_clock_drift(),
-    };
+#define MADE_EFFECT(name) name(),
+    static const std::vector<effect> library = {EFFECT_LIBRARY(MADE_EFFECT)};
+#undef MADE_EFFECT
     return library;
 }
 

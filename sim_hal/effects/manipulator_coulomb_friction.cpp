@@ -10,6 +10,7 @@ effect manipulator_coulomb_friction()
     made.name = "manipulator.coulomb_friction";
     made.physics = "Dry friction: Fc sign(x') against the motion, and as much as is needed to stick.";
     made.source = "Coulomb; time stepping after Moreau";
+    made.calibration = {12, "pull the manipulator slowly over short ways, and record the force over the way"};
     made.parameters = {{"manipulator.coulomb_friction_N", 0.0, 1e7, "dry friction"},
                        {"manipulator.coulomb_presliding_m", 0.0, 1.0, "way over which dry friction builds up"}};
     made.starts = [](const rig &, const record_scales &scales) { return friction_starts(scales); };

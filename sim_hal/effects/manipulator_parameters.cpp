@@ -9,6 +9,7 @@ effect manipulator_parameters()
     made.name = "manipulator.parameters";
     made.physics = "M, D and K lie beyond the tolerances that the rig file gives.";
     made.source = "the rig file";
+    made.calibration = {14, "weigh what the manipulator moves, and measure its spring by itself"};
     made.parameters = {{"manipulator.mass_kg", 1e-6, 1e9, {}},
                        {"manipulator.damping_N_s_per_m", 0.0, 1e9, {}},
                        {"manipulator.stiffness_N_per_m", 0.0, 1e12, {}}};

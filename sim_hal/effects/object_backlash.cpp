@@ -19,6 +19,7 @@ effect object_backlash()
         return std::make_unique<spring_gap>(value_of(rig, "object.stiffness_N_per_m"),
                                             0.5 * value_of(rig, "object.backlash_m"));
     };
+    made.object = object_needed::no_contact;
     return made;
 }
 

@@ -10,6 +10,7 @@ effect object_coulomb_friction()
     made.name = "object.coulomb_friction";
     made.physics = "Dry friction: Fc sign(x') against the motion, and as much as is needed to stick.";
     made.source = "Coulomb; time stepping after Moreau";
+    made.calibration = {11, "pull the object slowly over short ways, and record its force over the way"};
     made.parameters = {{"object.coulomb_friction_N", 0.0, 1e7, "dry friction"},
                        {"object.coulomb_presliding_m", 0.0, 1.0, "way over which dry friction builds up"}};
     made.starts = [](const rig &, const record_scales &scales) { return friction_starts(scales); };

@@ -53,6 +53,7 @@ effect object_hysteresis()
         "Friction that builds up over a length: a further force Fh z, z' = x'/xh (1 - sign(x') z) (Dahl), or "
         "z' = x'/xh (1 - |z|^n (1 + sign(x' z))/2) (Bouc-Wen).";
     made.source = "Dahl 1968; Bouc 1967, Wen 1976";
+    made.calibration = {10, "pull the object slowly over short ways, and record its force over the way"};
     made.parameters = {{"object.hysteresis_force_N", 0.0, 1e7, "Fh, largest force of the hysteresis"},
                        {"object.hysteresis_length_m", 1e-9, 10.0, "xh, over which it builds up"},
                        {"object.hysteresis_exponent", 0.0, 6.0, "n of Bouc-Wen; 0: Dahl"}};

@@ -18,6 +18,7 @@ effect object_impact_damping()
         return sizes_of(1.0 / std::max(1e-9, scales.velocity_m_per_s), {0.03, 0.1, 0.3, 1.0, 3.0, 10.0});
     };
     made.is_proportional = true;
+    made.object = object_needed::contact;
     return made;
 }
 

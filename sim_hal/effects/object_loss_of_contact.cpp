@@ -19,6 +19,7 @@ effect object_loss_of_contact()
     made.decides_what_follows = true;
     made.fits_max = 3;
     made.when_small = small_motion::higher_order;
+    made.object = object_needed::no_contact;
     return made;
 }
 

@@ -9,6 +9,7 @@ effect object_parameters()
     made.name = "object.parameters";
     made.physics = "m, d and k lie beyond the tolerances that the rig file gives.";
     made.source = "the rig file";
+    made.calibration = {13, "weigh the object, and measure its spring by itself"};
     made.parameters = {{"object.mass_kg", 1e-6, 1e9, {}},
                        {"object.damping_N_s_per_m", 0.0, 1e9, {}},
                        {"object.stiffness_N_per_m", 0.0, 1e12, {}}};

@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "by_step.h"
 #include "effects.h"
 
 namespace berth
@@ -21,23 +23,21 @@ class hanging_mass final : public force_stage
     void start(const body_motion &motion) override { before_m_per_s_ = motion.velocity_m_per_s; }
     double force_N(const body_motion &motion, double step_s) override
     {
-        if (step_s != step_s_) {
-            find_transition(step_s);
-        }
+        const transition &a = transitions_.at(step_s, [this](double h) { return transition_over(h); });
         /* The force slows the object that kicks: force = from + by kick, kick = free + slowed force. */
         const double spring = -mass_kg_ * w_ * w_;
         const double damper = -mass_kg_ * 2.0 * z_ * w_;
         const double free = before_m_per_s_ - motion.velocity_m_per_s;
         const double slowed = motion.velocity_per_force;
-        const double end_N = spring * (a_[0] * offset_m_ + a_[1] * rate_m_per_s_) +
-                             damper * (a_[2] * offset_m_ + a_[3] * rate_m_per_s_);
+        const double end_N =
+            spring * (a[0] * offset_m_ + a[1] * rate_m_per_s_) + damper * (a[2] * offset_m_ + a[3] * rate_m_per_s_);
         const double from_N = 0.5 * (force_N_ + end_N);
-        const double by = 0.25 * (spring * a_[1] + damper * (a_[3] + 1.0));
+        const double by = 0.25 * (spring * a[1] + damper * (a[3] + 1.0));
         const double kick = (free + slowed * from_N) / (1.0 - slowed * by);
         before_m_per_s_ -= kick;
         const double rate = rate_m_per_s_ + 0.5 * kick;
-        const double next_m = a_[0] * offset_m_ + a_[1] * rate;
-        rate_m_per_s_ = a_[2] * offset_m_ + a_[3] * rate + 0.5 * kick;
+        const double next_m = a[0] * offset_m_ + a[1] * rate;
+        rate_m_per_s_ = a[2] * offset_m_ + a[3] * rate + 0.5 * kick;
         offset_m_ = next_m;
         const double before_N = force_N_;
         force_N_ = spring * offset_m_ + damper * rate_m_per_s_;
@@ -45,25 +45,22 @@ class hanging_mass final : public force_stage
     }
 
   private:
-    void find_transition(double step_s)
+    using transition = std::array<double, 4>;
+
+    transition transition_over(double step_s) const
     {
-        step_s_ = step_s;
         const double decay = std::exp(-z_ * w_ * step_s);
         const double under = 1.0 - z_ * z_;
         const double wd = w_ * std::sqrt(std::max(1e-12, std::abs(under)));
         const double c = under > 0.0 ? std::cos(wd * step_s) : std::cosh(wd * step_s);
         const double s = (under > 0.0 ? std::sin(wd * step_s) : std::sinh(wd * step_s)) / wd;
-        a_[0] = decay * (c + z_ * w_ * s);
-        a_[1] = decay * s;
-        a_[2] = -decay * w_ * w_ * s;
-        a_[3] = decay * (c - z_ * w_ * s);
+        return {decay * (c + z_ * w_ * s), decay * s, -decay * w_ * w_ * s, decay * (c - z_ * w_ * s)};
     }
 
     double mass_kg_;
     double w_;
     double z_;
-    double step_s_ = -1.0;
-    double a_[4] = {};
+    by_step<transition> transitions_;
     double offset_m_ = 0.0;
     double rate_m_per_s_ = 0.0;
     double before_m_per_s_ = 0.0;

@@ -16,6 +16,7 @@ effect robot_acceleration_limit()
     };
     made.is_rough = true;
     made.switches = true;
+    made.hides_in_reports = true;
     return made;
 }
 

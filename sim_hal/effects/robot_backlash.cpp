@@ -13,16 +13,25 @@ class play final : public motion_stage
 {
   public:
     explicit play(double half_m) : half_m_(half_m) {}
-    void start(double value) override { held_m_ = value; }
+    void start(double value) override { held_m_ = driven_m_ = value; }
     double advance(double value, double) override
     {
+        const double before_m = held_m_;
         held_m_ = std::min(std::max(held_m_, value - half_m_), value + half_m_);
+        /* It stood until the gap was crossed, and went with the drive for the rest of the step. */
+        const double way_m = value - driven_m_;
+        const double share = way_m == 0.0 ? 1.0 : (held_m_ - before_m) / way_m;
+        bulge_m_ = 0.5 * (share - 1.0) * (held_m_ - before_m);
+        driven_m_ = value;
         return held_m_;
     }
+    double bulge() const override { return bulge_m_; }
 
   private:
     double half_m_;
     double held_m_ = 0.0;
+    double driven_m_ = 0.0;
+    double bulge_m_ = 0.0;
 };
 
 } // namespace

@@ -51,6 +51,7 @@ effect robot_deadband()
     made.is_rough = true;
     made.acts_at_once = true;
     made.switches = true;
+    made.hides_in_reports = true;
     made.fits_max = 1;
     return made;
 }

@@ -3,12 +3,13 @@
 #define SIM_HAL_EFFECTS_ROBOT_DRIVE_H
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "active.h"
+#include "by_step.h"
 
 namespace berth
 {
@@ -34,28 +35,20 @@ class transfer_behaviour
     }
     double advance(double goal_m, double step_s)
     {
-        if (step_s != steps_[0].step_s) {
-            if (step_s != steps_[1].step_s) {
-                steps_[1] = transition_over(step_s);
-            }
-            std::swap(steps_[0], steps_[1]);
-        }
-        const transition &t = steps_[0];
+        const transition &a = transitions_.at(step_s, [this](double h) { return transition_over(h); });
         const double rise = (goal_m - before_m_) / step_s;
         const double behind_m = 2.0 * z_ * rise / w_;
         const double offset_m = position_m_ - (before_m_ - behind_m);
         const double rate = velocity_m_per_s_ - rise;
-        position_m_ = goal_m - behind_m + t.a[0] * offset_m + t.a[1] * rate;
-        velocity_m_per_s_ = rise + t.a[2] * offset_m + t.a[3] * rate;
+        position_m_ = goal_m - behind_m + a[0] * offset_m + a[1] * rate;
+        velocity_m_per_s_ = rise + a[2] * offset_m + a[3] * rate;
         before_m_ = goal_m;
         return position_m_;
     }
 
   private:
-    struct transition {
-        double step_s = -1.0;
-        double a[4] = {};
-    };
+    using transition = std::array<double, 4>;
+
     transition transition_over(double step_s) const
     {
         const double under = 1.0 - z_ * z_;
@@ -65,14 +58,13 @@ class transfer_behaviour
         const double decay = std::exp(-z_ * w_ * step_s + grow);
         const double c = under > 0.0 ? std::cos(wd * step_s) : 0.5 * (1.0 + std::exp(-2.0 * grow));
         const double s = under > 0.0 ? std::sin(wd * step_s) : 0.5 * (1.0 - std::exp(-2.0 * grow));
-        return {step_s,
-                {decay * (c + z_ * w_ * s / wd), decay * s / wd, -decay * w_ * w_ * s / wd,
-                 decay * (c - z_ * w_ * s / wd)}};
+        return {decay * (c + z_ * w_ * s / wd), decay * s / wd, -decay * w_ * w_ * s / wd,
+                decay * (c - z_ * w_ * s / wd)};
     }
 
     double w_;
     double z_;
-    transition steps_[2];
+    by_step<transition> transitions_;
     double before_m_ = 0.0;
     double position_m_ = 0.0;
     double velocity_m_per_s_ = 0.0;
@@ -107,6 +99,9 @@ class robot_drive
         }
         return position_m;
     }
+
+    /* Of the tool's last step: see motion_stage. What follows a corner in the drive has not seen it. */
+    double bulge_m() const { return stages_.empty() ? 0.0 : stages_.back()->bulge(); }
 
     /* The reference is at goal_m all of a sudden. */
     double jump(double goal_m)

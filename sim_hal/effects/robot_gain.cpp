@@ -26,6 +26,8 @@ effect robot_gain()
     made.name = "robot.gain";
     made.physics = "The robot goes too far or not far enough: r = (1 + e) x.";
     made.source = "calibration of drives and kinematics; Krenn & Schaefer, Fig. 5";
+    made.calibration = {
+        4, "move the robot between two places, and measure the way with another instrument (dial gauge, laser)"};
     made.parameters = {{"robot.gain_error", -0.9, 2.0, "e: the robot goes to (1 + e) x"}};
     made.starts = [](const rig &, const record_scales &) { return both_signs({0.03}); };
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {

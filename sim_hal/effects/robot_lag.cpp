@@ -11,6 +11,7 @@ effect robot_lag()
     made.name = "robot.lag";
     made.physics = "The robot follows like a first-order low-pass: tau r' = u - r.";
     made.source = "position controllers without feed-forward";
+    made.calibration = {6, "time the robot's answer to a step with a recorder much faster than the loop"};
     made.parameters = {{"robot.lag_ms", 0.0, 2000.0, "tau of a first-order lag"}};
     made.look_alike = "robot.dead_time";
     made.starts = [](const rig &, const record_scales &scales) {

@@ -42,7 +42,7 @@ effect robot_periodic_error()
         std::vector<effect_values> all;
         for (const double pitch_m : scales.residual_pitch_m) {
             for (const double phase_rad : {-2.356, -0.785, 0.785, 2.356}) {
-                all.push_back({1.4 * scales.residual, pitch_m, phase_rad});
+                all.push_back({1.4 * scales.residual_m, pitch_m, phase_rad});
             }
         }
         return all;
@@ -58,6 +58,7 @@ effect robot_periodic_error()
         return 1.5 * value_of(fitted, "robot.periodic_error_pitch_m") < 2.0 * scales.position_m;
     };
     made.is_proportional = true;
+    made.hides_in_reports = true;
     made.generalises = "robot.gain";
     return made;
 }

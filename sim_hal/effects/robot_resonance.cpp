@@ -23,6 +23,10 @@ effect robot_resonance()
         return all;
     };
     made.generalises = "robot.lag";
+    /* Faster than the samples it is a lag or a delay. */
+    made.is_seen = [](const rig &fitted, const record_scales &scales) {
+        return fitted.robot.transfer_frequency_Hz < 0.5 / scales.period_s;
+    };
     return made;
 }
 

@@ -13,6 +13,7 @@ effect robot_velocity_limit()
     made.parameters = {{"robot.velocity_limit_m_per_s", 1e-9, 1e9, {}}};
     made.starts = [](const rig &, const record_scales &scales) { return limits_below(scales.velocity_m_per_s); };
     made.switches = true;
+    made.hides_in_reports = true;
     return made;
 }
 

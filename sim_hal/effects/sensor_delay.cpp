@@ -10,6 +10,7 @@ effect sensor_delay()
     made.name = "sensor.delay";
     made.physics = "The force comes later or earlier than told: another T_S.";
     made.source = "data sheets of force sensors";
+    made.calibration = {7, "tap the sensor while another instrument records the tap on the clock of the loop"};
     made.parameters = {{"sensor.delay_ms", 0.0, 1000.0, {}}};
     made.starts = [](const rig &base, const record_scales &scales) {
         return shifted(base.sensor.delay_ms, 1e3 * scales.period_s);

@@ -25,6 +25,7 @@ effect sensor_drift()
     made.name = "sensor.drift";
     made.physics = "The zero of the sensor wanders: y = F + r t.";
     made.source = "strain gauges and temperature";
+    made.calibration = {3, "read the sensor with nothing attached to it for as long as the record lasted"};
     made.parameters = {{"sensor.drift_N_per_s", -1e6, 1e6, "r: the zero wanders by r t"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({0.05 * scales.force_N / scales.duration_s});

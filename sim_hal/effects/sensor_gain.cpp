@@ -25,6 +25,7 @@ effect sensor_gain()
     made.name = "sensor.gain";
     made.physics = "The sensor shows too much or too little: y = (1 + e) F.";
     made.source = "calibration";
+    made.calibration = {1, "load the sensor with a known mass at rest, and compare what it shows with the weight"};
     made.parameters = {{"sensor.gain_error", -0.9, 5.0, "e: the sensor shows (1 + e) F"}};
     made.starts = [](const rig &, const record_scales &) { return both_signs({0.05}); };
     made.on_samples = [](const rig &rig) -> std::unique_ptr<sample_stage> {

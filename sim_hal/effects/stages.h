@@ -24,6 +24,9 @@ class motion_stage
     virtual void start(double value) = 0;
     virtual double advance(double value, double step_s) = 0;
 
+    /* Where it turned off a straight line on the last step: by how much it passed beside that line on average. */
+    virtual double bulge() const { return 0.0; }
+
     /* The signal jumps to `value`. */
     virtual double jump(double value) { return advance(value, 0.0); }
 };

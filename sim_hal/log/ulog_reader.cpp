@@ -16,6 +16,14 @@ constexpr std::size_t message_header_bytes = 3;
 constexpr std::string_view known_messages = "BFIADO"; /* those that log_file writes */
 constexpr std::size_t can_data_bytes_max = 8;
 
+/* Of logs from before motors at their torque limits were told: the same bytes, with 0 in their place. */
+std::string arm_format_without_motors()
+{
+    const std::string now = "uint16_t guided_by;uint16_t motors_at_limit;";
+    std::string format = arm_record_format;
+    return format.replace(format.find(now), now.size(), "uint32_t guided_by;");
+}
+
 } // namespace
 
 ulog_reader::ulog_reader(const std::string &path) : path_(path)
@@ -77,8 +85,10 @@ void ulog_reader::read_header()
         throw input_error(path_ +
                           ": carries no configuration; is it a log of this program, and not cut in its header?");
     }
-    const bool has_other_arm = std::any_of(formats.begin(), formats.end(), [](std::string_view format) {
-        return format.substr(0, 4) == "arm:" && format != arm_record_format;
+    const std::string without_motors = arm_format_without_motors();
+    knows_motors_ = formats.count(without_motors) == 0;
+    const bool has_other_arm = std::any_of(formats.begin(), formats.end(), [&](std::string_view format) {
+        return format.substr(0, 4) == "arm:" && format != arm_record_format && format != without_motors;
     });
     if (formats.count(tick_record_format) + formats.count(frame_record_format) < 2 || has_other_arm) {
         throw input_error(path_ + ": its records have other fields than this program's; it was written by another "

@@ -28,6 +28,9 @@ class ulog_reader
     /* The configuration that the log was made with. Throws input_error. */
     rig recorded_rig() const;
 
+    /* Its arm records, if any, tell of motors at their torque limits; else they have 0 there. */
+    bool knows_motors() const { return knows_motors_; }
+
     /* The file ends within a message. */
     bool is_cut() const { return is_cut_; }
 
@@ -43,6 +46,7 @@ class ulog_reader
     std::string bytes_;
     std::size_t at_ = 0;
     std::map<std::string, std::string> infos_;
+    bool knows_motors_ = true;
     bool is_cut_ = false;
     bool has_dropouts_ = false;
 };

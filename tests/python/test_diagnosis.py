@@ -5,6 +5,7 @@ import gzip
 import json
 import os
 import pty
+import re
 import resource
 import subprocess
 import threading
@@ -108,6 +109,29 @@ def test_a_software_mismatch_is_said(log, tmp_path):
     """The firmware of the log had another mass: the command does not replay."""
     found = diagnose(tmp_path, log, "--rig", "ess", "--set", "manipulator.mass_kg=201")
     assert found["verdict"] == "software_mismatch" and found["block"] == "manipulator"
+
+
+def test_a_probability_stays_one(tmp_path):
+    """Six lost samples in 20 s: of 0 to 0.16 %, not less."""
+    lost = ["--set", "loop.lost_sample_probability=0.0007", "--set", "run.seed=3"]
+    assert command("run", "ess", *RUN, *lost, "--out", tmp_path).returncode == EXIT_DONE
+    done = command("diagnose", tmp_path / "ess.ulg", "--rig", "ess", "--out", tmp_path)
+    found = json.loads((tmp_path / "diagnosis.json").read_text())
+    parameter = found["causes"][0]["parameters"][0]
+    assert parameter["key"] == "loop.lost_sample_probability" and parameter["ci95"][0] == 0.0
+    assert parameter["value"] < parameter["ci95"][1] < 0.01
+    assert "lost_sample_probability = 0.00075424 (0 to 0.0016)" in done.stdout.decode()
+
+
+def test_what_was_not_fitted_stands_as_given(tmp_path):
+    undamped = ["--set", "object.damping_N_s_per_m=0"]
+    assert command("run", "ess", *RUN, *undamped, "--out", tmp_path).returncode == EXIT_DONE
+    done = command("diagnose", tmp_path / "ess.ulg", "--rig", "ess", *undamped, "--set", "object.mass_kg=60", "--out",
+                   tmp_path)
+    found = json.loads((tmp_path / "diagnosis.json").read_text())
+    fitted = {one["name"]: one["fitted"] for one in found["causes"][0]["parameters"]}
+    assert fitted == {"mass_kg": True, "damping_N_s_per_m": False, "stiffness_N_per_m": True}
+    assert "damping_N_s_per_m = 0, as given" in done.stdout.decode()
 
 
 # --- measured data ------------------------------------------------------------------------------------------------
@@ -271,15 +295,6 @@ def test_the_rate_that_is_asked_for_is_taken(oscillation, tmp_path):
     assert list(values(found)) == ["manipulator.parameters"]
 
 
-@pytest.mark.parametrize("turn", [lambda x: x, lambda x: x[::-1], lambda x: -x])
-def test_a_second_half_that_is_the_first(tmp_path, turn):
-    t_s, command_m, robot_m = motion()
-    half = len(t_s) // 2
-    robot_m = np.concatenate((robot_m[:half], turn(robot_m[:half])))
-    refused(tmp_path, write(tmp_path / "copy.csv", HEADER, t_s, command_m, robot_m), "second half",
-            "independent evidence")
-
-
 def test_a_file_that_is_no_record(tmp_path):
     (tmp_path / "empty.csv").write_bytes(b"")
     refused(tmp_path, tmp_path / "empty.csv", "is empty")
@@ -368,3 +383,17 @@ def test_the_library_is_listed():
     assert len(listed) == 40 and listed["robot.backlash"]["parameters"][0]["unit"] == "m"
     assert all(effect["physics"] and effect["source"] for effect in listed.values())
     assert (ROOT / "sim_hal" / "effects" / "robot_backlash.cpp").exists()
+
+
+def test_an_effect_is_one_file_and_one_line():
+    """README's example is the real file, and every file of an effect has its line."""
+    folder = ROOT / "sim_hal" / "effects"
+    example = (folder / "sensor_drift.cpp").read_text()
+    assert f"```cpp\n{example}```" in (ROOT / "README.md").read_text()
+    lines = re.findall(r"^    EFFECT\((\w+)\)", (folder / "effects.h").read_text(), re.MULTILINE)
+    files = [path.stem for path in folder.glob("*.cpp") if f"effect {path.stem}()" in path.read_text()]
+    assert sorted(lines) == sorted(files) and "sensor_drift" in lines
+    listed = json.loads(command("effects", "--json").stdout)
+    assert [name.replace("_", ".", 1) for name in lines] == [effect["effect"] for effect in listed]
+    elsewhere = [path for path in (ROOT / "sim_hal").rglob("*.cpp") if "sensor_drift" in path.read_text()]
+    assert [path.name for path in elsewhere] == ["sensor_drift.cpp"]

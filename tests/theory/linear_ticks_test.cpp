@@ -25,13 +25,25 @@ std::vector<double> wandering(std::size_t steps)
     return position_m;
 }
 
+/* Of the steps that end at those positions: every fifth has a corner. */
+std::vector<double> corners(std::size_t positions)
+{
+    std::vector<double> bulge_m(positions, 0.0);
+    for (std::size_t i = 1; i < positions; i += 5) {
+        bulge_m[i] = 2e-6 * std::sin(0.7 * static_cast<double>(i));
+    }
+    return bulge_m;
+}
+
 /* Largest difference of the sampled force, and the largest force, N. */
-std::pair<double, double> compare(const rig &rig, int steps_min)
+std::pair<double, double> compare(const rig &rig, int steps_min, bool has_corners)
 {
     constexpr std::size_t ticks = 400;
     const double period_s = config_period_s(&rig.firmware);
     const tick_steps tick = divide_tick(rig, period_s, steps_min);
     const std::vector<double> position_m = wandering(ticks * tick.count());
+    const std::vector<double> bulge_m =
+        has_corners ? corners(position_m.size()) : std::vector<double>(position_m.size(), 0.0);
     object_steps object(rig);
     object.start(rig, position_m[0], 0.0);
     REQUIRE(object.is_linear());
@@ -44,15 +56,17 @@ std::pair<double, double> compare(const rig &rig, int steps_min)
     double difference_N = 0.0;
     double largest_N = 0.0;
     const double *at_m = position_m.data();
+    const double *beside_m = bulge_m.data();
     for (std::size_t n = 0; n < ticks; n++) {
-        const double by_ticks_N = whole.advance(state, at_m);
+        const double by_ticks_N = whole.advance(state, at_m, has_corners ? beside_m + 1 : nullptr);
         double by_steps_N = 0.0;
         for (std::size_t step = 0; step < tick.count(); step++) {
             if (step == tick.sample_after) {
                 by_steps_N = object.measured_N();
             }
-            object.advance(maps[tick.kind[step]], tick.duration_s[step], {at_m[0], at_m[1], 0.0}, 0.0);
+            object.advance(maps[tick.kind[step]], tick.duration_s[step], {at_m[0], at_m[1], beside_m[1]}, 0.0);
             at_m++;
+            beside_m++;
         }
         difference_N = std::max(difference_N, std::abs(by_ticks_N - by_steps_N));
         largest_N = std::max(largest_N, std::abs(by_steps_N));
@@ -67,13 +81,16 @@ TEST_CASE("linear object: whole ticks are their steps one after another, whereve
     for (const char *const delay : {"sensor.delay_ms=2.5", "sensor.delay_ms=1.1", "sensor.delay_ms=6.4"}) {
         for (const char *const dead_time : {"robot.dead_time_ms=17.5", "robot.dead_time_ms=16.9"}) {
             for (const char *const order : {"sensor.low_pass_order=1", "sensor.low_pass_order=2"}) {
-                for (const int steps_min : {1, 8}) {
+                for (const int variant : {0, 1, 2, 3}) {
+                    const int steps_min = variant % 2 == 0 ? 1 : 8;
+                    const bool has_corners = variant >= 2;
                     CAPTURE(delay);
                     CAPTURE(dead_time);
                     CAPTURE(order);
                     CAPTURE(steps_min);
+                    CAPTURE(has_corners);
                     const auto [difference_N, largest_N] =
-                        compare(load_rig("ess", {delay, dead_time, order}), steps_min);
+                        compare(load_rig("ess", {delay, dead_time, order}), steps_min, has_corners);
                     CHECK(largest_N > 1.0);
                     CHECK(difference_N < 1e-11 * largest_N);
                 }

@@ -1,0 +1,204 @@
+#include "mistaken_signals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "../../hal/rig/rig_file.h"
+#include "block_model.h"
+#include "record_columns.h"
+
+namespace berth
+{
+
+namespace
+{
+
+struct mistake {
+    std::string_view signal;
+    double scale; /* that would put it right */
+    std::string_view what;
+    double error = unlimited; /* that is left with it, of the output's own size */
+    bool is_sure = false;
+};
+
+constexpr mistake mistakes_of_force[] = {
+    {"force_N", -1.0, "had the opposite sign"}, {"force_N", 1e3, "were in kN"}, {"force_N", 1e-3, "were in mN"}};
+constexpr mistake mistake_of_command{"command_position_m", 1e-3, "were in mm"};
+constexpr mistake mistakes_of_robot[] = {{"robot_position_m", -1.0, "had the opposite sign"},
+                                         {"robot_position_m", 1e-3, "were in mm"}};
+constexpr mistake mistakes_of_operator[] = {{"operator_force_N", -1.0, "had the opposite sign"},
+                                            {"operator_force_N", 1e3, "were in kN"},
+                                            {"operator_force_N", 1e-3, "were in mN"},
+                                            {"operator_position_m", -1.0, "had the opposite sign"},
+                                            {"operator_position_m", 1e-3, "were in mm"}};
+
+std::vector<mistake> mistakes_in(block block)
+{
+    std::vector<mistake> all;
+    const auto add = [&](const auto &more) { all.insert(all.end(), std::begin(more), std::end(more)); };
+    if (block == block::robot) {
+        add(mistakes_of_robot);
+    } else {
+        add(mistakes_of_force);
+    }
+    if (block == block::manipulator) {
+        add(mistakes_of_operator);
+    }
+    all.push_back(mistake_of_command);
+    return all;
+}
+
+std::vector<double> *member_of(record &data, std::string_view signal)
+{
+    for (const signal_member &known : signal_members) {
+        if (known.name == signal) {
+            return &(data.*known.member);
+        }
+    }
+    return nullptr;
+}
+
+/* rms of what the rig as given does not explain, of that of the output about its mean. */
+double share_unexplained(block block, const record &data, const rig &given)
+{
+    const sample_events none;
+    block_model model(block, data, given, none, held_out_parts::none);
+    std::vector<double> error;
+    model.error(given, error);
+    const std::vector<double> &output = model.measured();
+    double mean = 0.0;
+    double rows = 0.0;
+    double square = 0.0;
+    for (std::size_t n = 0; n < output.size(); n++) {
+        if (model.uses()[n] == row_use::fit) {
+            rows += 1.0;
+            const double off = output[n] - mean;
+            mean += off / rows;
+            square += off * (output[n] - mean);
+        }
+    }
+    return square > 0.0 ? rms_of(error, model.uses(), row_use::fit) / std::sqrt(square / rows) : 0.0;
+}
+
+/* Those after which far less is left, the best one first. */
+std::vector<mistake> find_mistakes(block block, const record &data, const rig &given)
+{
+    constexpr double is_far = 0.5; /* a rig file that is only wrong leaves less, a sign 2, a factor 1 or 1000 */
+    constexpr double far_less = 0.3;
+    /* Only where next to nothing is right as it stands, and nearly all is with it, a rig file cannot be that wrong.
+     */
+    constexpr double is_wrong = 0.9;
+    constexpr double is_right = 0.1;
+    const double before = share_unexplained(block, data, given);
+    /* A manipulator starts anew again and again from what was measured: its errors are small in any case. */
+    if (!(before > (block == block::manipulator ? 0.0 : is_far))) {
+        return {};
+    }
+    std::vector<mistake> found;
+    record changed = data;
+    for (mistake &one : std::vector<mistake>(mistakes_in(block))) {
+        std::vector<double> &values = *member_of(changed, one.signal);
+        const std::vector<double> original = values;
+        if (values.empty()) {
+            continue;
+        }
+        std::transform(values.begin(), values.end(), values.begin(), [&](double x) { return one.scale * x; });
+        one.error = share_unexplained(block, changed, given);
+        values = original;
+        if (one.error < is_far && one.error < far_less * before) {
+            /* A force that hardly acts may be one that something else holds against. */
+            const bool is_off =
+                block == block::manipulator && one.signal == "force_N" && one.scale < 1.0 && one.scale > 0.0;
+            one.is_sure =
+                !is_off && (block == block::manipulator || before > is_wrong) && one.error < is_right * before;
+            found.push_back(one);
+        }
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const mistake &a, const mistake &b) { return a.error < b.error; });
+    return found;
+}
+
+std::string number(double value)
+{
+    char text[40];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return text;
+}
+
+/* As it should stand in the rig file. */
+std::string mapping_of(const mistake &one, const rig &given)
+{
+    const signal_source source = source_of(given, one.signal);
+    return "[signals] " + std::string(one.signal) + " = { column = \"" + source.column +
+           "\", scale = " + number(one.scale * source.scale) +
+           (source.offset == 0.0 ? "" : ", offset = " + number(one.scale * source.offset)) + " }";
+}
+
+bool is_mapped(const rig &given, std::string_view signal)
+{
+    return std::any_of(given.signals.begin(), given.signals.end(),
+                       [&](const signal_source &source) { return source.signal == signal; });
+}
+
+/* A controller that sends back the setpoint in the place of the measured position. */
+bool is_echo(const record &data, const rig &given)
+{
+    const std::vector<double> &command = data.command_position_m;
+    const std::vector<double> &robot = data.robot_position_m;
+    if (command.empty() || robot.empty() || 1e-3 * given.robot.dead_time_ms < data.period_s) {
+        return false;
+    }
+    const auto [least, largest] = std::minmax_element(command.begin(), command.end());
+    const double same_m = 1e-9 * (*largest - *least);
+    double rows = 0.0;
+    for (std::size_t n = 0; n < command.size(); n++) {
+        rows += std::abs(robot[n] - command[n]) <= same_m ? 1.0 : 0.0;
+    }
+    return rows > 0.99 * static_cast<double>(command.size());
+}
+
+} // namespace
+
+void refuse_mistaken_signals(record &data, const rig &given)
+{
+    if (data.header_line == 0) {
+        return; /* a log has its own signs and units */
+    }
+    if (is_echo(data, given)) {
+        throw input_error(data.path + ":" + std::to_string(data.header_line) +
+                          ": robot_position_m repeats command_position_m, although the rig's robot has a dead time: "
+                          "an echoed setpoint is no measured position; name the column of the measured one in "
+                          "[signals], or leave it out");
+    }
+    for (const block block : {block::manipulator, block::robot, block::force}) {
+        if (!can_replay(data, block)) {
+            continue;
+        }
+        const std::vector<mistake> found = find_mistakes(block, data, given);
+        if (found.empty()) {
+            continue;
+        }
+        const mistake &best = found.front();
+        const std::string name(best.signal);
+        std::string words = name + " looks as if it " + std::string(best.what);
+        std::string cure = mapping_of(best, given);
+        for (const mistake &other : found) {
+            if (other.signal != best.signal && other.error < 1.1 * best.error + 1e-3) {
+                words += ", or " + std::string(other.signal) + " as if it " + std::string(other.what);
+                cure += " or " + mapping_of(other, given);
+                break;
+            }
+        }
+        words += ": say in the rig file " + cure;
+        if (is_mapped(given, best.signal) || !best.is_sure) {
+            data.notes.push_back(words);
+            continue;
+        }
+        throw input_error(data.path + ":" + std::to_string(data.header_line) + ": " + words +
+                          "; or scale = 1, if it is right as it is");
+    }
+}
+
+} // namespace berth
