@@ -33,7 +33,8 @@ QUANTITIES = {  # field: (in its unit, axis)
 def draw_panel(axes, found, force, quantity):
     scale, _ = QUANTITIES[quantity]
     for integrator, colour in COLOURS.items():
-        rows = [row for row in found["rows"] if row["integrator"] == integrator and row["force"] == force]
+        rows = [row for row in found["rows"] if row["integrator"] == integrator and row["force"] == force
+                and row["substeps"] == 1]
         points = [(row["step_ms"], scale * row[quantity]) for row in rows
                   if row[quantity] is not None and row["tool_m"] is not None and row["tool_m"] < LOST_m]
         axes.loglog(*zip(*points), "o-", color=colour, markersize=4, label=integrator.replace("_", " "))

@@ -3,8 +3,8 @@
 
 Prints a table of medians and 99.9 % values over all rounds, of all samples and of the least of each tick over several
 passes of the same motion (what a tick took at best is its own; the rest came from outside), ratios within each round, and
-instructions a step counted by callgrind; writes build/bench_arm.json. Times only inform; a count that is not the same from step to step ends it
-with 1.
+instructions of single steps counted by callgrind, each as what one step more adds; writes build/bench_arm.json. Times only
+inform; a count that is not the same from step to step ends it with 1.
 """
 
 import argparse
@@ -20,7 +20,9 @@ ARMS = {
     "two links on a satellite, planar": ("two_link.urdf", ["--planar"], "planar", 5000),
     "seven joints on a satellite": ("seven.urdf", ["--tool", "gripper"], "spatial", 20000),
 }
-SPREAD_MAX = 0.05  # of the instructions a step, from one stretch to the next
+SPREAD_MAX = 0.05  # of the instructions of single steps: what the most and the least differ by
+FIRST_STEPS = (1, 51, 501)  # single steps are counted from each of these on ...
+SINGLE_STEPS = 4  # ... so many
 
 
 def output_of(*command):
@@ -36,10 +38,13 @@ def instructions(arm, steps):
     return int(re.search(r"Collected : (\d+)", run.stderr)[1])
 
 
-def counted(arm, stretch):
-    """Instructions a step in two stretches, one after the other."""
-    first, second, third = (instructions(arm, count * stretch) for count in (1, 2, 3))
-    return (second - first) / stretch, (third - second) / stretch
+def counted(arm):
+    """Instructions of single steps, one after the other in each of some stretches."""
+    found = []
+    for first in FIRST_STEPS:
+        sums = [instructions(arm, first - 1 + count) for count in range(SINGLE_STEPS + 1)]
+        found += [after - before for before, after in zip(sums, sums[1:])]
+    return found
 
 
 def measured(urdf, options, kind, rounds, samples):
@@ -51,7 +56,7 @@ def measured(urdf, options, kind, rounds, samples):
         own = json.loads(output_of("build/arm_bench", "time", arm, samples).stdout)
         peers = json.loads(output_of("build/arm_peers", f"tests/arms/{urdf}", kind, samples).stdout)
         timed.append({**own, **peers})
-    return timed, counted(arm, max(samples // 20, 50))
+    return timed, counted(arm)
 
 
 VALUES = ("median_ns", "p99.9_ns", "least_median_ns", "least_p99.9_ns")
@@ -71,15 +76,15 @@ def main():
     quick = parser.parse_args().quick
     told, steady = {}, True
     for title, (urdf, options, kind, aim_ns) in ARMS.items():
-        timed, (first, second) = measured(urdf, options, kind, 1 if quick else 7, 500 if quick else 10000)
-        steady = steady and abs(second / first - 1.0) <= SPREAD_MAX
+        timed, single = measured(urdf, options, kind, 1 if quick else 7, 500 if quick else 10000)
+        steady = steady and max(single) <= (1.0 + SPREAD_MAX) * min(single)
         print(f"{title}\n  {'':24} {'all':>10} {'':>10} {'least of each tick':>21}\n"
               f"  {'':24} {'median ns':>10} {'99.9 % ns':>10} {'median ns':>10} {'99.9 % ns':>10}")
         for name in timed[0]:
             print(f"  {name:24} " + " ".join(f"{over_rounds(timed, name, value):10.0f}" for value in VALUES))
         figures = {
             "aim_ns": aim_ns,
-            "instructions_a_step": [first, second],
+            "instructions_of_single_steps": single,
             "dynamics_to_pinocchio": ratio(timed, "forward_dynamics", "pinocchio_aba"),
             "step_to_mujoco": ratio(timed, "implicit_midpoint", "mujoco_step"),
             "step_to_mujoco_with_motors": ratio(timed, "implicit_midpoint", "mujoco_step_with_motors"),
@@ -87,7 +92,8 @@ def main():
         }
         print(f"  aim of a step {aim_ns} ns; dynamics / Pinocchio's {figures['dynamics_to_pinocchio']:.2f}, "
               f"step / MuJoCo's {figures['step_to_mujoco']:.2f}, with motors "
-              f"{figures['step_to_mujoco_with_motors']:.2f}; {first:.0f} instructions a step, then {second:.0f}")
+              f"{figures['step_to_mujoco_with_motors']:.2f}; {min(single)} to {max(single)} instructions in {len(single)} "
+              f"single steps")
         told[title] = figures
     (ROOT / "build" / "bench_arm.json").write_text(json.dumps(told, indent=2))
     return 0 if steady else 1

@@ -28,7 +28,7 @@ def accuracy_of(log, path):
             return None
     try:
         found = json.loads(path.read_text())
-        arm_hash, step_ms = found["arm_hash"], found["step_ms"]
+        arm_hash, step_ms, _ = found["arm_hash"], found["step_ms"], found["substeps"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: is not what `berth accuracy RIG --json` prints ({error!r})") from error
     if ARM_SECTION not in log.config_text:
@@ -48,13 +48,23 @@ def error_text(tool_m):
     return "more than 1 m: the steps blow up" if tool_m is None or tool_m > 1.0 else f"{1e6 * tool_m:.3g} \u00b5m"
 
 
+def percent_text(percent):
+    return f"{percent:.2g}" if percent < 100 else f"{percent:.0f}"
+
+
 def statement(found):
     """The accuracy in one sentence."""
     repeatability_um = 1e6 * found["repeatability_m"]
-    tool_m = found["tool_m"]
-    share = "" if tool_m is None else f", {100.0 * tool_m / found['repeatability_m']:.2g} % of the robot's repeatability"
-    return (f"At {found['step_ms']:g} ms the worst end-effector error is {error_text(tool_m)}{share} of "
-            f"{repeatability_um:g} \u00b5m.")
+    substeps = f" in {found['substeps']} substeps" if found["substeps"] > 1 else ""
+
+    def share(tool_m, of=""):
+        return "" if tool_m is None else f", {percent_text(100.0 * tool_m / found['repeatability_m'])} %{of}"
+
+    tool_m, held_m, led_m = found["tool_m"], found["held_tool_m"], found["led_tool_m"]
+    of_it = f" of the robot's repeatability of {repeatability_um:g} \u00b5m"
+    return (f"At {found['step_ms']:g} ms{substeps} the worst end-effector error of the integrator alone is "
+            f"{error_text(tool_m)}{share(tool_m, of_it)}; with the force held over the step, as the loop does, it is "
+            f"{error_text(held_m)}{share(held_m)}; led by half a step {error_text(led_m)}{share(led_m)}.")
 
 
 def section(found):
@@ -66,8 +76,7 @@ def section(found):
     encoded = base64.b64encode(picture.getvalue()).decode()
     words = (f"Found by berth accuracy with {html.escape(found['arm'])} and {html.escape(found['integrator'])}, in a "
              f"berthing of 60 s with contact, up to {found['largest_force_N']:.4g} N: not in this run itself. The truth is "
-             f"CVODE at 1e-12. That is the integrator alone; with the force held over the step, as the loop does, it is "
-             f"{error_text(found['held_tool_m'])}, with the force led by half a step {error_text(found['led_tool_m'])}.")
+             f"CVODE at 1e-12.")
     return (f'<section id="accuracy">\n<h2>Accuracy of the fixed step</h2>\n<p><strong>{statement(found)}</strong> '
             f'{words}</p>\n<img alt="error of the tool over the step" style="max-width: 100%" '
             f'src="data:image/png;base64,{encoded}">\n</section>')

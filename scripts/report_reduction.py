@@ -102,7 +102,7 @@ def sweeps_of(log, berth):
             low, high = range_of(joint)
             if high - low > 1.999 * np.pi:  # all round: both ends are one pose
                 high -= (high - low) / count
-            words = [str(berth), "reduce", str(rig), "--json", "--unguided", "--sweep",
+            words = [str(berth), "reduce", str(rig), "--json", "--sweep",
                      f"{number + 1}={low!r}:{high!r}:{count}"]
             done = subprocess.run(words, capture_output=True, text=True)
             if done.returncode != 0:
@@ -213,7 +213,7 @@ def section(log, sweeps):
     words = ("Each joint by itself, the others where the run starts; green is what the run came through. Both models, small "
              "motions about rest, are in this run's loop with the object gripped: the whole arm linearised, and, of the "
              "modes that its own springs hold, that by which the tool moves most along the direction as the manipulator of "
-             "one degree of freedom (berth reduce --unguided). Above 0 the oscillation grows. The critical dead time is the "
+             "one degree of freedom (berth reduce). Above 0 the oscillation grows. The critical dead time is the "
              f"robot's, up to which the loop is stable; triangles: longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
     if log.config["manipulator"]["arm"].get("attitude", {}).get("actuator") == "thrusters":
         words += " Thrusters are left out of both."

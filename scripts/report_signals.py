@@ -334,11 +334,37 @@ def limit_words(summary):
     return ", ".join(acted) if acted else "never"
 
 
+def guidance(summary):
+    """What an arm's guidance held back of the operator's orders, as a fact; none without an arm."""
+    if summary["guidance"] is None:
+        return []
+    acted = [f"{name} {ticks}, from {summary['guidance']['first_s'][name]:.2f} s on"
+             for name, ticks in summary["guidance"]["ticks"].items() if ticks > 0]
+    return [("guidance acted", "; ".join(acted) if acted else "never", "ticks" if acted else "")]
+
+
+def motors(summary):
+    """How often an arm's motors were at their torque limits, as a fact; none without an arm, or where no log tells."""
+    if summary["motors"] is None:
+        return []
+    ticks = summary["motors"]["limit_ticks"]
+    return [("motors at torque limit", f"{ticks}, from {summary['motors']['first_s']:.2f} s on" if ticks else "never",
+             "ticks" if ticks else "")]
+
+
+def nothing_moved(log):
+    """The manipulator kept within the setpoint's step of 10 pm."""
+    return np.ptp(log.tick["manipulator_position_m"][log.tick["state"] == STATES.index("running")]) <= 1e-11
+
+
 def verdict(log, summary):
     """Stable or diverging, and what has to be known beside it."""
     notes = [note for note in (stop_sentence(log, summary),) if note]
     if summary["limit_ticks"] and any(summary["limit_ticks"].values()):
         notes.append(f"Limits acted (ticks): {limit_words(summary)}.")
+    if summary["motors"] and summary["motors"]["limit_ticks"]:
+        notes.append(f"Motors were at their torque limit in {summary['motors']['limit_ticks']} ticks: the growth of a "
+                     "saturated loop says nothing of small motions.")
     if summary["cut"]:
         notes.append("The log is cut: shown up to its last whole tick.")
     if summary["missing_ticks"]:
@@ -348,8 +374,16 @@ def verdict(log, summary):
     if not (log.tick["state"] == STATES.index("running")).any():
         return Verdict("Never ran", "The loop never reached the state running: there is no motion to judge.",
                        NEUTRAL, alarm(summary), notes)
+    if not summary["gripped"]:
+        return Verdict("Never gripped", "The loop ran, but never with the object held or touched: there is none to judge.",
+                       NEUTRAL, alarm(summary), notes)
     if summary["stable"] is None:
-        sentence = ("There is too little free oscillation to measure a growth rate." if summary["stop_cause"] == "none"
+        growth_per_s = summary["growth_per_s"]
+        sentence = (f"The oscillation {'decays' if growth_per_s < 0 else 'grows'} by {abs(growth_per_s):.6f} /s, no more "
+                    f"than its interval of ± {summary['growth_ci95_per_s']:.1g} /s: the record does not tell decay from "
+                    "growth." if growth_per_s is not None and abs(growth_per_s) <= summary["growth_ci95_per_s"]
+                    else "Nothing moved: there is no motion to judge." if nothing_moved(log)
+                    else "There is too little free oscillation to measure a growth rate." if summary["stop_cause"] == "none"
                     else "The loop was stopped before there was enough motion to judge.")
         return Verdict("Not determined", sentence, NEUTRAL, alarm(summary), notes)
     word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)
@@ -405,6 +439,8 @@ def facts(log, summary):
         ("overruns", str(summary["overruns"]), "missed ticks"),
         ("supervisor", summary["state"], "" if cause == "none" else f"because: {words(cause)}"),
         ("limits acted", limit_words(summary), "ticks" if any(summary["limit_ticks"].values()) else ""),
+        *guidance(summary),
+        *motors(summary),
         ("frames", f"{summary['frames_accepted']:,} taken".replace(",", " "),
          f"{summary['frames_rejected']} rejected, {summary['frames_lost']} lost, {summary['error_frames']} error "
          f"frames; {summary['saturated_setpoints']} setpoints saturated"),

@@ -66,6 +66,8 @@ static int is_inertia(const double i[6])
 static struct arm_error check_body(const struct arm_body *body, const char *section, int64_t joint, int is_planar)
 {
     const struct arm_error wrong_mass = {section, joint, "mass_kg", "must be 0 or more"};
+    const struct arm_error no_mass = {
+        section, joint, "mass_kg", "is missing, or 0, and yet there are moments of inertia; state both or neither"};
     const struct arm_error too_heavy = {section, joint, "mass_kg", "must be 1e12 at most"};
     const struct arm_error too_far = {section, joint, "centre_m", "must be 1e6 m away at most"};
     const struct arm_error too_hard_to_turn = {section, joint, "inertia_kg_m2", "must be 1e18 at most"};
@@ -93,6 +95,9 @@ static struct arm_error check_body(const struct arm_body *body, const char *sect
     }
     if (!are_within(body->inertia_kg_m2, 6, 1e18)) {
         return too_hard_to_turn;
+    }
+    if (body->mass_kg == 0.0 && !are_within(body->inertia_kg_m2, 6, 0.0)) {
+        return no_mass;
     }
     if (is_planar) {
         return body->inertia_kg_m2[5] >= 0.0 ? no_error : wrong_turning;
@@ -254,9 +259,11 @@ struct arm_error arm_validate(const struct arm_config *config)
         return (struct arm_error){"base", 0, "gravity_m_per_s2", "must be finite, and 1e6 at most"};
     }
     const double *q = config->base_attitude;
-    if (is_planar ? !isfinite(q[0]) : !(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-9)) {
+    if (is_planar ? !(fabs(q[0]) <= ARM_ANGLE_MAX_rad)
+                  : !(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-9)) {
         return (struct arm_error){"base", 0, is_planar ? "turn_rad" : "quaternion",
-                                  is_planar ? "must be finite" : "must have length 1"};
+                                  is_planar ? "must be within 1e6 rad; leave whole turns out"
+                                            : "must have length 1"};
     }
     struct arm_error error = check_body(&config->base, "base", 0, is_planar);
     for (int64_t i = 0; i < config->joint_count && error.key == NULL; i++) {

@@ -26,6 +26,7 @@ struct moving_arm {
     double way_m;                             /* of the tool along it that counts as position 0 */
     robot_frame<Space> frame;                 /* for the robot's further axes */
     double period_s;
+    std::uint32_t motors_at_limit; /* a bit a joint, in the period before */
 };
 static_assert(sizeof(moving_arm<plane>) <= ARM_MEMORY_BYTES && sizeof(moving_arm<space>) <= ARM_MEMORY_BYTES,
               "an arm fits into its memory");
@@ -128,6 +129,7 @@ void rest_at(arm_motion &motion, double position_m)
     state.link_rate().setZero();
     state.motor_rate().setZero();
     state.motor_rad() = joint_vector(state.link_rad());
+    arm.motors_at_limit = 0;
     arm.guide = guidance_at(arm.body, joint_vector(state.motor_rad()));
     arm.guide.home.origin_m -= arm.direction_in_base * position_m;
     arm.way_m = arm.direction.dot(tool_in_world(arm).origin_m) - position_m;
@@ -154,9 +156,10 @@ void step(arm_motion &motion, const operator_command &command, double force_N)
                                       arm.control.thruster_torque_N_m, arm.guide.motor_rad,
                                       arm.guide.motor_rad_per_s};
     const double step_s = arm.period_s / static_cast<double>(config.substeps);
+    arm.motors_at_limit = 0;
     for (int64_t i = 0; i < config.substeps; i++) {
         arm.state = advanced(arm.body, arm.state, input, static_cast<arm_integrator>(config.integrator), step_s,
-                             static_cast<double>(i) * step_s);
+                             static_cast<double>(i) * step_s, &arm.motors_at_limit);
     }
     look(motion, arm);
     if (motion.has_sides) {
@@ -195,7 +198,8 @@ void write(const moving_arm<Space> &arm, arm_record &record)
     }
     record.wheel_N_m_s = std::sqrt(state.wheel().squaredNorm());
     record.thruster_N_m = std::sqrt(arm.control.thruster_torque_N_m.squaredNorm());
-    record.guided_by = arm.guide.active;
+    record.guided_by = static_cast<uint16_t>(arm.guide.active);
+    record.motors_at_limit = static_cast<uint16_t>(arm.motors_at_limit);
     record.order = static_cast<uint32_t>(arm.guide.mode);
 }
 

@@ -5,7 +5,8 @@
 #include <stdint.h>
 
 /* Base in the world: a planar one turns by base_turn_rad; a spatial one is turned as its quaternion says. Joints
- * that an arm does not have are 0. guided_by: enum guidance_limit. */
+ * that an arm does not have are 0. guided_by: enum guidance_limit. motors_at_limit: a bit a joint, the first is bit
+ * 0: its motor was at its torque limit on the way here. */
 #define ARM_RECORD_FIELDS(X)                                                                                        \
     X(uint64_t, timestamp)                                                                                          \
     X(double, base_x_m)                                                                                             \
@@ -35,7 +36,8 @@
     X(double, tool_z_m)                                                                                             \
     X(double, wheel_N_m_s)                                                                                          \
     X(double, thruster_N_m)                                                                                         \
-    X(uint32_t, guided_by)                                                                                          \
+    X(uint16_t, guided_by)                                                                                          \
+    X(uint16_t, motors_at_limit)                                                                                    \
     X(uint32_t, order)
 
 #define ARM_RECORD_MEMBER(type, name) type name;

@@ -146,7 +146,7 @@ elastic_joints drive_joints(const chain<Space> &chain, const chain_state<Space> 
 {
     const double half_s = 0.5 * step_s;
     elastic_joints result = {
-        {joint_vector::Zero(), joint_vector::Zero()}, joint_vector::Zero(), joint_vector::Zero()};
+        {joint_vector::Zero(), joint_vector::Zero()}, joint_vector::Zero(), joint_vector::Zero(), 0};
     for (int i = 0; i < chain.joint_count; i++) {
         const chain_joint<Space> &joint = chain.joints[i];
         const double motor_rate = state.motor_rate()(i);
@@ -163,6 +163,7 @@ elastic_joints drive_joints(const chain<Space> &chain, const chain_state<Space> 
         if (expected > joint.torque_limit_N_m || expected < -joint.torque_limit_N_m) {
             servo = expected > 0.0 ? joint.torque_limit_N_m : -joint.torque_limit_N_m;
             giving = 0.0;
+            result.at_limit |= 1U << i;
         }
         const double motor = joint.motor_inertia_kg_m2 + giving;
         const double whole = motor + yielding;
@@ -176,9 +177,11 @@ elastic_joints drive_joints(const chain<Space> &chain, const chain_state<Space> 
 
 template <class Space>
 typename chain_state<Space>::vector derivative(const chain<Space> &chain, const chain_state<Space> &state,
-                                               const chain_input<Space> &input, double offset_s)
+                                               const chain_input<Space> &input, double offset_s,
+                                               std::uint32_t *at_limit)
 {
     const elastic_joints joints = drive_joints(chain, state, input, 0.0, offset_s, joint_vector::Zero());
+    joints.note_limits(at_limit);
     const chain_acceleration<Space> acceleration = forward_dynamics(chain, state, joints.drive, input);
     chain_state<Space> rate;
     if (chain.base_is_free) {
@@ -275,7 +278,7 @@ chain_energy energy(const chain<Space> &chain, const chain_state<Space> &state)
     template elastic_joints drive_joints(const chain<Space> &, const chain_state<Space> &,                          \
                                          const chain_input<Space> &, double, double, const joint_vector &);         \
     template chain_state<Space>::vector derivative(const chain<Space> &, const chain_state<Space> &,                \
-                                                   const chain_input<Space> &, double);                             \
+                                                   const chain_input<Space> &, double, std::uint32_t *);            \
     template tool_jacobian<Space> jacobian_of(const chain<Space> &, const chain_pose<Space> &);                     \
     template chain_inertia<Space> inertia_of_chain(const chain<Space> &, const chain_pose<Space> &);                \
     template wrench_of<Space> momentum(const chain<Space> &, const chain_state<Space> &);                           \

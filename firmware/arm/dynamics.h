@@ -47,10 +47,19 @@ struct elastic_joints {
     joint_drive drive;
     joint_vector motor_offset; /* motor acceleration = offset + share * link acceleration */
     joint_vector motor_share;
+    std::uint32_t at_limit; /* a bit a joint: its servo asked for more torque than the motor has */
 
     joint_vector motor_rad_per_s2(const joint_vector &link_rad_per_s2) const
     {
         return motor_offset + motor_share.cwiseProduct(link_rad_per_s2);
+    }
+
+    /* Adds its bits to those that are there; `set`: may be null. */
+    void note_limits(std::uint32_t *set) const
+    {
+        if (set != nullptr) {
+            *set |= at_limit;
+        }
     }
 };
 
@@ -61,10 +70,11 @@ elastic_joints drive_joints(const chain<Space> &chain, const chain_state<Space> 
                             const chain_input<Space> &input, double step_s, double offset_s,
                             const joint_vector &motor_rad_per_s2);
 
-/* d(state)/dt, all of it, explicit. */
+/* d(state)/dt, all of it, explicit. `at_limit`, if any: takes on the bits of the motors that are at their limits. */
 template <class Space>
 typename chain_state<Space>::vector derivative(const chain<Space> &chain, const chain_state<Space> &state,
-                                               const chain_input<Space> &input, double offset_s);
+                                               const chain_input<Space> &input, double offset_s,
+                                               std::uint32_t *at_limit = nullptr);
 
 /* Twist of the tool in the base's axes = base * twist of the base + joints * joint rates. */
 template <class Space>

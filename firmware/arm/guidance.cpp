@@ -4,6 +4,11 @@
 #include <cmath>
 #include <Eigen/Cholesky>
 
+extern "C" {
+const char *const guidance_limit_names[GUIDANCE_LIMIT_COUNT] = {"rate", "acceleration", "angle", "singular"};
+static_assert(GUIDANCE_SINGULAR == 1 << (GUIDANCE_LIMIT_COUNT - 1), "every limit has a name");
+}
+
 namespace berth
 {
 
@@ -14,6 +19,8 @@ namespace
 constexpr double gain_per_s = 2.0;
 /* A line's speed is reached, and left, within this time. */
 constexpr double ramp_s = 1.0;
+/* A move to the end of the range asks for the very rate that may be: less than this apart they are the same. */
+constexpr double rounding_rad_per_s = 1e-12;
 
 /* The tool's ways that are led: where it is, and, by arms with enough joints, how it is turned. Linear rows by the
  * reach, so that all is in rad. */
@@ -136,16 +143,24 @@ joint_vector rates_along_line(guidance<Space> &guidance, const chain<Space> &cha
     return resolved_rates<Space>(guidance, chain, goal, way * (speed / length_m));
 }
 
+/* The fastest that a motor may go in the tick to come to be at rest after `distance_rad`, no harder than it may: n
+ * more ticks brake, each by the same step, and the distance is T ((n + 1) rate - step n (n + 1) / 2). */
+double rate_to_rest(double distance_rad, const arm_joint &joint, double period_s)
+{
+    const double step = joint.acceleration_limit_rad_per_s2 * period_s;
+    if (!(distance_rad > 0.0 && std::isfinite(distance_rad) && std::isfinite(step))) {
+        return distance_rad / period_s;
+    }
+    constexpr double whole_from = 4503599627370496.0; /* 2^52: a double has no fraction any more */
+    const double exactly = 0.5 * (std::sqrt(1.0 + 8.0 * distance_rad / (step * period_s)) - 1.0);
+    const double n = exactly < whole_from ? static_cast<double>(static_cast<int64_t>(exactly)) : exactly;
+    return distance_rad / ((n + 1.0) * period_s) + 0.5 * n * step;
+}
+
 double rate_of_move(double motor_rad, const arm_order &order, const arm_joint &joint, double period_s)
 {
     const double left_rad = order.angle_rad - motor_rad;
-    const double distance_rad = std::abs(left_rad);
-    double rate = distance_rad / period_s;
-    if (std::isfinite(joint.acceleration_limit_rad_per_s2)) {
-        /* From rest to rest in steps of a period: it must still be able to stop from here. */
-        const double step = joint.acceleration_limit_rad_per_s2 * period_s;
-        rate = std::min(rate, 0.5 * (std::sqrt(step * step + 8.0 * step * distance_rad / period_s) - step));
-    }
+    double rate = rate_to_rest(std::abs(left_rad), joint, period_s);
     rate = std::min(rate, order.rate_rad_per_s > 0.0 ? order.rate_rad_per_s : rate);
     rate = std::min(rate, joint.rate_limit_rad_per_s);
     return left_rad < 0.0 ? -rate : rate;
@@ -162,6 +177,24 @@ joint_vector rates_of_joints(const guidance<Space> &guidance, const arm_config &
                        : order.rate_rad_per_s;
     }
     return rates;
+}
+
+/* No joint so fast that it could not be at rest at the end of its range. By itself, not by a factor for all: what
+ * another joint needs must not keep this one from braking. */
+template <class Space>
+void hold_angles(guidance<Space> &guidance, const arm_config &config, double period_s)
+{
+    for (int i = 0; i < static_cast<int>(config.joint_count); i++) {
+        const arm_joint &joint = config.joints[i];
+        const double motor_rad = guidance.motor_rad(i);
+        const double rate = guidance.motor_rad_per_s(i);
+        const double allowed = std::clamp(rate, -rate_to_rest(motor_rad - joint.angle_min_rad, joint, period_s),
+                                          rate_to_rest(joint.angle_max_rad - motor_rad, joint, period_s));
+        guidance.motor_rad_per_s(i) = allowed;
+        if (std::abs(allowed - rate) > rounding_rad_per_s) {
+            guidance.active |= GUIDANCE_ANGLE;
+        }
+    }
 }
 
 /* No joint faster, no joint harder than it may, all by one factor; none beyond its angles. */
@@ -188,15 +221,7 @@ void set_rates(guidance<Space> &guidance, const arm_config &config, joint_vector
         guidance.active |= GUIDANCE_ACCELERATION;
     }
     guidance.motor_rad_per_s += change * (rates - guidance.motor_rad_per_s);
-    for (int i = 0; i < count; i++) {
-        const arm_joint &joint = config.joints[i];
-        const double next_rad = guidance.motor_rad(i) + period_s * guidance.motor_rad_per_s(i);
-        const double allowed_rad = std::clamp(next_rad, joint.angle_min_rad, joint.angle_max_rad);
-        if (allowed_rad != next_rad) {
-            guidance.motor_rad_per_s(i) = (allowed_rad - guidance.motor_rad(i)) / period_s;
-            guidance.active |= GUIDANCE_ANGLE;
-        }
-    }
+    hold_angles(guidance, config, period_s);
 }
 
 } // namespace

@@ -35,6 +35,9 @@ enum guidance_limit {
     GUIDANCE_SINGULAR = 1 << 3,
 };
 
+#define GUIDANCE_LIMIT_COUNT 4
+extern const char *const guidance_limit_names[GUIDANCE_LIMIT_COUNT]; /* by bit number */
+
 #ifdef __cplusplus
 }
 #endif

@@ -39,9 +39,11 @@ chain_state<Space> sped_up(const chain_state<Space> &from, const chain_accelerat
 
 template <class Space>
 chain_state<Space> semi_implicit_euler(const chain<Space> &chain, const chain_state<Space> &state,
-                                       const chain_input<Space> &input, double step_s, double offset_s)
+                                       const chain_input<Space> &input, double step_s, double offset_s,
+                                       std::uint32_t *at_limit)
 {
     const elastic_joints joints = drive_joints(chain, state, input, 0.0, offset_s, joint_vector::Zero());
+    joints.note_limits(at_limit);
     const chain_acceleration<Space> acceleration = forward_dynamics(chain, state, joints.drive, input);
     const chain_state<Space> faster =
         sped_up(state, acceleration, joints.motor_rad_per_s2(acceleration.link_rad_per_s2), step_s);
@@ -52,13 +54,13 @@ chain_state<Space> semi_implicit_euler(const chain<Space> &chain, const chain_st
 
 template <class Space>
 chain_state<Space> rk4(const chain<Space> &chain, const chain_state<Space> &state, const chain_input<Space> &input,
-                       double step_s, double offset_s)
+                       double step_s, double offset_s, std::uint32_t *at_limit)
 {
     const auto rate = [&](const typename chain_state<Space>::vector &values, double after_s) {
         chain_state<Space> at;
         at.values = values;
         at.attitude() = Space::normalised(at.attitude());
-        return derivative(chain, at, input, offset_s + after_s);
+        return derivative(chain, at, input, offset_s + after_s, at_limit);
     };
     const double half_s = 0.5 * step_s;
     const typename chain_state<Space>::vector &start = state.values;
@@ -74,7 +76,8 @@ chain_state<Space> rk4(const chain<Space> &chain, const chain_state<Space> &stat
 
 template <class Space>
 chain_state<Space> implicit_midpoint(const chain<Space> &chain, const chain_state<Space> &state,
-                                     const chain_input<Space> &input, double step_s, double offset_s)
+                                     const chain_input<Space> &input, double step_s, double offset_s,
+                                     std::uint32_t *at_limit)
 {
     const double half_s = 0.5 * step_s;
     chain_state<Space> middle = state;
@@ -94,6 +97,9 @@ chain_state<Space> implicit_midpoint(const chain<Space> &chain, const chain_stat
         middle.velocity() = faster.velocity();
         middle.link_rate() = faster.link_rate();
         middle.motor_rate() = faster.motor_rate();
+        if (i == 1) {
+            joints.note_limits(at_limit);
+        }
     }
     chain_state<Space> result = sped_up(moved(chain, state, middle, step_s), acceleration, motor_rad_per_s2, step_s);
     result.wheel() -= input.wheel_torque_N_m * step_s;
@@ -105,21 +111,21 @@ chain_state<Space> implicit_midpoint(const chain<Space> &chain, const chain_stat
 template <class Space>
 chain_state<Space> advanced(const chain<Space> &chain, const chain_state<Space> &state,
                             const chain_input<Space> &input, arm_integrator integrator, double step_s,
-                            double offset_s)
+                            double offset_s, std::uint32_t *at_limit)
 {
     switch (integrator) {
     case ARM_SEMI_IMPLICIT_EULER:
-        return semi_implicit_euler(chain, state, input, step_s, offset_s);
+        return semi_implicit_euler(chain, state, input, step_s, offset_s, at_limit);
     case ARM_RK4:
-        return rk4(chain, state, input, step_s, offset_s);
+        return rk4(chain, state, input, step_s, offset_s, at_limit);
     default:
-        return implicit_midpoint(chain, state, input, step_s, offset_s);
+        return implicit_midpoint(chain, state, input, step_s, offset_s, at_limit);
     }
 }
 
 template chain_state<plane> advanced(const chain<plane> &, const chain_state<plane> &, const chain_input<plane> &,
-                                     arm_integrator, double, double);
+                                     arm_integrator, double, double, std::uint32_t *);
 template chain_state<space> advanced(const chain<space> &, const chain_state<space> &, const chain_input<space> &,
-                                     arm_integrator, double, double);
+                                     arm_integrator, double, double, std::uint32_t *);
 
 } // namespace berth

@@ -1,6 +1,8 @@
 #include "arm_file.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 
 #include "../../firmware/arm/sine.h"
@@ -145,6 +147,10 @@ class reader
         if (name == "rpy_rad") {
             std::array<double, 3> rpy_rad{};
             numbers(section + ".rpy_rad", node, rpy_rad.data(), 3);
+            if (!std::all_of(rpy_rad.begin(), rpy_rad.end(),
+                             [](double angle_rad) { return std::abs(angle_rad) <= ARM_ANGLE_MAX_rad; })) {
+                fail(where(node), {section + ".rpy_rad", "must be within 1e6 rad; leave whole turns out"});
+            }
             const axes_of_turn axes = from_rpy(rpy_rad);
             std::copy(std::begin(axes.rows), std::end(axes.rows), frame.axes);
             return true;
@@ -188,9 +194,11 @@ void read_joint(reader &reader, const std::string &section, const toml::node &no
     joint.angle_min_rad = -never;
     joint.angle_max_rad = never;
     std::string name = "joint " + std::to_string(arm.config.joint_count + 1);
+    std::string name_place = reader.where(node);
     for (const auto &[key, value] : reader.table(section, node)) {
         if (key.str() == "name") {
-            name = read_text(section + ".name", value, reader.where(value));
+            name_place = reader.where(value);
+            name = read_text(section + ".name", value, name_place);
         } else if (key.str() == "link") {
             read_body(reader, section + ".link", value, joint.link);
         } else if (!reader.frame(section, key.str(), value, joint.frame) &&
@@ -198,6 +206,9 @@ void read_joint(reader &reader, const std::string &section, const toml::node &no
             reader.unknown(section + "." + std::string(key.str()), value,
                            names_of(joint_keys, "name, link, rpy_rad, " + names_of(frame_keys)));
         }
+    }
+    if (std::find(arm.joint_names.begin(), arm.joint_names.end(), name) != arm.joint_names.end()) {
+        fail(name_place, {section + ".name", "there are two joints \"" + name + "\"; each needs a name of its own"});
     }
     arm.joint_names.push_back(name);
     arm.config.joint_count++;
@@ -320,6 +331,17 @@ arm_description read_arm(const toml::table &table, const std::string &origin)
     return arm;
 }
 
+std::string read_arm_file(const std::string &path)
+{
+    std::string text = read_file(path);
+    if (const std::int64_t line = line_of_xml(text); line > 0) {
+        throw input_error(path + ":" + std::to_string(line) +
+                          ": is XML, as URDF is, and no arm file; make one of it with `berth arm ROBOT.urdf --tool "
+                          "LINK > ARM.toml`, the name of ROBOT ending in .urdf");
+    }
+    return text;
+}
+
 arm_description load_arm(const std::string &name_or_path)
 {
     for (const auto &shipped : shipped_arms()) {
@@ -334,7 +356,7 @@ arm_description load_arm(const std::string &name_or_path)
         }
         throw input_error(name_or_path + ": no shipped arm has this name (" + names + ") and there is no such file");
     }
-    arm_description arm = parse_arm(read_file(name_or_path), name_or_path);
+    arm_description arm = parse_arm(read_arm_file(name_or_path), name_or_path);
     if (arm.name.empty()) {
         arm.name = stem_of(name_or_path);
     }

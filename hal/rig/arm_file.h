@@ -23,6 +23,9 @@ arm_description parse_arm(const std::string &text, const std::string &origin);
 /* The name of a shipped arm, or a path. */
 arm_description load_arm(const std::string &name_or_path);
 
+/* Its text; throws input_error where it is a URDF file. */
+std::string read_arm_file(const std::string &path);
+
 /* The same as an arm file: parse_arm() of it gives the same values, bit for bit. `section`: what it is in, as in a
  * rig file; empty: a file of its own. */
 std::string print_arm(const arm_description &arm, const std::string &section = "");

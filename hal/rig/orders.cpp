@@ -1,6 +1,8 @@
 #include "orders.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace berth
 {
@@ -11,7 +13,9 @@ namespace
 constexpr double way_max_m = 6.5; /* of the frame */
 constexpr double speed_max_m_per_s = 4.0;
 constexpr double speed_step_m_per_s = 1e-3;
+constexpr double way_step_m = 2e-4;
 constexpr double rate_max_rad_per_s = 8.3;
+constexpr double rate_step_rad_per_s = 1e-6;
 constexpr double angle_max_rad = 8.3;
 
 double number(const std::string &key, const toml::node &node, const std::string &origin, double limit)
@@ -30,6 +34,18 @@ std::int32_t read_joint(const toml::node &node, const std::string &origin)
         fail(place(origin, node.source()), {"orders.joint", "must be a whole number (is " + text_of(node) + ")"});
     }
     return static_cast<std::int32_t>(number("orders.joint", node, origin, ARM_JOINTS_MAX)) - 1;
+}
+
+bool is_multiple(double value, double step)
+{
+    const double steps = value / step;
+    return std::abs(steps - std::round(steps)) <= 1e-6;
+}
+
+/* The wire rounds it to 0. */
+bool is_lost(double part_m)
+{
+    return part_m != 0.0 && std::abs(part_m) <= 0.499999 * way_step_m;
 }
 
 /* What would be passed over in silence. */
@@ -55,6 +71,15 @@ void read_way(arm_order &order, const toml::node &node, const std::string &origi
     }
     for (std::size_t i = 0; i < way->size(); i++) {
         order.way_m[i] = number("orders.line_m", *way->get(i), origin, way_max_m);
+        if (is_lost(order.way_m[i])) {
+            fail(place(origin, way->get(i)->source()),
+                 {"orders.line_m", "goes over the wire in steps of 0.0002 m, and nothing is left of " +
+                                       number_text(order.way_m[i]) + " m; make it 0 or longer"});
+        }
+    }
+    if (std::all_of(std::begin(order.way_m), std::end(order.way_m), [](double part_m) { return part_m == 0.0; })) {
+        fail(place(origin, node.source()),
+             {"orders.line_m", "goes nowhere; an arm that is to stand still has joint = 1 and rate_rad_per_s = 0"});
     }
     order.kind = ARM_ORDER_LINE;
 }
@@ -174,8 +199,11 @@ std::optional<rig_error> check_orders(const rig &rig)
         if (order.kind == ARM_ORDER_JOINT_MOVE && order.rate_rad_per_s < 0.0) {
             return rig_error{"orders.rate_rad_per_s", "of a move must be 0 (as fast as it may) or more"};
         }
-        const double speed_steps = order.speed_m_per_s / speed_step_m_per_s;
-        if (order.kind == ARM_ORDER_LINE && std::abs(speed_steps - std::round(speed_steps)) > 1e-6) {
+        if (is_joint && !is_multiple(order.rate_rad_per_s, rate_step_rad_per_s)) {
+            return rig_error{"orders.rate_rad_per_s",
+                             "goes over the wire in steps of 0.000001 rad/s and must be a multiple of that"};
+        }
+        if (order.kind == ARM_ORDER_LINE && !is_multiple(order.speed_m_per_s, speed_step_m_per_s)) {
             return rig_error{"orders.speed_m_per_s",
                              "goes over the wire in steps of 0.001 m/s and must be a multiple of that"};
         }

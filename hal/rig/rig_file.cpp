@@ -170,6 +170,23 @@ std::string names_of_shipped_rigs()
     return names;
 }
 
+/* What is no rig, and where it goes. */
+std::string read_rig_file(const std::string &path)
+{
+    std::string text = read_file(path);
+    if (const std::int64_t line = line_of_xml(text); line > 0) {
+        throw input_error(
+            path + ":" + std::to_string(line) +
+            ": is XML, as URDF is, and no rig file; make an arm of it with `berth arm ROBOT.urdf --tool "
+            "LINK > ARM.toml`, and put that into a rig: --set manipulator.arm=ARM.toml");
+    }
+    if (parse_toml(text, path).contains("kind")) {
+        throw input_error(path +
+                          ": is an arm file, and no rig file; put it into a rig: --set manipulator.arm=" + path);
+    }
+    return text;
+}
+
 } // namespace
 
 std::string read_file(const std::string &path)
@@ -235,7 +252,7 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
         throw input_error(name_or_path + ": no shipped rig has this name (" + names_of_shipped_rigs() +
                           ") and there is no such file");
     }
-    rig rig = parse_rig(read_file(name_or_path), name_or_path, overrides, robot);
+    rig rig = parse_rig(read_rig_file(name_or_path), name_or_path, overrides, robot);
     if (rig.name.empty()) {
         rig.name = stem_of(name_or_path);
         if (!is_file_name(rig.name)) {

@@ -143,6 +143,15 @@ bool looks_like_path(const std::string &name_or_path)
     return name_or_path.find('/') != std::string::npos || name_or_path.find(".toml") != std::string::npos;
 }
 
+std::int64_t line_of_xml(const std::string &text)
+{
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (first == std::string::npos || text[first] != '<') {
+        return 0;
+    }
+    return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(first), '\n');
+}
+
 toml::table parse_toml(const std::string &text, const std::string &origin)
 {
     try {

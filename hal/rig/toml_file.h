@@ -68,6 +68,9 @@ std::string stem_of(const std::string &path);
 /* A path rather than the name of something shipped. */
 bool looks_like_path(const std::string &name_or_path);
 
+/* The line on which XML begins, as URDF is: TOML begins with a key, a section or a comment. 0: it is none. */
+std::int64_t line_of_xml(const std::string &text);
+
 } // namespace berth
 
 #endif

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "berthing.h"
@@ -19,6 +20,7 @@ struct accuracy_row {
     arm_integrator integrator;
     berthing_force force;
     double step_ms;
+    std::int64_t substeps;
     double tool_m;
     double force_N; /* nothing of a step's own where the force is that of the truth: then 0 */
     double energy_J;
@@ -31,11 +33,24 @@ struct accuracy {
     int events;  /* touches and releases at which the truth was stopped and started again */
     double force_N; /* the largest of the truth */
     double energy_J;
-    std::vector<momentum_drift> drifts; /* at 2.5 ms, by integrator */
+    std::vector<momentum_drift> drifts; /* in the arm's own steps, by integrator; none on a held base */
+    std::optional<accuracy_row> enough; /* with the arm's own integrator: the fewest substeps of those tried, more
+                                           than it has, that keep the tool within the bound */
 };
 
-/* `tell_progress` hears the share that is done. */
-accuracy find_accuracy(const arm_config &arm, const berthing_plan &plan,
+/* Which step is asked about. */
+struct accuracy_question {
+    double step_ms;    /* one of accuracy_steps_ms */
+    double tool_max_m; /* of the integrator alone; beyond, more substeps are tried */
+};
+
+/* The row of these, which is there. */
+const accuracy_row &row_at(const accuracy &found, arm_integrator integrator, berthing_force force, double step_ms,
+                           std::int64_t substeps);
+
+/* Rows for all steps without substeps, then, for an arm that has some, those of the step that is asked about in so
+ * many. `tell_progress` hears the share that is done. */
+accuracy find_accuracy(const arm_config &arm, const berthing_plan &plan, const accuracy_question &question,
                        const std::function<void(double share)> &tell_progress);
 
 } // namespace berth

@@ -67,6 +67,7 @@ class manoeuvre
     {
         home = tool(start).position_m;
         command_rows = static_cast<int>(std::lround(plan.duration_s / plan.command_period_s));
+        refuse_singular_start();
         lead_joints();
     }
 
@@ -133,6 +134,26 @@ class manoeuvre
     }
 
   private:
+    /* The tool's velocity by the joints' rates, in the world. */
+    Eigen::MatrixXd tool_way(const chain_state<Space> &at) const
+    {
+        const tool_jacobian<Space> jacobian = jacobian_of(chain, pose_of(chain, joint_vector(at.link_rad())));
+        return at.base().axes * jacobian.joints.template bottomRows<Space::dimension>().leftCols(chain.joint_count);
+    }
+
+    /* A stretched arm is not led along itself: no rates do it, or such as no joint has. A twentieth of how far a rad
+     * of all joints leads is the firmware's bound, too: guidance_singular. */
+    void refuse_singular_start() const
+    {
+        constexpr double least_share = 0.05;
+        const Eigen::MatrixXd way = tool_way(start);
+        const Eigen::VectorXd rates = least_norm_solution(way, direction);
+        if ((way * rates - direction).norm() > 1e-6 || 1.0 < least_share * way.norm() * rates.norm()) {
+            throw input_error("the arm starts at or near a singular pose, where its tool cannot be led along the "
+                              "direction of the berthing; change initial_rad of its joints");
+        }
+    }
+
     /* Inverse kinematics with the base where it starts: Newton steps of least squares along the way. */
     void lead_joints()
     {
@@ -142,12 +163,7 @@ class manoeuvre
             const vector goal = home + direction * wanted_m(plan, row * plan.command_period_s);
             vector miss = goal - tool(at).position_m;
             for (int i = 0; i < 50 && miss.norm() > 1e-13; i++) {
-                const tool_jacobian<Space> jacobian =
-                    jacobian_of(chain, pose_of(chain, joint_vector(at.link_rad())));
-                const Eigen::MatrixXd linear =
-                    at.base().axes *
-                    jacobian.joints.template bottomRows<Space::dimension>().leftCols(chain.joint_count);
-                const Eigen::VectorXd step = least_norm_solution(linear, miss);
+                const Eigen::VectorXd step = least_norm_solution(tool_way(at), miss);
                 at.link_rad().head(chain.joint_count) += step * std::min(1.0, 0.2 / std::max(step.norm(), 1e-300));
                 miss = goal - tool(at).position_m;
             }
@@ -275,13 +291,26 @@ object_state object_after(const manoeuvre<Space> &task, const object_state &from
     return object;
 }
 
+/* The step with this number, from 0, of a command period. */
+template <class Space>
+void advance(const chain<Space> &chain, chain_state<Space> &state, const chain_input<Space> &input,
+             arm_integrator integrator, const fixed_step &step, long number)
+{
+    const double substep_s = step.step_s / static_cast<double>(step.substeps);
+    for (std::int64_t i = 0; i < step.substeps; i++) {
+        state = advanced(chain, state, input, integrator, substep_s,
+                         static_cast<double>(number) * step.step_s + static_cast<double>(i) * substep_s);
+    }
+}
+
 template <class Space>
 std::vector<berthing_sample> step_through(const arm_config &arm, const berthing_plan &plan,
-                                          arm_integrator integrator, double step_s, berthing_force force,
+                                          arm_integrator integrator, const fixed_step &step, berthing_force force,
                                           const berthing_truth &truth)
 {
     using vector = world_vector<Space>;
     const manoeuvre<Space> task(arm, plan);
+    const double step_s = step.step_s;
     const long steps = std::lround(plan.command_period_s / step_s);
     const long grid = std::lround(step_s / truth.grid_s);
     chain_state<Space> state = task.start;
@@ -311,7 +340,7 @@ std::vector<berthing_sample> step_through(const arm_config &arm, const berthing_
                 input.tool.force = force == berthing_force::led ? vector(1.5 * now - 0.5 * last_force) : now;
                 last_force = now;
             }
-            state = advanced(task.chain, state, input, integrator, step_s, static_cast<double>(i) * step_s);
+            advance(task.chain, state, input, integrator, step, i);
             const tool_motion<Space> moved = task.tool(state);
             if (force != berthing_force::mean) {
                 object = object_after(task, object, tool, moved, step_s, is_gripped, grip_offset_m);
@@ -327,10 +356,11 @@ std::vector<berthing_sample> step_through(const arm_config &arm, const berthing_
 }
 
 template <class Space>
-momentum_drift drift_of(const arm_config &arm, const berthing_plan &plan, arm_integrator integrator, double step_s)
+momentum_drift drift_of(const arm_config &arm, const berthing_plan &plan, arm_integrator integrator,
+                        const fixed_step &step)
 {
     const manoeuvre<Space> task(arm, plan);
-    const long steps = std::lround(plan.command_period_s / step_s);
+    const long steps = std::lround(plan.command_period_s / step.step_s);
     chain_state<Space> state = task.start;
     attitude_control<Space> control = attitude_control_at(task.start);
     momentum_drift drift;
@@ -340,7 +370,7 @@ momentum_drift drift_of(const arm_config &arm, const berthing_plan &plan, arm_in
         }
         chain_input<Space> input = task.input_at(row, control);
         for (long i = 0; i < steps; i++) {
-            state = advanced(task.chain, state, input, integrator, step_s, static_cast<double>(i) * step_s);
+            advance(task.chain, state, input, integrator, step, i);
         }
         const wrench_of<Space> total = momentum(task.chain, state);
         chain_state<Space> joints_alone = state;
@@ -362,18 +392,18 @@ berthing_truth true_berthing(const arm_config &arm, const berthing_plan &plan, d
 }
 
 std::vector<berthing_sample> stepped_berthing(const arm_config &arm, const berthing_plan &plan,
-                                              arm_integrator integrator, double step_s, berthing_force force,
-                                              const berthing_truth &truth)
+                                              arm_integrator integrator, const fixed_step &step,
+                                              berthing_force force, const berthing_truth &truth)
 {
-    return arm.kind == ARM_PLANAR ? step_through<plane>(arm, plan, integrator, step_s, force, truth)
-                                  : step_through<space>(arm, plan, integrator, step_s, force, truth);
+    return arm.kind == ARM_PLANAR ? step_through<plane>(arm, plan, integrator, step, force, truth)
+                                  : step_through<space>(arm, plan, integrator, step, force, truth);
 }
 
 momentum_drift stepped_momentum(const arm_config &arm, const berthing_plan &plan, arm_integrator integrator,
-                                double step_s)
+                                const fixed_step &step)
 {
-    return arm.kind == ARM_PLANAR ? drift_of<plane>(arm, plan, integrator, step_s)
-                                  : drift_of<space>(arm, plan, integrator, step_s);
+    return arm.kind == ARM_PLANAR ? drift_of<plane>(arm, plan, integrator, step)
+                                  : drift_of<space>(arm, plan, integrator, step);
 }
 
 } // namespace berth

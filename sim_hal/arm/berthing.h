@@ -53,10 +53,16 @@ struct berthing_truth {
 /* Throws input_error where the tool cannot be led along the direction. */
 berthing_truth true_berthing(const arm_config &arm, const berthing_plan &plan, double relative_tolerance);
 
-/* The same in fixed steps of the grid's multiple `step_s`. */
+/* Fixed steps: as the firmware makes them, each in substeps over which the force is the same. */
+struct fixed_step {
+    double step_s; /* a multiple of the truth's grid */
+    std::int64_t substeps;
+};
+
+/* The same in fixed steps. */
 std::vector<berthing_sample> stepped_berthing(const arm_config &arm, const berthing_plan &plan,
-                                              arm_integrator integrator, double step_s, berthing_force force,
-                                              const berthing_truth &truth);
+                                              arm_integrator integrator, const fixed_step &step,
+                                              berthing_force force, const berthing_truth &truth);
 
 /* Largest momentum about the world's origin that arm, satellite and wheels come to in the manoeuvre's motion without
  * any contact, from rest: it should stay 0. `moved`: the largest that the joints by themselves make, to compare
@@ -67,7 +73,7 @@ struct momentum_drift {
     double moved_N_s = 0.0;
 };
 momentum_drift stepped_momentum(const arm_config &arm, const berthing_plan &plan, arm_integrator integrator,
-                                double step_s);
+                                const fixed_step &step);
 
 } // namespace berth
 

@@ -79,6 +79,20 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
     return arm;
 }
 
+/* A torque that is held for T is late by T/2 in the mean: -K phi - D phi' then acts as -K phi - (D - K T/2) phi'
+ * + (D T/2) phi''. Is that more than a hundredth of the damping, or of the satellite's own inertia? */
+bool hold_matters(const arm_config &config, double period_s)
+{
+    constexpr double least_share = 0.01;
+    const double *const inertia = config.base.inertia_kg_m2;
+    const double turning_kg_m2 =
+        config.kind == ARM_PLANAR ? inertia[5] : std::min({inertia[0], inertia[3], inertia[5]});
+    const double late_s = 0.5 * period_s;
+    const double damping = config.attitude.damping_N_m_s_per_rad;
+    return config.attitude.stiffness_N_m_per_rad * late_s > least_share * damping ||
+           damping * late_s > least_share * turning_kg_m2;
+}
+
 /* Scales in which rotations and ways of a large arm are of one size: the inverse roots of the inertia's diagonal. */
 Eigen::MatrixXd scaling(const linear_arm &arm)
 {
@@ -87,7 +101,7 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 
 } // namespace
 
-std::vector<std::string> attitude_left_out(const arm_config &config)
+std::vector<std::string> attitude_left_out(const arm_config &config, double period_s)
 {
     const attitude_config &attitude = config.attitude;
     if (config.kind == ARM_NONE || config.base_is_free == 0) {
@@ -97,9 +111,10 @@ std::vector<std::string> attitude_left_out(const arm_config &config)
         return {"attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not "
                 "held"};
     }
-    if (attitude.actuator == ATTITUDE_WHEEL && attitude.period_ticks > 1) {
+    if (attitude.actuator == ATTITUDE_WHEEL && (attitude.period_ticks > 1 || hold_matters(config, period_s))) {
         return {"attitude.period_ticks: the wheel's torque is held for " + std::to_string(attitude.period_ticks) +
-                " ticks; small motions take the wheel for a spring and a damper without that"};
+                (attitude.period_ticks == 1 ? " tick" : " ticks") +
+                "; small motions take the wheel for a spring and a damper without that"};
     }
     return {};
 }

@@ -29,8 +29,8 @@ struct linear_arm {
 };
 
 /* What of the attitude control small motions know nothing of, each with its key: thrusters, which pulse beyond a
- * dead band, and a wheel's torque that is held for longer than a period. */
-std::vector<std::string> attitude_left_out(const arm_config &config);
+ * dead band, and a wheel's torque that is held for longer than a period, or for one period where that matters. */
+std::vector<std::string> attitude_left_out(const arm_config &config, double period_s);
 
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
@@ -49,7 +49,7 @@ Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direc
 struct reduction_choice {
     Eigen::VectorXd pose_rad;
     Eigen::VectorXd direction;
-    bool is_guided = true; /* else the tool moves as it likes */
+    bool is_guided = false; /* else, as in a run, the tool moves as it likes */
 };
 
 /* Mass, damper and spring that a mode shows at the tool along the direction. */

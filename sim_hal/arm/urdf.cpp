@@ -119,6 +119,10 @@ arm_joint make_joint(const urdf_model &model, const urdf_joint &from, const urdf
         }
         const auto positive = [&](const char *key) {
             const double value = or_zero(key);
+            if (value < 0.0) {
+                model.fail(limit, "of joint \"" + from.name + "\": " + key +
+                                      " must not be negative; without it the joint has no such limit");
+            }
             return value > 0.0 ? value : never;
         };
         joint.torque_limit_N_m = positive("effort");
@@ -152,6 +156,7 @@ arm_description arm_from_urdf(const std::string &text, const std::string &origin
     config.kind = choice.is_planar ? ARM_PLANAR : ARM_SPATIAL;
     config.base_attitude[0] = choice.is_planar ? 0.0 : 1.0;
     urdf_body body = with_fixed(model, base, chain);
+    bool leaves_dynamics = false;
     urdf_frame from_body; /* of the link reached, in the body that it belongs to */
     const auto close_body = [&] {
         write_body(body, config.joint_count == 0 ? config.base : config.joints[config.joint_count - 1].link);
@@ -172,6 +177,10 @@ arm_description arm_from_urdf(const std::string &text, const std::string &origin
         }
         close_body();
         config.joints[config.joint_count++] = make_joint(model, *joint, placement);
+        if (joint->xml->FirstChildElement("dynamics") != nullptr && !leaves_dynamics) {
+            leaves_dynamics = true;
+            arm.description += "; <dynamics> of its joints is left out";
+        }
         arm.joint_names.push_back(joint->name);
         body = with_fixed(model, joint->child, chain);
         from_body = urdf_frame();

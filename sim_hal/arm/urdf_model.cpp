@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <sstream>
 
+#include "../../firmware/arm/arm_config.h"
 #include "../../hal/rig/rig_file.h"
 
 namespace berth
@@ -200,6 +201,9 @@ urdf_frame urdf_model::origin_of(const urdf_element *at) const
         }
         if (origin->Attribute("rpy") != nullptr) {
             const Eigen::Vector3d rpy = vector(origin, "rpy");
+            if (!(rpy.cwiseAbs().maxCoeff() <= ARM_ANGLE_MAX_rad)) {
+                fail(origin, "rpy: must be within 1e6 rad; leave whole turns out");
+            }
             result.axes = (Eigen::AngleAxisd(rpy(2), Eigen::Vector3d::UnitZ()) *
                            Eigen::AngleAxisd(rpy(1), Eigen::Vector3d::UnitY()) *
                            Eigen::AngleAxisd(rpy(0), Eigen::Vector3d::UnitX()))
@@ -223,6 +227,10 @@ void urdf_model::read_joint(const urdf_element *xml)
     urdf_joint joint;
     joint.xml = xml;
     joint.name = attribute(xml, "name");
+    if (std::any_of(joints_.begin(), joints_.end(),
+                    [&](const urdf_joint &other) { return other.name == joint.name; })) {
+        fail(xml, "there are two joints \"" + joint.name + "\"");
+    }
     joint.type = attribute(xml, "type");
     joint.parent = attribute(child(xml, "parent"), "link");
     joint.child = attribute(child(xml, "child"), "link");

@@ -23,19 +23,14 @@ constexpr std::array force_meanings = {"the integrator alone: it is given the tr
                                        "as the loop does: the force at a step's begin held over it",
                                        "that force led by half a step"};
 
+constexpr double reference_step_ms = 2.5;
+
 /* Beyond this the steps have blown up; a tool is nowhere near it. */
 constexpr double lost_m = 1.0;
 
 const char *name_of(arm_integrator integrator)
 {
     return integrator_names[static_cast<std::size_t>(integrator)];
-}
-
-const accuracy_row &row_at(const accuracy &found, arm_integrator integrator, berthing_force force, double step_ms)
-{
-    return *std::find_if(found.rows.begin(), found.rows.end(), [&](const accuracy_row &row) {
-        return row.integrator == integrator && row.force == force && row.step_ms == step_ms;
-    });
 }
 
 /* JSON has no infinity. */
@@ -49,7 +44,15 @@ struct measured_arm {
     arm_description arm;
     std::string text; /* as a run with this arm has it in its log: tells a report whether it is about the same one */
     berthing_plan plan;
+    double step_ms = reference_step_ms; /* that the verdict is about: a rig's period, unless another is wanted */
 };
+
+/* Of the arm's own integrator, in the steps that the firmware makes. */
+const accuracy_row &own_row(const measured_arm &measured, const accuracy &found, berthing_force force)
+{
+    const arm_config &arm = measured.arm.config;
+    return row_at(found, static_cast<arm_integrator>(arm.integrator), force, measured.step_ms, arm.substeps);
+}
 
 nlohmann::json as_json(const measured_arm &measured, const accuracy &found, const accuracy_arguments &arguments)
 {
@@ -59,6 +62,7 @@ nlohmann::json as_json(const measured_arm &measured, const accuracy &found, cons
         nlohmann::json entry = {{"integrator", name_of(row.integrator)},
                                 {"force", force_names[static_cast<std::size_t>(row.force)]},
                                 {"step_ms", row.step_ms},
+                                {"substeps", row.substeps},
                                 {"tool_m", finite(row.tool_m)},
                                 {"energy_J", finite(row.energy_J)}};
         if (row.force != berthing_force::mean) {
@@ -66,9 +70,9 @@ nlohmann::json as_json(const measured_arm &measured, const accuracy &found, cons
         }
         rows.push_back(entry);
     }
-    nlohmann::json drifts;
-    for (int i = 0; i < ARM_INTEGRATOR_COUNT; i++) {
-        const momentum_drift &drift = found.drifts[static_cast<std::size_t>(i)];
+    nlohmann::json drifts; /* null: the base is held */
+    for (std::size_t i = 0; i < found.drifts.size(); i++) {
+        const momentum_drift &drift = found.drifts[i];
         drifts[name_of(static_cast<arm_integrator>(i))] = {{"angular_N_m_s", finite(drift.angular_N_m_s)},
                                                            {"linear_N_s", finite(drift.linear_N_s)},
                                                            {"moved_N_s", finite(drift.moved_N_s)}};
@@ -77,11 +81,12 @@ nlohmann::json as_json(const measured_arm &measured, const accuracy &found, cons
     return {{"arm", arm.name},
             {"arm_hash", text_hash(measured.text)},
             {"integrator", name_of(integrator)},
-            {"step_ms", arguments.step_ms},
+            {"step_ms", measured.step_ms},
+            {"substeps", arm.config.substeps},
             {"repeatability_m", 1e-6 * arguments.repeatability_um},
-            {"tool_m", finite(row_at(found, integrator, berthing_force::mean, arguments.step_ms).tool_m)},
-            {"held_tool_m", finite(row_at(found, integrator, berthing_force::held, arguments.step_ms).tool_m)},
-            {"led_tool_m", finite(row_at(found, integrator, berthing_force::led, arguments.step_ms).tool_m)},
+            {"tool_m", finite(own_row(measured, found, berthing_force::mean).tool_m)},
+            {"held_tool_m", finite(own_row(measured, found, berthing_force::held).tool_m)},
+            {"led_tool_m", finite(own_row(measured, found, berthing_force::led).tool_m)},
             {"truth_m", found.truth_m},
             {"events", found.events},
             {"largest_force_N", found.force_N},
@@ -99,7 +104,27 @@ void print_error(double tool_m)
     }
 }
 
-void print_table(const accuracy &found, berthing_force force)
+/* Two digits, and no more of them than that behind a point. */
+std::string percent_text(double percent)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, percent < 100.0 ? "%.2g" : "%.0f", percent);
+    return text;
+}
+
+/* "2.5", or "2.5 / 4" in substeps. */
+std::string step_text(double step_ms, std::int64_t substeps)
+{
+    char text[48];
+    if (substeps > 1) {
+        std::snprintf(text, sizeof text, "%g / %d", step_ms, static_cast<int>(substeps));
+    } else {
+        std::snprintf(text, sizeof text, "%g", step_ms);
+    }
+    return text;
+}
+
+void print_table(const measured_arm &measured, const accuracy &found, berthing_force force)
 {
     std::printf("\nlargest error of the tool in um; %s\n  %8s", force_meanings[static_cast<std::size_t>(force)],
                 "step ms");
@@ -107,73 +132,99 @@ void print_table(const accuracy &found, berthing_force force)
         std::printf(" %20s", name);
     }
     std::printf("\n");
-    for (const double step_ms : accuracy_steps_ms) {
-        std::printf("  %8g", step_ms);
+    const auto print_row = [&](double step_ms, std::int64_t substeps) {
+        std::printf("  %8s", step_text(step_ms, substeps).c_str());
         for (int i = 0; i < ARM_INTEGRATOR_COUNT; i++) {
-            print_error(row_at(found, static_cast<arm_integrator>(i), force, step_ms).tool_m);
+            print_error(row_at(found, static_cast<arm_integrator>(i), force, step_ms, substeps).tool_m);
         }
         std::printf("\n");
-    }
-}
-
-/* Where the step is too coarse, how many an arm file has to ask for. */
-void print_advice(const accuracy &found, arm_integrator integrator, const accuracy_arguments &arguments)
-{
-    double enough_ms = 0.0;
+    };
     for (const double step_ms : accuracy_steps_ms) {
-        const accuracy_row &row = row_at(found, integrator, berthing_force::mean, step_ms);
-        if (step_ms <= arguments.step_ms && 1e6 * row.tool_m <= arguments.repeatability_um) {
-            enough_ms = std::max(enough_ms, step_ms);
+        print_row(step_ms, 1);
+        if (step_ms == measured.step_ms && measured.arm.config.substeps > 1) {
+            print_row(step_ms, measured.arm.config.substeps);
         }
     }
-    if (enough_ms > 0.0) {
-        std::printf("that is more than the repeatability; steps of %g ms keep within it: substeps = %d in the arm's "
-                    "file\n",
-                    enough_ms, static_cast<int>(std::ceil(arguments.step_ms / enough_ms)));
-    } else {
-        std::printf("that is more than the repeatability, and so is what any step of the table makes\n");
-    }
 }
 
-void print_report(const arm_description &arm, const accuracy &found, const accuracy_arguments &arguments)
+void print_drifts(const measured_arm &measured, const accuracy &found)
 {
-    std::printf("%s: berthing of 60 s with %d touches and releases, up to %.4g N and %.4g J; the truth is known to "
-                "%.0e um\n",
-                arm.name.c_str(), found.events, found.force_N, found.energy_J, 1e6 * found.truth_m);
-    for (const berthing_force force : {berthing_force::mean, berthing_force::held, berthing_force::led}) {
-        print_table(found, force);
+    if (found.drifts.empty()) {
+        std::printf("\nmomentum: not kept, for the base is held and its mount takes what it must\n");
+        return;
     }
-    std::printf("\nmomentum that comes of nothing in 60 s of the same motion without contact, at 2.5 ms\n");
+    std::printf("\nmomentum that comes of nothing in 60 s of the same motion without contact, in steps of %g ms\n",
+                measured.step_ms / static_cast<double>(measured.arm.config.substeps));
     for (int i = 0; i < ARM_INTEGRATOR_COUNT; i++) {
         const momentum_drift &drift = found.drifts[static_cast<std::size_t>(i)];
         std::printf("  %-20s %.1e N s and %.1e N m s, of %.3g N s that the joints move\n",
                     name_of(static_cast<arm_integrator>(i)), drift.linear_N_s, drift.angular_N_m_s, drift.moved_N_s);
     }
-    const auto integrator = static_cast<arm_integrator>(arm.config.integrator);
-    const auto tool_um = [&](berthing_force force) {
-        return 1e6 * row_at(found, integrator, force, arguments.step_ms).tool_m;
-    };
-    const double alone_um = tool_um(berthing_force::mean);
-    std::printf("\nat %g ms with %s the worst error of the tool is %.3g um, %.2g %% of a robot's repeatability of "
-                "%g um; with the force held over the step %.3g um, with it led by half a step %.3g um\n",
-                arguments.step_ms, name_of(integrator), alone_um, 100.0 * alone_um / arguments.repeatability_um,
-                arguments.repeatability_um, tool_um(berthing_force::held), tool_um(berthing_force::led));
-    if (alone_um > arguments.repeatability_um) {
-        print_advice(found, integrator, arguments);
+}
+
+/* Where the step is too coarse: how many substeps an arm file has to ask for, or how fast the loop has to be. */
+void print_advice(const measured_arm &measured, const accuracy &found, double repeatability_um)
+{
+    const int own = static_cast<int>(measured.arm.config.substeps);
+    const auto integrator = static_cast<arm_integrator>(measured.arm.config.integrator);
+    std::printf("the integrator's is more than the repeatability; ");
+    if (found.enough) {
+        std::printf("substeps = %d in the arm's file, which has %d, make it %.3g um\n",
+                    static_cast<int>(found.enough->substeps), own, 1e6 * found.enough->tool_m);
+        return;
     }
-    std::printf("worst error of force and energy there:\n");
-    for (const berthing_force force : {berthing_force::mean, berthing_force::held, berthing_force::led}) {
-        const accuracy_row &row = row_at(found, integrator, force, arguments.step_ms);
-        const char *const what = force == berthing_force::mean   ? "the integrator alone"
-                                 : force == berthing_force::held ? "held over the step"
-                                                                 : "led by half a step";
-        if (force == berthing_force::mean) {
-            std::printf("  %-22s force given, %.3g J of %.4g J\n", what, row.energy_J, found.energy_J);
-        } else {
-            std::printf("  %-22s %.3g N of %.4g N, %.3g J of %.4g J\n", what, row.force_N, found.force_N,
-                        row.energy_J, found.energy_J);
+    double enough_ms = 0.0;
+    for (const double step_ms : accuracy_steps_ms) {
+        const double tool_um = 1e6 * row_at(found, integrator, berthing_force::mean, step_ms, 1).tool_m;
+        enough_ms = step_ms < measured.step_ms && tool_um <= repeatability_um ? step_ms : enough_ms;
+    }
+    if (enough_ms > 0.0) {
+        std::printf(
+            "more substeps than the %d of the arm's file do not bring it within, for the force is one over the "
+            "whole step; a loop of %g ms does\n",
+            own, enough_ms);
+    } else {
+        std::printf(
+            "neither more substeps than the %d of the arm's file nor any step of the table bring it within\n", own);
+    }
+}
+
+void print_verdict(const measured_arm &measured, const accuracy &found, double repeatability_um)
+{
+    const arm_config &arm = measured.arm.config;
+    std::printf("\nat %g ms%s with %s the worst error of the tool, against a robot's repeatability of %g um, and of "
+                "force and energy\n",
+                measured.step_ms,
+                arm.substeps > 1 ? (" in " + std::to_string(arm.substeps) + " substeps").c_str() : "",
+                name_of(static_cast<arm_integrator>(arm.integrator)), repeatability_um);
+    constexpr std::array forces = {berthing_force::mean, berthing_force::held, berthing_force::led};
+    constexpr std::array whats = {"the integrator alone", "held over the step, as the loop does",
+                                  "led by half a step"};
+    for (std::size_t i = 0; i < forces.size(); i++) {
+        const accuracy_row &row = own_row(measured, found, forces[i]);
+        const double tool_um = 1e6 * row.tool_m;
+        char force[64] = "force given";
+        if (forces[i] != berthing_force::mean) {
+            std::snprintf(force, sizeof force, "%.3g N of %.4g N", row.force_N, found.force_N);
         }
+        std::printf("  %-38s %8.3g um, %s %%; %s, %.3g J of %.4g J\n", whats[i], tool_um,
+                    percent_text(100.0 * tool_um / repeatability_um).c_str(), force, row.energy_J, found.energy_J);
     }
+    if (!(1e6 * own_row(measured, found, berthing_force::mean).tool_m <= repeatability_um)) {
+        print_advice(measured, found, repeatability_um);
+    }
+}
+
+void print_report(const measured_arm &measured, const accuracy &found, double repeatability_um)
+{
+    std::printf("%s: berthing of 60 s with %d touches and releases, up to %.4g N and %.4g J; the truth is known to "
+                "%.0e um\n",
+                measured.arm.name.c_str(), found.events, found.force_N, found.energy_J, 1e6 * found.truth_m);
+    for (const berthing_force force : {berthing_force::mean, berthing_force::held, berthing_force::led}) {
+        print_table(measured, found, force);
+    }
+    print_drifts(measured, found);
+    print_verdict(measured, found, repeatability_um);
 }
 
 bool names_rig(const std::string &name_or_path)
@@ -185,7 +236,8 @@ bool names_rig(const std::string &name_or_path)
         return false;
     }
     return std::any_of(rigs.begin(), rigs.end(), is_it) ||
-           (looks_like_path(name_or_path) && !parse_toml(read_file(name_or_path), name_or_path).contains("kind"));
+           (looks_like_path(name_or_path) &&
+            !parse_toml(read_arm_file(name_or_path), name_or_path).contains("kind"));
 }
 
 measured_arm measured_for(const std::string &name_or_path, const std::vector<std::string> &overrides)
@@ -195,7 +247,7 @@ measured_arm measured_for(const std::string &name_or_path, const std::vector<std
             throw input_error("--set: goes with a rig; " + name_or_path + " is an arm");
         }
         const arm_description arm = load_arm(name_or_path);
-        return {arm, print_arm(arm, "manipulator.arm"), {}};
+        return {arm, print_arm(arm, "manipulator.arm"), {}, reference_step_ms};
     }
     const rig rig = load_rig(name_or_path, overrides);
     if (rig.firmware.arm.kind == ARM_NONE) {
@@ -206,6 +258,7 @@ measured_arm measured_for(const std::string &name_or_path, const std::vector<std
     measured.arm.name = rig.name;
     measured.arm.config = rig.firmware.arm;
     measured.text = rig.arm_text;
+    measured.step_ms = 1e-6 * static_cast<double>(config_period_ns(&rig.firmware));
     const manipulator_config &manipulator = rig.firmware.manipulator;
     measured.plan.direction =
         Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z).normalized();
@@ -215,11 +268,52 @@ measured_arm measured_for(const std::string &name_or_path, const std::vector<std
     return measured;
 }
 
+/* Whose row the verdict is about. */
+double step_for(const accuracy_arguments &arguments, const measured_arm &measured)
+{
+    const double wanted_ms = arguments.step_ms.value_or(measured.step_ms);
+    const auto *const step_ms = std::find_if(accuracy_steps_ms.begin(), accuracy_steps_ms.end(), [&](double known) {
+        return std::abs(known - wanted_ms) < 1e-9 * known;
+    });
+    if (step_ms != accuracy_steps_ms.end()) {
+        return *step_ms;
+    }
+    std::string steps;
+    for (const double known : accuracy_steps_ms) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%s%g", steps.empty() ? "" : ", ", known);
+        steps += text;
+    }
+    if (arguments.step_ms) {
+        throw input_error("--step-ms: must be one of " + steps);
+    }
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "loop.rate_Hz: its period of %g ms is none of the steps that are compared; choose one near it "
+                  "with --step-ms: ",
+                  wanted_ms);
+    throw input_error(arguments.arm + ": " + text + steps);
+}
+
+accuracy found_for(const accuracy_arguments &arguments, const measured_arm &measured)
+try {
+    const progress_line progress;
+    const accuracy_question question = {measured.step_ms, 1e-6 * arguments.repeatability_um};
+    accuracy found = find_accuracy(measured.arm.config, measured.plan, question, [&](double share) {
+        progress.show("accuracy: " + std::to_string(static_cast<int>(100.0 * share)) + " %");
+    });
+    progress.show("");
+    return found;
+} catch (const input_error &error) {
+    throw input_error(arguments.arm + ": " + error.what());
+}
+
 } // namespace
 
 int accuracy_command(const accuracy_arguments &arguments)
 {
-    const measured_arm measured = measured_for(arguments.arm, arguments.overrides);
+    measured_arm measured = measured_for(arguments.arm, arguments.overrides);
+    measured.step_ms = step_for(arguments, measured);
     const arm_config &arm = measured.arm.config;
     if (std::any_of(std::begin(arm.gravity_m_per_s2), std::end(arm.gravity_m_per_s2),
                     [](double part) { return part != 0.0; })) {
@@ -227,25 +321,11 @@ int accuracy_command(const accuracy_arguments &arguments)
                           ": base.gravity_m_per_s2: the manoeuvre is one in orbit, and under gravity a "
                           "free satellite falls out of every number; leave gravity out");
     }
-    if (std::find(accuracy_steps_ms.begin(), accuracy_steps_ms.end(), arguments.step_ms) ==
-        accuracy_steps_ms.end()) {
-        std::string steps;
-        for (const double step_ms : accuracy_steps_ms) {
-            char text[32];
-            std::snprintf(text, sizeof text, "%s%g", steps.empty() ? "" : ", ", step_ms);
-            steps += text;
-        }
-        throw input_error("--step-ms: must be one of " + steps);
-    }
-    const progress_line progress;
-    const accuracy found = find_accuracy(measured.arm.config, measured.plan, [&](double share) {
-        progress.show("accuracy: " + std::to_string(static_cast<int>(100.0 * share)) + " %");
-    });
-    progress.show("");
+    const accuracy found = found_for(arguments, measured);
     if (arguments.json) {
         print_json(as_json(measured, found, arguments));
     } else {
-        print_report(measured.arm, found, arguments);
+        print_report(measured, found, arguments.repeatability_um);
     }
     return 0;
 }

@@ -40,7 +40,8 @@ struct arm_arguments {
 struct accuracy_arguments {
     std::string arm;
     std::vector<std::string> overrides; /* of a rig */
-    double step_ms = 2.5;
+    std::optional<double>
+        step_ms; /* else the rig's period, or that of the reference case for an arm without a rig */
     double repeatability_um = 60.0; /* of the robot: what makers state for arms of 10 to 200 kg payload */
     bool json = false;
 };
@@ -52,7 +53,7 @@ struct reduce_arguments : rig_arguments {
     std::string sweep;      /* JOINT=FROM:TO:COUNT */
     std::string amplitudes; /* FROM:TO:COUNT */
     bool is_held = false;
-    bool is_unguided = false;
+    bool is_guided = false;
 };
 
 struct compensate_arguments : rig_arguments {

@@ -143,9 +143,10 @@ void add_accuracy_options(CLI::App &command, accuracy_arguments &arguments)
     command.add_option("RIG", arguments.arm, "a rig with an arm, or an arm; shipped or the path of a file")
         ->required();
     add_set_option(command, arguments.overrides);
-    command.add_option("--step-ms", arguments.step_ms, "of the loop that the verdict is about")
-        ->type_name("MS")
-        ->capture_default_str();
+    command
+        .add_option("--step-ms", arguments.step_ms,
+                    "of the loop that the verdict is about (default: the rig's, 2.5 for an arm)")
+        ->type_name("MS");
     command.add_option("--repeatability-um", arguments.repeatability_um, "of the robot, to compare with")
         ->check(is_within(1e-3, 1e6))
         ->type_name("UM")
@@ -178,8 +179,9 @@ void add_reduce_options(CLI::App &command, reduce_arguments &arguments)
             return text.empty() ? std::string("must be FROM:TO:COUNT, and is empty") : std::string();
         });
     command.add_flag("--held", arguments.is_held, "hold the satellite");
-    command.add_flag("--unguided", arguments.is_unguided,
-                     "leave the tool free across the direction; otherwise the object guides it");
+    command.add_flag("--guided", arguments.is_guided,
+                     "let the tool move along the direction alone, as on a rail; no run has one, and so the loop is "
+                     "another than that of `berth run` and `berth eigen`");
 }
 
 void add_tolerance_options(CLI::App &command, compensate_arguments &arguments)

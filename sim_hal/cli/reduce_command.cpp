@@ -104,7 +104,7 @@ bool asks_for_arm(const reduce_arguments &arguments, const rig &rig)
 {
     return rig.firmware.arm.kind != ARM_NONE || !arguments.arm.empty() || !arguments.pose.empty() ||
            !arguments.direction.empty() || !arguments.sweep.empty() || !arguments.amplitudes.empty() ||
-           arguments.is_held || arguments.is_unguided;
+           arguments.is_held || arguments.is_guided;
 }
 
 Eigen::VectorXd direction_of(const std::string &text, Eigen::Index dimensions)
@@ -120,7 +120,10 @@ Eigen::VectorXd direction_of(const std::string &text, Eigen::Index dimensions)
 reduction_choice choice_for(const reduce_arguments &arguments, const rig &rig, const arm_config &arm)
 {
     reduction_choice choice = choice_at_start(rig, arm);
-    choice.is_guided = choice.is_guided && !arguments.is_unguided;
+    if (arguments.is_guided && rig.has_side_axes()) {
+        throw input_error("--guided: [axis.*] shows where the tool goes across; leave one of them out");
+    }
+    choice.is_guided = arguments.is_guided;
     if (!arguments.direction.empty()) {
         choice.direction = direction_of(arguments.direction, choice.direction.size());
     }
@@ -242,7 +245,7 @@ void look_at_arm(const reduce_arguments &arguments, const rig &rig, told &result
         arm.config.base_is_free = 0;
         arm.config.attitude.actuator = ATTITUDE_NONE;
     }
-    for (const std::string &line : attitude_left_out(arm.config)) {
+    for (const std::string &line : attitude_left_out(arm.config, config_period_s(&rig.firmware))) {
         leave_out(result, line);
     }
     const reduction_choice choice = choice_for(arguments, rig, arm.config);

@@ -47,6 +47,21 @@ nlohmann::json as_json(const loop_limits &limits)
             {"looked_to", limits.looked_to}};
 }
 
+nlohmann::json with_ranges(const loop_limits &limits)
+{
+    const auto all = [](const std::vector<stable_range> &ranges) {
+        nlohmann::json list = nlohmann::json::array();
+        for (const stable_range &range : ranges) {
+            list.push_back({range.from, range.to});
+        }
+        return list;
+    };
+    nlohmann::json json = as_json(limits);
+    json["reduced_stable"] = all(limits.reduced_ranges);
+    json["full_stable"] = all(limits.full_ranges);
+    return json;
+}
+
 std::string number_text(const char *format, double value)
 {
     char text[32];
@@ -60,6 +75,26 @@ std::string limit_text(const loop_limits &limits, const std::optional<double> &l
         return number_text("> %.4g", limits.looked_to);
     }
     return *limit > 0.0 ? number_text("%.4g", *limit) : number_text("< %.4g", limits.looked_from);
+}
+
+/* Those beyond the limit that is told. */
+std::string further_text(const loop_limits &limits, const std::vector<stable_range> &ranges)
+{
+    std::string text;
+    for (const stable_range &range : ranges) {
+        if (range.from > limits.looked_from) {
+            text += (text.empty() ? "" : ", ") + number_text("%.4g to ", range.from) +
+                    (range.to < limits.looked_to ? "" : "> ") + number_text("%.4g", range.to);
+        }
+    }
+    return text;
+}
+
+void print_further(const char *model, const std::string &ranges)
+{
+    if (!ranges.empty()) {
+        std::printf("  %-44s %s\n", ("  stable again, " + std::string(model) + ", ms").c_str(), ranges.c_str());
+    }
 }
 
 /* What of a mode is the attitude control's, from a hundredth on. */
@@ -93,6 +128,8 @@ void print_comparison(const char *full_title, const char *coupled_title, const r
          limit_text(found.object_stiffness, found.object_stiffness.full));
     line("robot's dead time may be up to, ms", limit_text(found.dead_time_ms, found.dead_time_ms.reduced),
          limit_text(found.dead_time_ms, found.dead_time_ms.full));
+    print_further("reduced", further_text(found.dead_time_ms, found.dead_time_ms.reduced_ranges));
+    print_further(full_title, further_text(found.dead_time_ms, found.dead_time_ms.full_ranges));
 }
 
 } // namespace
@@ -102,7 +139,7 @@ std::vector<std::string> what_is_compared(const rig &rig)
     if (!rig.has_side_axes()) {
         return {};
     }
-    return {"the tool is not guided: the axes show where it goes across; the reduced model is without them",
+    return {"the axes show where the tool goes across; the reduced model is without them",
             "the object's stiffness is that along x alone; [axis.*] has its own along the others",
             "the dead times of all axes move by the same amount; told is that along x"};
 }
@@ -119,7 +156,8 @@ std::string text_of(const Eigen::VectorXd &values)
 std::string conditions_text(const arm_config &arm, const reduction_choice &choice)
 {
     std::string text = "along (";
-    text.append(text_of(choice.direction)).append(choice.is_guided ? "), guided" : "), not guided");
+    text.append(text_of(choice.direction))
+        .append(choice.is_guided ? "), tool guided by a rail that no run has" : "), tool free across");
     return text.append(arm.base_is_free != 0 ? ", satellite free" : ", satellite held");
 }
 
@@ -135,7 +173,7 @@ nlohmann::json as_json(const Eigen::VectorXd &pose_rad, const reduction &found)
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
             {"object_limit", as_json(found.object_stiffness)},
-            {"dead_time_limit_ms", as_json(found.dead_time_ms)}};
+            {"dead_time_limit_ms", with_ranges(found.dead_time_ms)}};
 }
 
 nlohmann::json as_json(const object_reduction &found)
@@ -154,7 +192,7 @@ nlohmann::json as_json(const object_reduction &found)
             {"coupled", {{"reduced", as_json(found.coupled_reduced)}, {"full", as_json(found.coupled_full)}}},
             {"loop", {{"reduced", as_json(found.loop_reduced)}, {"full", as_json(found.loop_full)}}},
             {"object_limit", as_json(found.object_stiffness)},
-            {"dead_time_limit_ms", as_json(found.dead_time_ms)}};
+            {"dead_time_limit_ms", with_ranges(found.dead_time_ms)}};
 }
 
 void print_reduction(const reduction &found)

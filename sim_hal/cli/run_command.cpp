@@ -75,7 +75,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, rig, app->record);
+        note_tick(result, rig, app->record, app->arm_record);
         manipulator.replace(*app);
     }
     sim_log(hal).drain();
@@ -106,6 +106,20 @@ bool write_candumps(run_result &result)
     return true;
 }
 
+/* Orders come by their times, whether the run lasts until then or not. */
+void tell_late_orders(const rig &rig)
+{
+    const double end_s = rig.run.duration_s - rig.run.release_s;
+    for (const operator_order &order : rig.orders) {
+        if (order.at_s >= end_s) {
+            std::fprintf(stderr,
+                         "berth: %s: orders.at_s = %g: is after the run's end, at %g s from run.release_s on, and "
+                         "never given; run.duration_s makes it longer\n",
+                         rig.name.c_str(), order.at_s, end_s);
+        }
+    }
+}
+
 chosen_rig rig_of(run_arguments arguments)
 {
     std::vector<std::string> &overrides = arguments.overrides;
@@ -133,6 +147,7 @@ int run_command(const run_arguments &arguments)
         return 0;
     }
     refuse_unstable_steps(rig);
+    tell_late_orders(rig);
     sim_options options;
     if (chosen.robot) {
         options.robot = robot_as_text(chosen);

@@ -4,15 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
-#include "../effects/active.h"
-#include "../stability/dominant_root.h"
 #include "../stability/inverse_filter_response.h"
 #include "../stability/loop_timeline.h"
-#include "../stability/lyapunov.h"
-#include "../stability/spectrum.h"
 #include "robot_choice.h"
 #include "verdict.h"
 
@@ -24,32 +19,6 @@ namespace
 
 /* Below this the steps of the wire show: 1000 times the setpoint's 10 pm. */
 constexpr double growth_floor_m = 1e-8;
-
-/* A longer dead time would make the prediction take more than a moment. */
-constexpr int predicted_degree_max = 200;
-
-constexpr std::int64_t predicted_ticks = 40000;
-
-/* From the eigenvalues, or the Lyapunov exponent; nothing where the loop has none. */
-std::optional<double> predict_growth_per_s(const rig &rig)
-try {
-    if (!left_out_when_small(rig).empty()) {
-        return {};
-    }
-    if (compensation_is_on(&rig.firmware) || rig.firmware.arm.kind != ARM_NONE) {
-        return is_time_varying(rig) ? std::optional<double>() : loop_spectrum(without_variation(rig)).growth_per_s;
-    }
-    const loop_equation equation = make_loop_equation(without_variation(rig));
-    if (equation.degree() > predicted_degree_max) {
-        return {};
-    }
-    if (is_time_varying(rig)) {
-        return exponent_of(rig, load_wake_histogram(rig), predicted_ticks).growth_per_s;
-    }
-    return std::log(dominant_root_finder().spectral_radius(equation)) / config_period_s(&rig.firmware);
-} catch (const input_error &) {
-    return {};
-}
 
 /* The tick of a time of the run, or the next one. */
 bool is_in_tick(const rig &rig, double at_s, std::int64_t tick)
@@ -64,6 +33,14 @@ bool is_ordered_in(const rig &rig, std::int64_t tick)
     return std::any_of(rig.orders.begin(), rig.orders.end(), [&](const operator_order &order) {
         return is_in_tick(rig, rig.run.release_s + order.at_s, tick);
     });
+}
+
+/* A tool in contact has no gripper: there is a loop as soon as it has touched. */
+bool is_held(const rig &rig, const tick_record &record)
+{
+    return rig.object.kind == object_kind::contact
+               ? record.robot_position_m > rig.object.surface_position_m
+               : config_period_ns(&rig.firmware) * record.index >= event_ns(rig.run.grip_close_s);
 }
 
 bool is_let_go(const rig &rig, std::int64_t tick)
@@ -87,41 +64,16 @@ void end_free_motion(run_result &result)
     }
     result.newest.position_m.clear();
     result.newest.tick.clear();
-}
-
-void print_growth(const run_result &result)
-{
-    if (result.running_m.empty()) {
-        std::printf("  %-14s the supervisor never came to running%s\n", "NEVER RAN", result.obstacles.c_str());
-        return;
-    }
-    const char *const verdict = !result.is_stable ? "NOT DETERMINED" : *result.is_stable ? "stable" : "DIVERGING";
-    if (!result.growth) {
-        std::printf("  %-14s %s\n", verdict,
-                    result.limited_until_sample > 0 ? "limits bounded the motion: there is no growth rate to measure"
-                                                    : "too little oscillation to measure a growth rate");
-        return;
-    }
-    const growth_fit &fit = *result.growth;
-    if (fit.growth_per_s < 0.0 && result.is_stable == std::optional<bool>(false)) {
-        std::printf(
-            "  %-14s limits bounded the motion; where none acted it decayed by %.6f /s (+-%.1g) at %.4f Hz\n",
-            verdict, -fit.growth_per_s, fit.growth_ci95_per_s, fit.frequency_Hz);
-        return;
-    }
-    const double factor_time_s = std::log(2.0) / std::abs(fit.growth_per_s);
-    std::printf("  %-14s the oscillation %s by %.6f /s (+-%.1g) at %.4f Hz: %s every %.2f s\n", verdict,
-                fit.growth_per_s < 0.0 ? "decays" : "grows", std::abs(fit.growth_per_s), fit.growth_ci95_per_s,
-                fit.frequency_Hz, fit.growth_per_s < 0.0 ? "halves" : "doubles", factor_time_s);
+    result.newest.motor_limit_ticks = 0;
 }
 
 void print_prediction(const run_result &result, const rig &rig)
 {
-    if (result.predicted_growth_per_s) {
+    if (result.predicted.growth_per_s) {
         std::printf("  %-14s the %s %+.6f /s\n", "predicted",
                     is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
-                    *result.predicted_growth_per_s);
-        for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
+                    *result.predicted.growth_per_s);
+        for (const std::string &line : attitude_left_out(rig.firmware.arm, config_period_s(&rig.firmware))) {
             std::printf("  %-14s %s\n", "", line.c_str());
         }
     }
@@ -155,6 +107,11 @@ std::string obstacles_of(const tick_record &last)
         }
     }
     return text;
+}
+
+bool has_arm(const rig &rig)
+{
+    return rig.firmware.arm.kind != ARM_NONE;
 }
 
 bool is_drive(const rig &rig)
@@ -207,7 +164,7 @@ void print_force_samples(const run_result &result, const rig &rig)
         return;
     }
     std::printf("  %-14s %u samples, %u torn ones rejected", "force", result.force_samples, result.torn_samples);
-    if (!result.running_m.empty()) {
+    if (result.running_ticks > 0) {
         std::printf("; arrived %.3f to %.3f ms before their use",
                     1e-6 * static_cast<double>(result.force_age_min_ns),
                     1e-6 * static_cast<double>(result.force_age_max_ns));
@@ -231,7 +188,7 @@ void print_transfer_behaviour(const rig &rig)
 
 } // namespace
 
-void note_tick(run_result &result, const rig &rig, const tick_record &record)
+void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm)
 {
     if (is_in_tick(rig, rig.run.grip_close_s, record.index)) {
         forget_motion(result);
@@ -246,15 +203,23 @@ void note_tick(run_result &result, const rig &rig, const tick_record &record)
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
     if (record.state == SUPERVISOR_RUNNING) {
+        result.running_ticks++;
+        if (is_held(rig, record)) {
+            result.held_ticks++;
+            result.left_in_tick = record.index + 1;
+        }
         result.force_age_min_ns = std::min(result.force_age_min_ns, record.force_frame_age_ns);
         result.force_age_max_ns = std::max(result.force_age_max_ns, record.force_frame_age_ns);
         result.running_m.push_back(record.manipulator_position_m);
         result.energy.note_tick(record);
+        result.guidance.note_tick(record.index, arm);
+        result.motors.note_tick(record.index, arm);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
     }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0 && !is_let_go(rig, record.index)) {
         result.newest.position_m.push_back(record.manipulator_position_m);
         result.newest.tick.push_back(record.index);
+        result.newest.motor_limit_ticks += arm.motors_at_limit != 0;
     } else {
         end_free_motion(result);
     }
@@ -277,17 +242,19 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.drive_trouble = static_cast<cia402_trouble>(last.drive_trouble);
     result.drive_error = last.drive_error;
     result.drive_setup_step = last.drive_setup_step;
-    result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
-    result.predicted_growth_per_s = predict_growth_per_s(rig);
+    if (result.was_gripped()) {
+        result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
+    }
+    result.predicted = predict_growth(rig);
     result.is_ordered = !rig.orders.empty();
-    result.energy.has_arm = rig.firmware.arm.kind != ARM_NONE;
+    result.energy.has_arm = has_arm(rig);
     const manipulator_config &manipulator = rig.firmware.manipulator;
     result.is_stable =
         judge(result, period_s,
               manipulator.stiffness_N_per_m > 0.0
                   ? 3.14159265358979323846 * std::sqrt(manipulator.mass_kg / manipulator.stiffness_N_per_m)
                   : 0.0);
-    if (result.running_m.empty()) {
+    if (result.running_ticks == 0) {
         result.obstacles = obstacles_of(last);
     }
 }
@@ -298,7 +265,7 @@ void print_summary(const run_result &result, const rig &rig)
     if (const nlohmann::json robot = nlohmann::json::parse(result.robot); !robot.is_null()) {
         std::printf("  %-14s %s\n", "robot", robot_sentence(robot).c_str());
     }
-    print_growth(result);
+    print_verdict(result, rig);
     print_prediction(result, rig);
     result.energy.print();
     std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
@@ -308,6 +275,13 @@ void print_summary(const run_result &result, const rig &rig)
                 result.cause != STOP_NONE ? ", because: " : "",
                 result.cause != STOP_NONE ? stop_cause_name(result.cause) : "");
     print_limits(result);
+    if (has_arm(rig)) {
+        result.guidance.print(config_period_s(&rig.firmware));
+        result.motors.print(config_period_s(&rig.firmware));
+    }
+    if (!result.predicted.growth_per_s) {
+        std::printf("  %-14s %s\n", "not predicted", result.predicted.why_not.c_str());
+    }
     std::printf("  %-14s %lld taken, %u rejected, %u lost, %u error frames, %u setpoints saturated\n", "frames",
                 static_cast<long long>(result.frames_accepted), result.frames_rejected, result.frames_lost,
                 result.error_frames, result.saturated_setpoints);
@@ -339,11 +313,13 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"rig", rig.name},
         {"robot", nlohmann::json::parse(result.robot)},
         {"stable", nullptr},
+        {"gripped", result.was_gripped()},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
         {"frequency_hz", nullptr},
         {"predicted_growth_per_s", nullptr},
         {"prediction_left_out", nullptr},
+        {"why_not_predicted", nullptr},
         {"ticks", result.ticks},
         {"overruns", result.overruns},
         {"peak_force_N", result.peak_force_N},
@@ -351,6 +327,8 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"state", supervisor_state_name(result.state)},
         {"stop_cause", stop_cause_name(result.cause)},
         {"limit_ticks", limits},
+        {"guidance", nullptr},
+        {"motors", nullptr},
         {"frames_accepted", result.frames_accepted},
         {"frames_rejected", result.frames_rejected},
         {"frames_lost", result.frames_lost},
@@ -362,6 +340,10 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"config_hash", config_hash(rig)},
         {"version", result.version},
     };
+    if (has_arm(rig)) {
+        json["guidance"] = result.guidance.as_json(config_period_s(&rig.firmware));
+        json["motors"] = result.motors.as_json(config_period_s(&rig.firmware), rig.firmware.arm.joint_count);
+    }
     if (result.is_stable) {
         json["stable"] = *result.is_stable;
     }
@@ -370,15 +352,17 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;
         json["frequency_hz"] = result.growth->frequency_Hz;
     }
-    if (result.predicted_growth_per_s) {
-        json["predicted_growth_per_s"] = *result.predicted_growth_per_s;
-        json["prediction_left_out"] = attitude_left_out(rig.firmware.arm);
+    if (result.predicted.growth_per_s) {
+        json["predicted_growth_per_s"] = *result.predicted.growth_per_s;
+        json["prediction_left_out"] = attitude_left_out(rig.firmware.arm, config_period_s(&rig.firmware));
+    } else {
+        json["why_not_predicted"] = result.predicted.why_not;
     }
     if (result.wall_s > 0.0) {
         json["speed_x_realtime"] = result.simulated_s / result.wall_s;
         json["dropped_records"] = result.dropped_records;
     }
-    if (!result.running_m.empty()) {
+    if (result.running_ticks > 0) {
         json["energy"] = result.energy.as_json();
     }
     if (!result.log.empty()) {

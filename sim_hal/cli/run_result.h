@@ -14,6 +14,9 @@
 #include "../../hal/rig/rig.h"
 #include "../stability/growth_fit.h"
 #include "energy_report.h"
+#include "guidance_report.h"
+#include "motor_report.h"
+#include "run_prediction.h"
 
 namespace berth
 {
@@ -22,7 +25,8 @@ namespace berth
  * from when the object is gripped until it is let go. */
 struct free_motion {
     std::vector<double> position_m;
-    std::vector<std::int64_t> tick; /* index of each sample's tick */
+    std::vector<std::int64_t> tick;     /* index of each sample's tick */
+    std::int64_t motor_limit_ticks = 0; /* of them: an arm's motors were at their torque limit */
 };
 
 struct run_result {
@@ -31,6 +35,9 @@ struct run_result {
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
     double peak_force_N = 0.0;
+    std::int64_t running_ticks = 0;
+    std::int64_t held_ticks = 0;          /* of running_ticks: the object was gripped, or touched */
+    std::int64_t left_in_tick = 0;        /* after the last of them */
     std::vector<double> running_m;        /* manipulator in all ticks of running, limited or not, since the grip */
     std::size_t limited_until_sample = 0; /* of running_m: limits acted last before this one */
     free_motion newest;
@@ -53,20 +60,24 @@ struct run_result {
     uint8_t drive_setup_step = 0;
     uint64_t dropped_records = 0;
     energy_report energy;
+    guidance_report guidance; /* of a rig with an arm */
+    motor_report motors;      /* of the same */
     std::string log;
     std::string robot = "null"; /* its preset, see robot_as_text() */
     std::string version;        /* of the program that ran the loop */
     std::vector<std::string> candumps;
 
     std::optional<growth_fit> growth;
-    std::optional<double> predicted_growth_per_s; /* of the loop without noise and limits */
-    bool is_ordered = false;                      /* an operator orders the arm elsewhere */
-    std::optional<bool> is_stable;                /* see judge() */
-    std::string obstacles;                        /* what kept a loop that never ran from running */
+    growth_prediction predicted;
+    bool is_ordered = false;       /* an operator orders the arm elsewhere */
+    std::optional<bool> is_stable; /* see judge() */
+    std::string obstacles;         /* what kept a loop that never ran from running */
+
+    bool was_gripped() const { return held_ticks > 0; }
 };
 
-/* Takes one tick into account. */
-void note_tick(run_result &result, const rig &rig, const tick_record &record);
+/* Takes one tick into account; `arm`: of a rig that has one. */
+void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm);
 
 /* Fills in what only the whole run tells, from its `last` tick: growth, stable, counts. */
 void conclude(run_result &result, const rig &rig, const tick_record &last);

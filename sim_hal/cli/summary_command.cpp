@@ -22,7 +22,9 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     ulog_reader log(path);
     rig = log.recorded_rig();
     run_result result;
+    result.motors.is_told = log.knows_motors();
     tick_record last{};
+    arm_record arm{}; /* of a tick, before it */
     std::int64_t frames_received = 0;
     std::int64_t frames_of_tick = 0; /* they come before it */
     std::int64_t next_index = 0;
@@ -31,9 +33,11 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     while (log.next(id, bytes)) {
         if (id == ULOG_FRAME_ID) {
             frames_of_tick += record_as<frame_record>(bytes).direction == 0;
+        } else if (id == ULOG_ARM_ID) {
+            arm = record_as<arm_record>(bytes);
         } else if (id == ULOG_TICK_ID) {
             last = record_as<tick_record>(bytes);
-            note_tick(result, rig, last);
+            note_tick(result, rig, last, arm);
             frames_received += frames_of_tick;
             frames_of_tick = 0;
             state.missing_ticks += last.index - last.missed_ticks - next_index;

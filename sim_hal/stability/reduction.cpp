@@ -37,8 +37,18 @@ swing coupled_of(const rig &rig, const arm_mode &mode)
 
 using growth_of_rig = std::function<double(const rig &)>;
 
-/* The last value, from `from` by equal ratios to `to`, before the loop grows, halved down; a mode that is unstable
- * in between only may be passed over where it is narrower than the grid. */
+/* Between a value at which the loop is stable and one at which it grows: the last stable one, halved down. */
+double edge_between(double stable, double unstable, const std::function<double(double)> &growth)
+{
+    while (std::abs(unstable - stable) > 1e-6 * std::min(stable, unstable)) {
+        const double middle = std::sqrt(stable * unstable);
+        (growth(middle) > 0.0 ? unstable : stable) = middle;
+    }
+    return stable;
+}
+
+/* The last value, from `from` by equal ratios to `to`, before the loop grows; a mode that is unstable in between
+ * only may be passed over where it is narrower than the grid. */
 std::optional<double> stable_up_to(double from, double to, int steps, const std::function<double(double)> &growth)
 {
     if (growth(from) > 0.0) {
@@ -46,18 +56,47 @@ std::optional<double> stable_up_to(double from, double to, int steps, const std:
     }
     double stable = from;
     for (int i = 1; i <= steps; i++) {
-        double unstable = from * std::pow(to / from, static_cast<double>(i) / steps);
-        if (growth(unstable) <= 0.0) {
-            stable = unstable;
-            continue;
+        const double next = from * std::pow(to / from, static_cast<double>(i) / steps);
+        if (growth(next) > 0.0) {
+            return edge_between(stable, next, growth);
         }
-        while (unstable > stable * (1.0 + 1e-6)) {
-            const double middle = std::sqrt(stable * unstable);
-            (growth(middle) > 0.0 ? unstable : stable) = middle;
-        }
-        return stable;
+        stable = next;
     }
     return {};
+}
+
+/* The same, and where it is stable again. */
+std::vector<stable_range> stable_ranges(double from, double to, int steps,
+                                        const std::function<double(double)> &growth)
+{
+    std::vector<stable_range> ranges;
+    double last = from;
+    bool was_stable = growth(from) <= 0.0;
+    double begin = from;
+    for (int i = 1; i <= steps; i++) {
+        const double next = from * std::pow(to / from, static_cast<double>(i) / steps);
+        const bool is_stable = growth(next) <= 0.0;
+        if (was_stable && !is_stable) {
+            ranges.push_back({begin, edge_between(last, next, growth)});
+        } else if (is_stable && !was_stable) {
+            begin = edge_between(next, last, growth);
+        }
+        was_stable = is_stable;
+        last = next;
+    }
+    if (was_stable) {
+        ranges.push_back({begin, to});
+    }
+    return ranges;
+}
+
+/* As stable_up_to. */
+std::optional<double> limit_of(const std::vector<stable_range> &ranges, double from, double to)
+{
+    if (ranges.empty() || ranges.front().from > from) {
+        return 0.0;
+    }
+    return ranges.front().to < to ? std::optional<double>(ranges.front().to) : std::nullopt;
 }
 
 loop_limits stiffest(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
@@ -69,7 +108,7 @@ loop_limits stiffest(const rig &rig, const growth_of_rig &reduced, const growth_
             return growth(stiffer);
         });
     };
-    return {largest(reduced), largest(full), softer_min, stiffer_max};
+    return {largest(reduced), largest(full), softer_min, stiffer_max, {}, {}};
 }
 
 loop_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growth_of_rig &full)
@@ -86,14 +125,21 @@ loop_limits dead_times(const rig &rig, const growth_of_rig &reduced, const growt
     const double shortest_ms = std::max(own_ms - std::max(0.0, least_ms - period_ms), shorter_min * period_ms);
     const double looked_to_ms =
         std::min(longer_max * std::max(own_ms, period_ms), std::max(1.25 * own_ms, periods_max * period_ms));
-    const auto longest = [&](const growth_of_rig &growth) {
-        return stable_up_to(shortest_ms, looked_to_ms, 24, [&](double dead_time_ms) {
+    const auto ranges = [&](const growth_of_rig &growth) {
+        return stable_ranges(shortest_ms, looked_to_ms, 24, [&](double dead_time_ms) {
             berth::rig late = rig;
             move_dead_time(late, dead_time_ms);
             return growth(late);
         });
     };
-    return {longest(reduced), longest(full), shortest_ms, looked_to_ms};
+    const std::vector<stable_range> of_reduced = ranges(reduced);
+    const std::vector<stable_range> of_full = ranges(full);
+    return {limit_of(of_reduced, shortest_ms, looked_to_ms),
+            limit_of(of_full, shortest_ms, looked_to_ms),
+            shortest_ms,
+            looked_to_ms,
+            of_reduced,
+            of_full};
 }
 
 } // namespace
@@ -108,7 +154,6 @@ reduction_choice choice_at_start(const rig &rig, const arm_config &arm)
     const manipulator_config &manipulator = rig.firmware.manipulator;
     choice.direction = Eigen::Vector3d(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z)
                            .head(arm.kind == ARM_PLANAR ? 2 : 3);
-    choice.is_guided = !rig.has_side_axes();
     return choice;
 }
 
@@ -120,8 +165,7 @@ std::optional<arm_mode> arm_at_start(const rig &rig)
     }
     const reduction_choice choice = choice_at_start(rig, arm);
     const linear_arm whole = linearise(arm, choice.pose_rad);
-    const linear_arm seen = choice.is_guided ? guided(whole, choice.direction) : whole;
-    return dominant_mode(modes_along(seen, choice.direction, whole));
+    return dominant_mode(modes_along(whole, choice.direction, whole));
 }
 
 reduction reduce(const rig &rig, const arm_config &config, const reduction_choice &choice)

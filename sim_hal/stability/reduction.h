@@ -4,6 +4,7 @@
 
 #include <complex>
 #include <optional>
+#include <vector>
 
 #include "../../hal/rig/beam.h"
 #include "../arm/free_swing.h"
@@ -12,6 +13,11 @@
 namespace berth
 {
 
+struct stable_range {
+    double from;
+    double to;
+};
+
 /* Up to where the loop is stable, from the least on that was looked at; 0: it is unstable there; nothing: as far as
  * was looked. */
 struct loop_limits {
@@ -19,6 +25,10 @@ struct loop_limits {
     std::optional<double> full;
     double looked_from;
     double looked_to;
+    /* Of the dead time all that were found: the loop may be stable again beyond. One that is narrower than the steps
+     * in which it was looked may be passed over. */
+    std::vector<stable_range> reduced_ranges;
+    std::vector<stable_range> full_ranges;
 };
 
 struct reduction {
@@ -53,7 +63,7 @@ struct object_reduction {
     loop_limits dead_time_ms;
 };
 
-/* The pose where the arm starts, along the rig's direction; guided where the robot shows no motion across. */
+/* The pose where the arm starts, along the rig's direction, the tool as free across it as in a run. */
 reduction_choice choice_at_start(const rig &rig, const arm_config &arm);
 
 /* The mode that stands for a rig's arm where it starts; nothing for a rig without one. Throws nothing_springy. */

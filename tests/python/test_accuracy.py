@@ -1,7 +1,9 @@
 """`berth accuracy`: orders and sizes of the errors of fixed steps."""
 
+import re
+
 import pytest
-from conftest import EXIT_INPUT, command, one_json_object
+from conftest import EXIT_INPUT, ROOT, command, one_json_object
 
 INTEGRATORS = ("semi_implicit_euler", "rk4", "implicit_midpoint")
 
@@ -68,9 +70,10 @@ def test_stiff_joints_need_the_implicit_integrator(tmp_path):
 
 
 def test_bad_step():
-    done = command("accuracy", "ess", "--step-ms", "3")
-    assert done.returncode == EXIT_INPUT
-    assert b"must be one of 0.1, 0.2" in done.stderr
+    for step_ms in ("3", "0", "-2.5", "nan"):
+        done = command("accuracy", "ess", "--step-ms", step_ms)
+        assert done.returncode == EXIT_INPUT, step_ms
+        assert b"--step-ms: must be one of 0.1, 0.2" in done.stderr
     done = command("accuracy", "no-such-arm")
     assert done.returncode == EXIT_INPUT
     assert b"no shipped arm" in done.stderr and b"ess" in done.stderr
@@ -94,12 +97,97 @@ def test_a_beam_is_measured_by_its_reduction():
     assert of_an_arm.returncode == EXIT_INPUT and b"--set: goes with a rig; ess is an arm" in of_an_arm.stderr
 
 
-def test_a_step_too_coarse_is_told_with_the_substeps_that_are_enough(found):
-    repeatability_m = 0.5e-6
-    done = command("accuracy", "ess", "--repeatability-um", "0.5")
+def in_substeps(folder, count):
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    file = folder / f"in{count}.toml"
+    file.write_text(text.replace('kind = "planar"', f'kind = "planar"\nsubsteps = {count}'))
+    return file
+
+
+def test_a_step_too_coarse_is_told_with_the_substeps_that_are_enough(found, tmp_path):
+    """And with them it is within, with one less it is not."""
+    repeatability_m = 0.4e-6
+    assert errors(found, "implicit_midpoint", "mean")[2.5] > repeatability_m
+    done = command("accuracy", "ess", "--repeatability-um", "0.4")
     assert done.returncode == 0, done.stderr.decode()
     [advice] = [line for line in done.stdout.decode().splitlines() if "substeps" in line]
-    by_step = errors(found, "implicit_midpoint", "mean")
-    assert by_step[2.5] > repeatability_m
-    enough_ms = max(step for step, error in by_step.items() if step < 2.5 and error <= repeatability_m)
-    assert f"steps of {enough_ms:g} ms" in advice and f"substeps = {-(-2.5 // enough_ms):g} " in advice
+    count = int(re.search(r"substeps = (\d+) in the arm's file, which has 1,", advice)[1])
+    assert count > 1
+    for substeps, is_enough in ((count - 1, False), (count, True)):
+        told = one_json_object(command("accuracy", in_substeps(tmp_path, substeps), "--json").stdout)
+        assert (told["tool_m"] <= repeatability_m) is is_enough, substeps
+    assert f"{1e6 * told['tool_m']:.3g} um" in advice
+
+
+def test_the_steps_are_those_that_the_firmware_makes(found, tmp_path):
+    """In 5 substeps, the force the same over all of them: what the integrator errs shrinks with the square, what comes of
+    the force does not, and the drift of momentum is that of the short steps."""
+    file = in_substeps(tmp_path, 5)
+    told = one_json_object(command("accuracy", file, "--json").stdout)
+    assert (told["substeps"], found["substeps"]) == (5, 1)
+    assert told["tool_m"] < 0.3 * found["tool_m"]
+    assert told["held_tool_m"] == pytest.approx(found["held_tool_m"], rel=0.01)
+    assert [row for row in told["rows"] if row["substeps"] == 1] == found["rows"]
+    own = {row["force"]: row for row in told["rows"] if row["substeps"] == 5 and row["integrator"] == "implicit_midpoint"}
+    assert {row["step_ms"] for row in own.values()} == {2.5} and own["mean"]["tool_m"] == told["tool_m"]
+    drifts = [each["momentum_drift"]["semi_implicit_euler"]["linear_N_s"] for each in (found, told)]
+    assert drifts[0] / drifts[1] == pytest.approx(5.0, rel=0.1)
+    shown = command("accuracy", file).stdout.decode()
+    assert "in steps of 0.5 ms" in shown and "at 2.5 ms in 5 substeps with implicit_midpoint" in shown
+
+
+def test_where_substeps_do_not_help_the_loop_has_to_be_faster(tmp_path):
+    """Runge-Kutta's error is that of the force, which is one over the step."""
+    file = tmp_path / "rk4.toml"
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    file.write_text(text.replace('integrator = "implicit_midpoint"', 'integrator = "rk4"'))
+    shown = command("accuracy", file, "--repeatability-um", "0.05").stdout.decode()
+    assert "more substeps than the 1 of the arm's file do not bring it within" in shown
+    assert shown.rstrip().endswith("a loop of 1 ms does")
+
+
+def test_every_way_that_the_force_may_go_is_told_by_the_robot_s_repeatability(found):
+    shown = command("accuracy", "ess").stdout.decode()
+    for words, key in (("the integrator alone", "tool_m"), ("held over the step, as the loop does", "held_tool_m"),
+                       ("led by half a step", "led_tool_m")):
+        [line] = [line for line in shown.splitlines() if line.startswith(f"  {words} ")]
+        assert f"{1e6 * found[key]:.3g} um" in line, line
+        percent = 100 * found[key] / found["repeatability_m"]
+        assert f" {percent:.0f} %" in line if percent > 100 else f" {percent:.2g} %" in line, line
+
+
+def test_the_drift_of_momentum_is_at_the_rig_s_own_step():
+    shown = command("accuracy", "ess-berthing", "--set", "loop.rate_Hz=200").stdout.decode()
+    assert "in 60 s of the same motion without contact, in steps of 5 ms" in shown
+
+
+def test_the_statement_is_about_the_rig_s_own_period(tmp_path):
+    done = command("accuracy", "ess-berthing", "--set", "loop.rate_Hz=200", "--json")
+    assert done.returncode == 0, done.stderr.decode()
+    at_5_ms = one_json_object(done.stdout)
+    assert at_5_ms["step_ms"] == 5.0
+    assert at_5_ms["tool_m"] == errors(at_5_ms, at_5_ms["integrator"], "mean")[5.0]
+    done = command("accuracy", "ess-berthing", "--set", "loop.rate_Hz=160")
+    assert done.returncode == EXIT_INPUT
+    assert b"ess-berthing: loop.rate_Hz: its period of 6.25 ms" in done.stderr and b"--step-ms" in done.stderr
+
+
+@pytest.mark.parametrize("shoulder_rad,elbow_rad", [(0.0, 0.0), (0.0, -0.02), (2.0, 0.0)])
+def test_an_arm_that_cannot_be_led_from_its_start_is_refused(tmp_path, shoulder_rad, elbow_rad):
+    """Stretched along the direction of approach, x, nearly so, and half across it, where Newton steps do find a bend."""
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    file = tmp_path / "stretched.toml"
+    file.write_text(text.replace("initial_rad = 1.35", f"initial_rad = {shoulder_rad}")
+                    .replace("initial_rad = -1.7", f"initial_rad = {elbow_rad}"))
+    done = command("accuracy", file)
+    assert done.returncode == EXIT_INPUT
+    assert b"stretched.toml: the arm starts at or near a singular pose" in done.stderr and b"initial_rad" in done.stderr
+
+
+def test_a_held_base_keeps_no_momentum():
+    """Its mount takes what it must: that is no error of an integrator."""
+    done = command("accuracy", "ess-held")
+    assert done.returncode == 0, done.stderr.decode()
+    text = done.stdout.decode()
+    assert "momentum: not kept, for the base is held" in text and "comes of nothing" not in text
+    assert "the integrator alone" in text

@@ -183,16 +183,16 @@ def reduce(*options):
 
 
 @pytest.mark.parametrize("options,amplitude_m,limited", [
-    (("--held",), 0.1, []),
-    (("--held",), 0.25, ["joint 1", "joint 2"]),
-    (("--held", "--unguided"), 0.05, []),
-    ((), 0.03, None),
-    ((), 0.1, ["joint 1", "joint 2", "wheel"]),
-    (("--unguided",), 0.02, None),
+    (("--held", "--guided"), 0.1, []),
+    (("--held", "--guided"), 0.25, ["joint 1", "joint 2"]),
+    (("--held",), 0.05, []),
+    (("--guided",), 0.03, None),
+    (("--guided",), 0.1, ["joint 1", "joint 2", "wheel"]),
+    ((), 0.02, None),
 ])
 def test_the_swing_is_that_of_an_arm_of_our_own(options, amplitude_m, limited):
     found = reduce(*options, "--amplitude", f"{amplitude_m / 2!r}:{amplitude_m!r}:2")["amplitudes"]
-    arm = Arm("--held" in options, "--unguided" not in options)
+    arm = Arm("--held" in options, "--guided" in options)
     s, shape = arm.mode(found["small"]["frequency_Hz"])
     assert s.imag / (2 * np.pi) == pytest.approx(found["small"]["frequency_Hz"], rel=1e-6)
     assert -s.real / abs(s) == pytest.approx(found["small"]["damping_ratio"], rel=1e-5)
@@ -205,8 +205,8 @@ def test_the_swing_is_that_of_an_arm_of_our_own(options, amplitude_m, limited):
         assert row["at_limit"] == limited
 
 
-@pytest.mark.parametrize("options", [(), ("--held",), ("--unguided",), ("--pose", "0.4,-0.9"),
-                                     ("--held", "--set", "object.stiffness_N_per_m=20000")])
+@pytest.mark.parametrize("options", [(), ("--held", "--guided"), ("--guided",), ("--pose", "0.4,-0.9", "--guided"),
+                                     ("--held", "--guided", "--set", "object.stiffness_N_per_m=20000")])
 def test_small_swings_are_those_of_the_linear_arm(options):
     found = reduce(*options, "--amplitude", "1e-6:1e-4:2")
     small = found["amplitudes"]["small"]
@@ -219,7 +219,7 @@ def test_small_swings_are_those_of_the_linear_arm(options):
 
 def test_it_departs_with_the_square_of_the_amplitude():
     """Joints and springs are linear: what geometry does is even in the deflection."""
-    found = reduce("--held", "--amplitude", "0.025:0.1:3")["amplitudes"]
+    found = reduce("--held", "--guided", "--amplitude", "0.025:0.1:3")["amplitudes"]
     off = [row["full"]["frequency_Hz"] / found["small"]["frequency_Hz"] - 1 for row in found["rows"]]
     assert off[1] / off[0] == pytest.approx(4.0, rel=0.1)
     assert off[2] / off[1] == pytest.approx(4.0, rel=0.1)
@@ -246,7 +246,7 @@ def test_a_beam_of_several_modes_swings_too():
 def test_an_arm_in_space_swings_too(tmp_path):
     arm = tmp_path / "seven.toml"
     arm.write_bytes(command("arm", RIG_FOLDER.parents[1] / "tests" / "arms" / "seven.urdf", "--tool", "gripper").stdout)
-    done = command("reduce", "ess", "--json", "--arm", arm, "--direction", "1,0,0.5", "--amplitude", "1e-6:1e-5:2")
+    done = command("reduce", "ess", "--json", "--arm", arm, "--direction", "1,0,0.5", "--guided", "--amplitude", "1e-6:1e-5:2")
     assert done.returncode == 0, done.stderr.decode()
     amplitudes = one_json_object(done.stdout)["amplitudes"]
     for row in amplitudes["rows"]:
@@ -281,7 +281,7 @@ def seven_of(folder):
 
 def test_a_mode_that_the_tool_does_not_show_is_no_swing(tmp_path):
     """Of the seven joints a mode at 7.14 Hz is the nearest to the reduction's 10.27 Hz, and does not move the tool."""
-    words = ("reduce", "ess", "--arm", seven_of(tmp_path), "--unguided", "--direction", "1,0,0.5")
+    words = ("reduce", "ess", "--arm", seven_of(tmp_path), "--direction", "1,0,0.5")
     coupled = one_json_object(command(*words, "--json").stdout)["poses"][0]["coupled"]
     assert coupled["reduced"]["frequency_Hz"] == pytest.approx(10.27, rel=1e-3) and coupled["full"] is None
     shown = command(*words).stdout.decode()
@@ -307,7 +307,7 @@ def test_a_swing_that_takes_too_many_steps_is_given_up(tmp_path):
 
 
 def test_from_nothing_nothing_is_concluded():
-    words = ("--held", "--pose", "1.35,-0.01", "--amplitude", "0.001:0.3:4")
+    words = ("--held", "--guided", "--pose", "1.35,-0.01", "--amplitude", "0.001:0.3:4")
     found = reduce(*words)["amplitudes"]
     for row in found["rows"]:
         assert row["full"] is None and row["not_measured"] == "does not swing so far"
@@ -317,7 +317,7 @@ def test_from_nothing_nothing_is_concluded():
     shown = command("reduce", "ess", "--direction", "1,0", *words).stdout.decode()
     assert shown.count("frequency not determined, damping ratio not determined") == 2 and "nowhere" not in shown
     # Looked at and found to be within is another thing.
-    near = reduce("--held", "--amplitude", "0.001:0.01:2")["amplitudes"]["reduced_off_1_percent"]
+    near = reduce("--held", "--guided", "--amplitude", "0.001:0.01:2")["amplitudes"]["reduced_off_1_percent"]
     assert near == {"frequency_m": None, "frequency_determined": True, "damping_m": None, "damping_determined": True}
 
 
@@ -366,9 +366,9 @@ def test_an_input_from_outside_is_no_effect_on_the_swing():
 
 def test_where_the_guide_leaves_no_way_nothing_is_springy():
     """Stretched along the direction, an arm that a rail holds across cannot move."""
-    poses = reduce("--held", "--pose", "0,0", "--sweep", "2=-0.001:0.001:3")["poses"]
+    poses = reduce("--held", "--guided", "--pose", "0,0", "--sweep", "2=-0.001:0.001:3")["poses"]
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
-    poses = reduce("--held", "--sweep", "2=-0.001:0.001:3")["poses"]
+    poses = reduce("--held", "--guided", "--sweep", "2=-0.001:0.001:3")["poses"]
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
 
 

@@ -50,6 +50,58 @@ def test_urdf_errors(tmp_path, change, line, says):
         assert f"arm.urdf:{line}:" in done.stderr.decode()
 
 
+@pytest.mark.parametrize("again,says", [
+    ('<link name="b"/>', '<link> "b": there are two links "b"'),
+    ('<link name="c"/><joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint>',
+     '<joint> "j": there are two joints "j"'),
+])
+def test_a_name_that_is_taken_is_refused(tmp_path, again, says):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD).replace("</robot>", f"\n{again}</robot>"))
+    done = command("arm", file)
+    assert done.returncode == EXIT_INPUT and f"arm.urdf:5: {says}" in done.stderr.decode()
+
+
+def test_urdf_in_the_place_of_an_arm_file_is_told_how_to_be_made_one(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text("\n" + URDF.format(**GOOD))
+    for words in (("run", "ess", "--no-log", "--set", f"manipulator.arm={file}"), ("accuracy", file),
+                  ("reduce", "ess", "--arm", file)):
+        done = command(*words)
+        message = done.stderr.decode()
+        assert done.returncode == EXIT_INPUT and f"{file}:2: is XML, as URDF is, and no arm file" in message, message
+        assert "`berth arm ROBOT.urdf --tool LINK > ARM.toml`" in message
+    made = command("arm", file, "--tool", "b")
+    assert made.returncode == 0 and b"kind =" in made.stdout
+
+
+@pytest.mark.parametrize("words", [("run",), ("eigen",), ("reduce",)])
+def test_urdf_in_the_place_of_a_rig_is_told_what_it_takes(tmp_path, words):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD))
+    done = command(*words, file)
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and f"{file}:1: is XML, as URDF is, and no rig file" in message, message
+    assert "`berth arm ROBOT.urdf --tool LINK > ARM.toml`" in message and "--set manipulator.arm=ARM.toml" in message
+
+
+def test_an_arm_file_in_the_place_of_a_rig_is_told_where_it_goes(tmp_path):
+    file = tmp_path / "arm.toml"
+    file.write_bytes(command("arm", "ess").stdout)
+    done = command("eigen", file)
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and "is an arm file, and no rig file" in message, message
+    assert f"--set manipulator.arm={file}" in message
+
+
+def test_turns_of_a_urdf_are_bounded(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD).replace("</joint>", '<origin xyz="0 0 0" rpy="0 0 1e300"/></joint>'))
+    done = command("arm", file)
+    assert done.returncode == EXIT_INPUT
+    assert "arm.urdf:4:" in done.stderr.decode() and "rpy: must be within 1e6 rad" in done.stderr.decode()
+
+
 def test_joints_that_go_round_in_a_circle_are_refused(tmp_path):
     """Beside a sound arm, which would be read without a word."""
     hang = ('<link name="{0}"/><joint name="to_{0}" type="fixed"><parent link="{1}"/><child link="{0}"/></joint>')
@@ -64,6 +116,8 @@ def test_joints_that_go_round_in_a_circle_are_refused(tmp_path):
     ('lower="-1 rad" upper="2"', 'lower: must be a number (is "-1 rad")'),
     ('lower="-1" upper="2" velocity="fast"', "velocity: must be a number"),
     ('lower="2" upper="-1"', "upper must be greater than lower"),
+    ('lower="-1" upper="2" effort="-5"', "effort must not be negative; without it the joint has no such limit"),
+    ('lower="-1" upper="2" velocity="-1"', "velocity must not be negative"),
 ])
 def test_urdf_limits(tmp_path, limit, says):
     file = tmp_path / "arm.urdf"
@@ -74,6 +128,15 @@ def test_urdf_limits(tmp_path, limit, says):
     else:
         assert done.returncode == EXIT_INPUT and says in done.stderr.decode()
         assert "arm.urdf:4:" in done.stderr.decode()
+
+
+def test_dynamics_of_a_urdf_are_said_to_be_left_out(tmp_path):
+    file = tmp_path / "arm.urdf"
+    for damping, is_told in (("", False), ('<dynamics damping="1.5"/>', True)):
+        limits = '<limit lower="-1" upper="2"/>'
+        file.write_text(URDF.format(**{**GOOD, "type": "revolute"}).replace("</joint>", f"{limits}{damping}</joint>"))
+        done = command("arm", file)
+        assert done.returncode == 0 and ("<dynamics> of its joints is left out" in done.stdout.decode()) == is_told
 
 
 @pytest.mark.parametrize("old,new,says", [
@@ -105,8 +168,18 @@ def test_urdf_limits(tmp_path, limit, says):
     ("gear_ratio = 600", 'gear_ratio = "600"', "must be a number"),
     ("initial_rad = 1.35", "initial_rad = nan", "initial_rad"),
     ("initial_rad = 1.35", "initial_rad = 1e15", "initial_rad"),
+    ("[base]", "[base]\nturn_rad = 1e300", "base.turn_rad: must be within 1e6 rad"),
+    ("[base]", "[base]\nturn_rad = inf", "base.turn_rad: must be within 1e6 rad"),
+    ("origin_m = [1.2, 0.6, 0.0]", "origin_m = [1.2, 0.6, 0.0]\nrpy_rad = [0, 0, 1e300]",
+     "joint.1.rpy_rad: must be within 1e6 rad"),
+    ("origin_m = [1.2, 0.6, 0.0]", "origin_m = [1.2, 0.6, 0.0]\nrpy_rad = [nan, 0, 0]",
+     "joint.1.rpy_rad: must be within 1e6 rad"),
+    ("[tool]", "[tool]\nrpy_rad = [0, 0, -1e300]", "tool.rpy_rad: must be within 1e6 rad"),
+    ('name = "elbow"', 'name = "shoulder"', 'joint.2.name: there are two joints "shoulder"; each needs a name of its own'),
     ("period_ticks = 1", "period_ticks = 0", "attitude.period_ticks"),
     ("centre_m = [2.0, 0.0, 0.0]", "centre_m = [2.0, 0.0]", "must be 3 numbers"),
+    ("mass_kg = 2200.0\n", "", "base.mass_kg: is missing, or 0, and yet there are moments of inertia"),
+    ("mass_kg = 45.0\n", "mass_kg = 0\n", "joint.1.link (shoulder).mass_kg: is missing, or 0, and yet"),
 ])
 def test_arm_file_errors(tmp_path, old, new, says):
     text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()

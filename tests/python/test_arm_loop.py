@@ -1,5 +1,8 @@
 """A whole arm in the loop: it grows as its eigenvalues say, replays bit for bit, and takes orders by frames."""
 
+import re
+import tomllib
+
 import numpy as np
 import pytest
 from conftest import (EXIT_DIFFERENT, EXIT_INPUT, RIG_FOLDER, command, data_id, one_json_object, patched, record_type,
@@ -121,6 +124,13 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("at_s = 24.0", "at_s = 0.5", "not earlier"),
     ("at_s = 1.0", "at_s = 0.0", "greater than 0"),  # the loop does not run yet: it would be lost
     ("speed_m_per_s = 0.03", "speed_m_per_s = 0.0016", "steps of 0.001 m/s"),
+    ("rate_rad_per_s = -0.001", "rate_rad_per_s = 4e-7", "steps of 0.000001 rad/s"),
+    ("rate_rad_per_s = -0.001", "move_to_rad = -1.6\nrate_rad_per_s = 4e-7", "steps of 0.000001 rad/s"),  # 0: any rate
+    ("line_m = [0.3, 0.0]", "line_m = [0.00009, -0.00004]", "steps of 0.0002 m, and nothing is left"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.3, 0.00009]", "orders.line_m: goes over the wire in steps of 0.0002 m, and nothing "
+     "is left of 9e-05"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.0, 0.0]", "wrong.toml:42: orders.line_m: goes nowhere; an arm that is to stand "
+     "still has joint = 1 and rate_rad_per_s = 0"),
     ("grip_close_s = 20.0", "grip_close_s = 20.0\ngrip_release_s = 10", "later than run.grip_close_s"),
     ('kind = "gripped"', 'kind = "contact"', "run.grip_close_s"),
 ])
@@ -133,6 +143,38 @@ def test_what_is_wrong_is_said(tmp_path, old, new, says):
     message = done.stderr.decode()
     assert done.returncode == EXIT_INPUT, message
     assert says in message and message.count("\n") == 1, message
+
+
+@pytest.mark.parametrize("rig", ["concept-foam", "concept-copper"])
+def test_of_a_satellite_that_drives_off_it_says_when_it_left(rig, tmp_path):
+    """From the force: what rings in the sensor's own spring afterwards is a hundredth of the push."""
+    log = run_json(rig, tmp_path, *ARM)["log"]
+    tick = topic(log)
+    pushed = np.nonzero(tick["force_N"] > 0.05 * tick["force_N"].max())[0]
+    shown = command("summary", log).stdout.decode()
+    words = re.search(r"NOT DETERMINED the tool touched the object for (.*) s, left it at (.*) s and did not", shown)
+    assert words, shown
+    assert float(words[2]) == pytest.approx(2.5e-3 * pushed[-1], abs=0.2)
+    assert float(words[1]) == pytest.approx(2.5e-3 * len(pushed), rel=0.3)
+
+
+def test_what_was_never_touched_has_no_loop(tmp_path):
+    words = ("--set", "object.surface_position_m=1")
+    told = run_json("concept-foam", tmp_path, *words)
+    assert told["stable"] is None and told["growth_per_s"] is None
+    shown = command("run", "concept-foam", "--no-log", *words).stdout.decode()
+    assert "NEVER TOUCHED  it ran for 19.90 s, but the tool never came to the object: there was no loop" in shown
+
+
+def test_orders_after_the_end_of_the_run_are_told(tmp_path):
+    at_s = [order["at_s"] for order in tomllib.loads(BERTHING.read_text())["orders"]]
+    for duration_s, words in ((70, ("--no-log",)), (10, ("--no-log",)), (10, ("--no-log", "--json"))):
+        done = command("run", BERTHING, *words, "--set", f"run.duration_s={duration_s}")
+        told = done.stderr.decode().splitlines()
+        late = [time for time in at_s if time + 0.1 >= duration_s]
+        assert len(late) == (0 if duration_s == 70 else len(at_s) - 1) and done.returncode == 0
+        assert told == [f"berth: ess-berthing: orders.at_s = {time:g}: is after the run's end, at {duration_s - 0.1:g} s "
+                        "from run.release_s on, and never given; run.duration_s makes it longer" for time in late]
 
 
 @pytest.mark.parametrize("words", [("limits", "ess"), ("compensate", "ess"), ("eigen", "ess", "--amplitude", "0.01"),
@@ -257,3 +299,38 @@ def test_a_wheel_whose_torque_is_held_is_taken_for_one_that_is_not_and_it_is_sai
         assert "attitude.period_ticks" in line and "400 ticks" in line and line in done.stderr.decode()
     told = run_json("ess", tmp_path, "--set", f"manipulator.arm={arm}", "--set", "run.duration_s=2")
     assert "400 ticks" in told["prediction_left_out"][0]
+
+
+def strong_wheel(folder, stiffness_N_m_per_rad, damping_N_m_s_per_rad):
+    text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    for key, value in {"stiffness_N_m_per_rad = 30.0": stiffness_N_m_per_rad,
+                       "damping_N_m_s_per_rad = 400.0": damping_N_m_s_per_rad,
+                       "torque_limit_N_m = 20.0": "inf", "momentum_limit_N_m_s = 500.0": "inf"}.items():
+        assert text.count(f"\n{key}\n") == 1
+        text = text.replace(f"\n{key}\n", f"\n{key.split(' = ')[0]} = {value}\n")
+    file = folder / "strong.toml"
+    file.write_text(text)
+    return "--set", f"manipulator.arm={file}"
+
+
+@pytest.mark.parametrize("rig,stiffness,damping,is_said", [
+    ("ess-50hz", 1e6, 5000, True),     # T/2 of 10 ms: the hold takes twice its damping
+    ("ess-50hz", 1e4, 5000, True),     # 2 %
+    ("ess-50hz", 2.9e3, 3000, False),   # 0.97 %, and 30 N m s^2 of the other
+    ("ess", 3.9e4, 5000, False),       # 1 % of 400 Hz
+    ("ess", 1e5, 5000, True),
+    ("ess-50hz", 30, 4e4, True),       # D T/2 of 400 N m s^2 beside 3200 kg m^2
+    ("ess-50hz", 30, 400, False),      # as shipped
+    ("ess-50hz", 30, 0, True),
+    ("ess-50hz", 0, 0, False),
+])
+def test_a_wheel_whose_hold_of_one_tick_matters_is_named(tmp_path, rig, stiffness, damping, is_said):
+    words = strong_wheel(tmp_path, stiffness, damping)
+    for command_name in ("eigen", "reduce"):
+        done = command(command_name, rig, *words, "--json")
+        lines = one_json_object(done.stdout)["left_out"]
+        print(lines)
+        assert any("attitude.period_ticks" in line and "held for 1 tick;" in line for line in lines) == is_said
+        assert (b"attitude.period_ticks" in done.stderr) == is_said
+    told = run_json(rig, tmp_path, *words, "--set", "run.duration_s=2")
+    assert any("held for 1 tick;" in line for line in told["prediction_left_out"] or []) == is_said

@@ -217,7 +217,7 @@ def test_reduction():
 
 def test_a_whole_arm_swings_with_all_modes():
     """With the satellite held the arm ess is the manipulator of the rig but for what its joints' motors do."""
-    done = command("reduce", RIG, "--json", "--direction", "1,0", "--held")
+    done = command("reduce", RIG, "--json", "--direction", "1,0", "--held", "--guided")
     assert done.returncode == 0, done.stderr.decode()
     found = one_json_object(done.stdout)
     arm, beam = found["poses"][0], found["object"]

@@ -195,3 +195,23 @@ def test_what_is_wrong_is_said(values, says):
     done = command("run", "ess", "--no-log", *settings(values))
     message = done.stderr.decode()
     assert done.returncode == EXIT_INPUT and says in message and message.count("\n") == 1, message
+
+
+@pytest.mark.parametrize("values", [
+    {"run.duration_s": 5, "run.grip_close_s": 60},
+    {"run.duration_s": 8, "run.grip_close_s": 5, "run.emergency_stop_s": 2},  # stopped by when the gripper closes
+], ids=["ends before the grip", "stopped before the grip"])
+def test_a_run_that_never_gripped_has_no_verdict(values, tmp_path):
+    """The manipulator alone swings and decays meanwhile, and it did run."""
+    told = run_json("ess", tmp_path, *settings(values))
+    assert told["stable"] is None and told["growth_per_s"] is None and told["gripped"] is False
+    shown = command("run", "ess", "--no-log", *settings(values)).stdout.decode()
+    assert "NEVER GRIPPED  it ran for" in shown and f"run.grip_close_s = {values['run.grip_close_s']}" in shown
+    assert "NEVER RAN" not in shown
+    command(ROOT / "scripts" / "report.py", told["log"], program=(ROOT / ".venv" / "bin" / "python",))
+    assert "Never gripped" in open(told["log"].replace(".ulg", ".html")).read()
+
+
+def test_a_run_that_gripped_has_one(tmp_path):
+    told = run_json("ess", tmp_path, *settings({"run.duration_s": 20, "run.grip_close_s": 0.2}))
+    assert told["stable"] is True and told["gripped"] is True

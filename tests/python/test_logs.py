@@ -19,7 +19,7 @@ DIMENSIONLESS = {
     "enable", "emergency_stop", "stop", "state", "stop_cause", "limits", "operator_request", "heartbeat",
     "drive_error", "drive_statusword", "drive_trouble", "drive_setup_step",
     "inverse_gain", "base_quaternion_w", "base_quaternion_x", "base_quaternion_y", "base_quaternion_z", "guided_by",
-    "order",
+    "motors_at_limit", "order",
     "data", "id", "bus", "length", "flags", "direction",
 }
 SHORT = {"run.duration_s": 3.0}
@@ -31,7 +31,8 @@ def test_pyulog_reads_every_record(rig, logs):
     result, log = logs(rig)
     ulog = ULog(str(log))
     assert not ulog.file_corruption and not ulog.dropouts
-    arm = {"ess-berthing": {"arm"}, "ess-berthing-pose": {"arm", "side"}, "ess-pose": {"arm", "side"}}.get(rig, set())
+    arm = {"concept-arm-copper": {"arm"}, "concept-arm-foam": {"arm"},
+           "ess-berthing": {"arm"}, "ess-berthing-pose": {"arm", "side"}, "ess-pose": {"arm", "side"}}.get(rig, set())
     assert {data.name for data in ulog.data_list} == {"tick", "can_frame", "rig"} | arm
     assert all(len(topic(log, name)["timestamp"]) == result["ticks"] for name in arm)
     tick = topic(log)

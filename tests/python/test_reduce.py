@@ -21,18 +21,43 @@ def test_what_changes_from_period_to_period_is_named_and_left_out(key, value, sa
     assert says in command("reduce", "ess", "--set", f"{key}={value}").stderr.decode()
 
 
+HELD = {"is_free = true": "is_free = false", 'actuator = "wheel"': 'actuator = "none"'}
+
+
+@pytest.mark.parametrize("rig,is_held", [("ess-berthing", False), ("ess", False), ("ess", True), ("ess-pose", False)])
+def test_the_full_arm_in_the_loop_is_the_one_of_eigen_and_run(rig, is_held, tmp_path):
+    """Its tool is as free as in a run: nothing guides it."""
+    text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    for own, other in HELD.items() if is_held else ():
+        assert text.count(own) == 1
+        text = text.replace(own, other)
+    arm = tmp_path / "arm.toml"
+    arm.write_text(text)
+    known = one_json_object(command("eigen", rig, "--json", "--set", f"manipulator.arm={arm}").stdout)
+    [pose] = reduce(rig, *["--held"] * is_held)["poses"]
+    assert pose["loop"]["full"]["growth_per_s"] == pytest.approx(known["growth_per_s"], rel=1e-6)
+    [guided] = reduce("ess", "--guided", *["--held"] * is_held)["poses"]
+    assert guided["loop"]["full"]["growth_per_s"] != pytest.approx(known["growth_per_s"], rel=0.1)
+
+
+def test_no_rail_guides_a_tool_that_is_shown_across():
+    done = command("reduce", "ess-pose", "--guided")
+    assert done.returncode == EXIT_INPUT
+    assert "--guided: [axis.*] shows where the tool goes across" in done.stderr.decode()
+
+
 def test_with_further_axes_it_says_which_of_them_move():
     assert reduce("ess-berthing")["compared"] == []
     compared = reduce("ess-pose")["compared"]
     assert len(compared) == 3
-    assert "not guided" in compared[0] and "along x alone" in compared[1] and "all axes" in compared[2]
+    assert "model is without" in compared[0] and "along x alone" in compared[1] and "all axes" in compared[2]
     shown = command("reduce", "ess-pose").stdout.decode()
     assert all(line in shown for line in compared)
 
 
 def test_a_mode_of_the_attitude_control_is_marked_and_passed_over():
     """At this pose the tool has more of it than of any other that is held."""
-    words = ("ess", "--unguided", "--pose", "1.35,-0.5")
+    words = ("ess", "--pose", "1.35,-0.5")
     [pose] = reduce(*words)["poses"]
     held = [mode for mode in pose["modes"] if mode["frequency_Hz"] > 0.0]
     slow = max(held, key=lambda mode: mode["share"])
@@ -44,11 +69,11 @@ def test_a_mode_of_the_attitude_control_is_marked_and_passed_over():
 
 
 def test_below_the_shortest_dead_time_nothing_is_said():
-    limit = reduce("ess")["poses"][0]["dead_time_limit_ms"]
+    limit = reduce("ess", "--guided")["poses"][0]["dead_time_limit_ms"]
     assert limit["looked_from"] == 2.5 and limit["full"] == 0.0
-    [shortest] = reduce("ess", "--set", "robot.dead_time_ms=2.5")["poses"]
+    [shortest] = reduce("ess", "--guided", "--set", "robot.dead_time_ms=2.5")["poses"]
     assert shortest["loop"]["full"]["growth_per_s"] > 0.0 > shortest["loop"]["reduced"]["growth_per_s"]
-    assert "< 2.5" in command("reduce", "ess").stdout.decode()
+    assert "< 2.5" in command("reduce", "ess", "--guided").stdout.decode()
     ideal = reduce("ess", "--set", "robot.interpolation=hold", "--set", "robot.dead_time_ms=0", "--set",
                    "bus.ideal=true")["poses"][0]["dead_time_limit_ms"]
     assert ideal["looked_from"] == pytest.approx(0.025) and ideal["looked_to"] == 25.0
@@ -83,10 +108,11 @@ def test_blanks_and_a_plus_are_no_mistake():
 
 def test_it_says_what_was_looked_at():
     found = reduce("ess", "--held", "--direction", "0.6,0.8")
-    assert (found["direction"], found["guided"], found["base_free"]) == ([0.6, 0.8], True, False)
+    assert (found["direction"], found["guided"], found["base_free"]) == ([0.6, 0.8], False, False)
     shown = command("reduce", "ess", "--held", "--direction", "0.6,0.8").stdout.decode()
-    assert "at 1.35, -1.7 rad, along (0.6, 0.8), guided, satellite held" in shown
-    assert reduce("ess-pose")["guided"] is False, "an axis across shows what a guide would hold"
+    assert "at 1.35, -1.7 rad, along (0.6, 0.8), tool free across, satellite held" in shown
+    assert reduce("ess", "--guided")["guided"] is True
+    assert "along (1, 0), tool guided by a rail that no run has" in command("reduce", "ess", "--guided").stdout.decode()
 
 
 def test_a_beam_of_a_rig_with_an_arm_meets_that_arm(tmp_path):
@@ -131,3 +157,22 @@ def test_an_object_that_is_too_stiff_at_any_size_is_no_factor_of_zero():
 def test_a_sweep_from_a_pose_to_itself_is_refused():
     done = command("reduce", "ess", "--sweep", "2=0:0:3")
     assert done.returncode == EXIT_INPUT and "two angles" in done.stderr.decode()
+
+
+def test_where_dead_time_makes_it_stable_again_is_told():
+    """A light beam on a stiff manipulator: over a turn of its swing at 7.1 Hz the late force takes energy, gives it, and
+    takes it again. Against the eigenvalues to either side of every edge."""
+    settings = [word for setting in (
+        "manipulator.stiffness_N_per_m=4e5", "manipulator.damping_N_s_per_m=200", "object.beam_mass_kg_per_m=0.5",
+        "object.beam_stiffness_N_m2=2e6", "object.modes=2") for word in ("--set", setting)]
+    limit = reduce("ess-beam", *settings)["object"]["dead_time_limit_ms"]
+    (from_ms, first_ms), (again_ms, to_ms) = limit["full_stable"]
+    assert (from_ms, to_ms) == (limit["looked_from"], limit["looked_to"]) and first_ms == limit["full"]
+    for dead_time_ms, grows in ((from_ms, False), (0.99 * first_ms, False), (1.01 * first_ms, True),
+                                (0.99 * again_ms, True), (1.01 * again_ms, False), (to_ms, False)):
+        loop = one_json_object(command("eigen", "ess-beam", "--json", *settings, "--set",
+                                       f"robot.dead_time_ms={dead_time_ms}").stdout)
+        assert (loop["growth_per_s"] > 0.0) == grows, dead_time_ms
+    shown = command("reduce", "ess-beam", *settings).stdout.decode()
+    assert "stable again, all modes, ms" in shown and f" {again_ms:.4g} to > {to_ms:.4g}\n" in shown
+    assert "stable again" not in command("reduce", "ess-beam").stdout.decode()

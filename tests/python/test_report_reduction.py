@@ -54,7 +54,7 @@ def test_the_reduced_one_is_a_rig_without_an_arm(sweeps):
     sweep = sweeps[1]
     place = 20
     pose = f"1.35,{float(sweep.angle_rad[place])!r}"
-    mode = one_json_object(command("reduce", "ess", "--json", "--arm", "ess", "--unguided", "--pose", pose).stdout)
+    mode = one_json_object(command("reduce", "ess", "--json", "--arm", "ess", "--pose", pose).stdout)
     mode = mode["poses"][0]["reduced"]
     rig = [word for key in ("mass_kg", "damping_N_s_per_m", "stiffness_N_per_m")
            for word in ("--set", f"manipulator.{key}={mode[key]!r}")]
@@ -84,14 +84,14 @@ def test_the_picture_is_on_the_page(berthing, tmp_path):
 
 
 def test_poses_with_nothing_springy_are_left_out(tmp_path):
-    done = command("reduce", "ess", "--json", "--held", "--unguided", "--pose", "0,0", "--direction", "1,0", "--sweep",
+    done = command("reduce", "ess", "--json", "--held", "--pose", "0,0", "--direction", "1,0", "--sweep",
                    "2=-0.5:0.5:3")
     poses = one_json_object(done.stdout)["poses"]
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
     found = report_reduction.sweep_from({"poses": poses}, 1, {}, (0.0, 0.0))
     assert found.compared.tolist() == [True, False, True]
     assert " of 2 poses " in report_reduction.statement([found])
-    shown = command("reduce", "ess", "--held", "--unguided", "--pose", "0,0", "--direction", "1,0", "--sweep",
+    shown = command("reduce", "ess", "--held", "--pose", "0,0", "--direction", "1,0", "--sweep",
                     "2=-0.5:0.5:3").stdout.decode()
     assert "0.000  no spring of the arm moves the tool along the direction" in shown
 

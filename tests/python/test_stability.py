@@ -113,11 +113,18 @@ def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
     assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=0.01)
 
 
-@pytest.mark.parametrize("rig, values", [
-    ("concept-foam", {}), ("ess", {"robot.dead_time_ms": 5000}),
+@pytest.mark.parametrize("rig, values, why", [
+    ("concept-foam", {}, "one-sided contact has no small motions"),
+    ("ess", {"robot.dead_time_ms": 5000}, "eigenvalues, for more than 200 ask `berth eigen`"),
+    ("ess", {"robot.backlash_m": 1e-4}, "has no linearisation"),
+    ("ess", {"manipulator.arm": "ess", "robot.dead_time_ms": 6000}, "lower loop.rate_Hz, robot.dead_time_ms"),
+    ("ess", {"manipulator.arm": "ess", "robot.jitter_ms": 0.3}, "a manipulator of one degree of freedom alone"),
 ])
-def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, tmp_path):
-    assert run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))["predicted_growth_per_s"] is None
+def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, why, tmp_path):
+    told = run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))
+    assert told["predicted_growth_per_s"] is None and why in told["why_not_predicted"]
+    shown = command("run", rig, "--no-log", *settings({"run.duration_s": 2, **values})).stdout.decode()
+    assert f"  not predicted  {told['why_not_predicted']}\n" in shown
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------

@@ -4,6 +4,8 @@
 #include "firmware/arm/attitude_control.h"
 #include "firmware/arm/integrators.h"
 #include "hal/rig/arm_file.h"
+#include "sim_hal/arm/urdf.h"
+#include "tests/support/files.h"
 #include "tests/support/one_joint_arm.h"
 
 using namespace berth;
@@ -89,6 +91,44 @@ double error_of_second(arm_integrator integrator, double step_s)
     return (run(integrator, step_s).values - run(ARM_RK4, 1.0 / 8192).values).norm();
 }
 
+/* Of an arm that swings free of dampers and servos while a held force pushes its tool for 10 s: the largest
+ * energy that comes of nothing, as a share of the largest work of the force. */
+template <class Space>
+double energy_of_nothing(arm_config config, arm_integrator integrator, double step_s)
+{
+    for (int i = 0; i < config.joint_count; i++) {
+        config.joints[i].damping_N_m_s_per_rad = 0.0;
+        config.joints[i].servo_frequency_Hz = 0.0;
+    }
+    const chain<Space> chain = make_chain<Space>(config);
+    chain_state<Space> state = state_at_start<Space>(config);
+    for (int i = 0; i < config.joint_count; i++) {
+        state.link_rate()(i) = state.motor_rate()(i) = 0.1 * (i + 1);
+    }
+    chain_input<Space> input{wrench_of<Space>::zero(), Space::angular::Zero(), Space::angular::Zero(),
+                             state.motor_rad(), joint_vector::Zero()};
+    input.tool.force.setConstant(20.0);
+    const auto mechanical_J = [&] {
+        const chain_energy parts = energy(chain, state);
+        return parts.kinetic_J + parts.rotors_J + parts.springs_J;
+    };
+    const auto tool_m = [&] {
+        return (state.base() * tool_in_base(chain, pose_of(chain, joint_vector(state.link_rad())))).origin_m;
+    };
+    const double start_J = mechanical_J();
+    const typename Space::vector start_m = tool_m();
+    double made_J = 0.0;
+    double work_J = 0.0;
+    for (int i = 0; i < std::lround(10.0 / step_s); i++) {
+        state = advanced(chain, state, input, integrator, step_s, 0.0);
+        const double done_J = input.tool.force.dot(tool_m() - start_m);
+        made_J = std::max(made_J, std::fabs(mechanical_J() - start_J - done_J));
+        work_J = std::max(work_J, std::fabs(done_J));
+    }
+    CHECK(work_J > 50.0);
+    return made_J / work_J;
+}
+
 } // namespace
 
 TEST_CASE("arm: sine and cosine are those of the library within an ulp of 1, also far out")
@@ -170,6 +210,38 @@ TEST_CASE("arm: energy of a free swing and of a held force")
         CHECK(made_J == doctest::Approx(closed_form_J).epsilon(1e-6).scale(1e-6));
     }
 }
+
+TEST_CASE("arm: energy that comes of nothing while a force pushes a whole arm on a free base")
+{
+    const double midpoint = energy_of_nothing<plane>(ess_arm(), ARM_IMPLICIT_MIDPOINT, 2.5e-3);
+    const double rk4 = energy_of_nothing<plane>(ess_arm(), ARM_RK4, 2.5e-3);
+    const double euler = energy_of_nothing<plane>(ess_arm(), ARM_SEMI_IMPLICIT_EULER, 2.5e-3);
+    MESSAGE("of the work, two joints: implicit midpoint ", midpoint, ", Runge-Kutta ", rk4, ", semi-implicit Euler ",
+            euler);
+    CHECK(midpoint < 1e-6);
+    CHECK(rk4 < 1e-8);
+    CHECK(euler > 100.0 * midpoint);
+    CHECK(midpoint / energy_of_nothing<plane>(ess_arm(), ARM_IMPLICIT_MIDPOINT, 1.25e-3) ==
+          doctest::Approx(4.0).epsilon(0.15));
+    CHECK(euler / energy_of_nothing<plane>(ess_arm(), ARM_SEMI_IMPLICIT_EULER, 1.25e-3) ==
+          doctest::Approx(2.0).epsilon(0.15));
+}
+
+#ifdef BERTH_WITH_URDF
+TEST_CASE("arm: the same with seven joints in space")
+{
+    const std::string urdf = "tests/arms/seven.urdf";
+    arm_config seven = arm_from_urdf(read_bytes(urdf), urdf, {"", "gripper", false}).config;
+    for (int i = 0; i < seven.joint_count; i++) {
+        seven.joints[i].initial_rad = 0.4 + 0.2 * i;
+    }
+    const double coarse = energy_of_nothing<space>(seven, ARM_IMPLICIT_MIDPOINT, 2.5e-3);
+    const double fine = energy_of_nothing<space>(seven, ARM_IMPLICIT_MIDPOINT, 1.25e-3);
+    MESSAGE("of the work, seven joints: implicit midpoint ", coarse, ", at half the step ", fine);
+    CHECK(coarse < 1e-5);
+    CHECK(fine < 0.5 * coarse);
+}
+#endif
 
 TEST_CASE("arm: a free base moves against the arm, and the wheel takes what turns it")
 {

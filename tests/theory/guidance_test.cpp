@@ -171,6 +171,73 @@ TEST_CASE("guidance: no joint passes the end of its range, and the others go on"
     CHECK(arm.guide.motor_rad_per_s(0) == doctest::Approx(0.01));
 }
 
+/* From v the way to rest is v^2 / (2 a), and half a tick's way more for braking in ticks. */
+TEST_CASE("guidance: a joint that is ordered beyond its range brakes ahead and comes to rest at its end")
+{
+    for (const double rate : {0.05, -0.0312345, 0.0999}) {
+        CAPTURE(rate);
+        led_arm arm;
+        arm_joint &joint = arm.config.joints[1];
+        const double a = joint.acceleration_limit_rad_per_s2;
+        const double end_rad = arm.guide.motor_rad(1) + (rate > 0.0 ? 0.0712345 : -0.0712345);
+        (rate > 0.0 ? joint.angle_max_rad : joint.angle_min_rad) = end_rad;
+        arm.take(joint_order(ARM_ORDER_JOINT_RATE, 1, rate));
+        double brakes_from_rad = 0.0;
+        for (int i = 0; i < 4000; i++) {
+            arm.step();
+            CHECK((arm.guide.motor_rad(1) - end_rad) * rate <= 1e-12);
+            if (brakes_from_rad == 0.0 && (arm.limited_by & GUIDANCE_ANGLE) != 0) {
+                brakes_from_rad = arm.guide.motor_rad(1);
+            }
+        }
+        CHECK(arm.hardest_rad_per_s2 <= a * (1.0 + 1e-9));
+        CHECK(arm.fastest_rad_per_s == doctest::Approx(std::abs(rate)));
+        CHECK(std::abs(end_rad - brakes_from_rad) ==
+              doctest::Approx(rate * rate / (2.0 * a)).epsilon(2.0 * a * period_s / std::abs(rate)));
+        CHECK(std::abs(arm.guide.motor_rad(1) - end_rad) < 1e-12);
+        CHECK(std::abs(arm.guide.motor_rad_per_s(1)) < 1e-12);
+    }
+}
+
+TEST_CASE("guidance: a move ends at its angle without passing it, wherever that lies between two ticks' ways")
+{
+    for (int i = 0; i < 50; i++) {
+        CAPTURE(i);
+        led_arm arm;
+        const double to_rad = arm.guide.motor_rad(1) + 0.01 + 1.7e-6 * i;
+        arm.config.joints[1].angle_max_rad = to_rad;
+        arm.take(joint_order(ARM_ORDER_JOINT_MOVE, 1, 0.0, to_rad));
+        double largest_rad = -10.0;
+        for (int tick = 0; tick < 1000; tick++) {
+            arm.step();
+            largest_rad = std::max(largest_rad, arm.guide.motor_rad(1));
+        }
+        CHECK(largest_rad <= to_rad + 1e-12);
+        CHECK(std::abs(arm.guide.motor_rad(1) - to_rad) < 1e-12);
+        CHECK(arm.hardest_rad_per_s2 <= arm.config.joints[1].acceleration_limit_rad_per_s2 * (1.0 + 1e-9));
+        CHECK((arm.limited_by & GUIDANCE_ANGLE) == 0);
+    }
+}
+
+/* All joints change their rates by one factor: one that turns round must not keep the other from braking. */
+TEST_CASE("guidance: a joint stops at its end of range while a line asks much of the other")
+{
+    led_arm arm;
+    arm.config.joints[1].angle_max_rad = arm.guide.motor_rad(1) + 0.05;
+    arm.take(line_order(1.5, 0.5, 0.3));
+    bool is_turned = false;
+    for (int i = 0; i < 8000; i++) {
+        arm.step();
+        CHECK(arm.guide.motor_rad(1) <= arm.config.joints[1].angle_max_rad + 1e-12);
+        if (!is_turned && (arm.limited_by & GUIDANCE_ANGLE) != 0) {
+            is_turned = true;
+            arm.take(line_order(1.5, -1.5, 0.3));
+        }
+    }
+    CHECK(is_turned);
+    CHECK(arm.hardest_rad_per_s2 <= arm.config.joints[0].acceleration_limit_rad_per_s2 * (1.0 + 1e-9));
+}
+
 TEST_CASE("guidance: dexterity is the least pivot of J J^T; a stretched arm has none")
 {
     led_arm arm;
