@@ -22,6 +22,11 @@ constexpr double held_out_least = 0.05; /* share of the explainable error that a
 constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
 constexpr double share_of_all = 0.02;
+/* What explains half of what is left, beyond any doubt, is no finer way: of a real servo its lag and dead time beside
+ * its velocity limit. */
+constexpr double share_of_all_clear = 0.002;
+constexpr double share_clear = 0.5;
+constexpr double bic_beyond_doubt = 150.0;
 constexpr double share_of_all_refining = 0.003;
 constexpr double share_of_rest = 0.9; /* nearly all that is left */
 
@@ -248,7 +253,8 @@ double block_search::improvement(const candidate &best, double bic_before) const
 bool block_search::is_worthwhile(const candidate &best, double better, double share, double of_all) const
 {
     /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
-    const double of_all_least = best.effect->refines.empty() ? share_of_all
+    const bool is_clear = share > share_clear && better > bic_beyond_doubt;
+    const double of_all_least = best.effect->refines.empty() ? (is_clear ? share_of_all_clear : share_of_all)
                                 : share > share_of_rest      ? share_of_precision
                                                              : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);

@@ -158,6 +158,9 @@ bool block_model::starts_at_rest(const record_segment &segment) const
     if (block_ != block::robot) {
         return false;
     }
+    if (segment.stands_m) {
+        return true;
+    }
     const std::vector<double> &x = record_.command_position_m;
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
     const double range_m = *largest - *least;

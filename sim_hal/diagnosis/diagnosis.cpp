@@ -65,7 +65,7 @@ record read_all(const std::vector<std::string> &paths, rig &rig, std::vector<inp
             all.time_s.push_back(time_s + shift_s);
         }
         for (const record_segment &part : next.segments) {
-            all.segments.push_back({part.begin + offset, part.end + offset});
+            all.segments.push_back({part.begin + offset, part.end + offset, part.stands_m});
         }
         all.notes.insert(all.notes.end(), next.notes.begin(), next.notes.end());
         all.is_from_this_firmware = all.is_from_this_firmware && next.is_from_this_firmware;

@@ -45,7 +45,7 @@ std::unique_ptr<horizon> horizon_of(const block_model &whole, const rig &base, s
     std::vector<record_segment> segments;
     for (const record_segment &segment : part.segments) {
         if (segment.begin < rows) {
-            segments.push_back({segment.begin, std::min(segment.end, rows)});
+            segments.push_back({segment.begin, std::min(segment.end, rows), segment.stands_m});
         }
     }
     part.segments = std::move(segments);

@@ -15,6 +15,7 @@
 #include "record_columns.h"
 #include "record_gaps.h"
 #include "record_table.h"
+#include "robot_start.h"
 
 namespace berth
 {
@@ -87,6 +88,7 @@ void find_segments(record &made, const row_marks &marks, double period_s)
             text("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * largest_jitter));
     }
     fill_in(made, missing);
+    find_starts_elsewhere(made);
 }
 
 /* Mean of the steps between rows that are no gap: what rounding and jitter do to the stamps averages out. */

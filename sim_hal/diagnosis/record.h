@@ -3,6 +3,7 @@
 #define SIM_HAL_DIAGNOSIS_RECORD_H
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace berth
 struct record_segment {
     std::size_t begin;
     std::size_t end;
+    std::optional<double> stands_m{}; /* where the robot stands as it begins, if not on its setpoint */
 };
 
 /* Row n: at t_n the operator's values and the newest force count, and act until t_(n+1); command_position_m is the

@@ -24,7 +24,7 @@ std::vector<double> taken_setpoints(const rig &rig, const record &record, const 
 {
     setpoint_path path(rig);
     std::vector<double> taken(part.end - part.begin);
-    double newest_m = path.start(record.command_position_m[part.begin]);
+    double newest_m = path.start(part.stands_m.value_or(record.command_position_m[part.begin]));
     for (std::size_t n = 0; n < taken.size(); n++) {
         if (events.lost_command.empty() || events.lost_command[part.begin + n] == 0) {
             newest_m = path.take(record.command_position_m[part.begin + n]);
@@ -34,10 +34,18 @@ std::vector<double> taken_setpoints(const rig &rig, const record &record, const 
     return taken;
 }
 
+/* Of a period: how long a jump of the reference lasts. It has a step of its own, so that what follows it sees it as
+ * short as it is; at a tick the robot has jumped when it is asked where it is. */
+constexpr double jump_lasts = 1e-5;
+
 /* A line that ends at a knot lasts one period; before it the reference stands. */
 void add_knot(std::vector<knot> &knots, double time_s, double position_m, double period_s, bool holds)
 {
-    const double begin_s = holds ? time_s : time_s - period_s;
+    if (holds) { /* in the middle of its step, whichever way the step's ends are rounded */
+        knots.push_back({time_s - 0.5 * jump_lasts * period_s, position_m});
+        return;
+    }
+    const double begin_s = time_s - period_s;
     if (!knots.empty() && begin_s > knots.back().time_s + 1e-9 * period_s) {
         knots.push_back({begin_s, knots.back().position_m});
     }
@@ -57,6 +65,9 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
     };
     std::vector<knot> knots;
     knots.reserve(taken.size() + 16);
+    if (part.stands_m) {
+        knots.push_back({-period_s, setpoint_path(rig).start(*part.stands_m)});
+    }
     if (rig.robot.clock == robot_clock::locked) {
         for (std::size_t n = 0; n < taken.size(); n++) {
             const double sent_s = period_s * static_cast<double>(n);
@@ -166,17 +177,19 @@ int steps_of_motion(const rig &rig, motion_detail detail)
 tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
 {
     const bool wander = knots_wander(rig);
-    const double knot_s =
+    const double least_s = 1e-6 * period_s;
+    const double after_tick_s =
         wander ? 0.0
                : std::fmod(1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)), period_s);
+    const double knot_s = after_tick_s < least_s ? period_s : after_tick_s;
     const double late =
         (1e-3 * rig.sensor.delay_ms - std::fmod(1e-3 * rig.sensor.sample_phase_ms, period_s)) / period_s;
     const double whole = std::ceil(late - 1e-9);
     const double sample_s = std::max(0.0, (whole - late) * period_s);
 
-    const double least_s = 1e-6 * period_s;
     std::vector<double> ends;
-    for (const double end_s : {knot_s, sample_s}) {
+    const bool jumps = !wander && rig.robot.interpolation == interpolation::hold;
+    for (const double end_s : {knot_s, knot_s - (jumps ? jump_lasts * period_s : 0.0), sample_s}) {
         if (end_s > least_s && end_s < period_s - least_s) {
             ends.push_back(end_s);
         }

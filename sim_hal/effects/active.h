@@ -49,6 +49,10 @@ inline bool has_body_effects(const rig &rig, std::string_view block)
     return !active_stages(rig, &effect::on_body, block).empty();
 }
 
+/* A robot that lags has a position controller, and a limit of its velocity is one of what that controller asks for:
+ * tau r' = u - r within |r'| <= V. Without a lag the limit is on the reference. */
+bool saturates_in_lag(const rig &rig);
+
 /* Gain of the loop by the effects that are one; 1 without. */
 double gain_when_small(const rig &rig);
 

@@ -98,9 +98,15 @@ bool is_hardware_effect(const effect &effect)
 bool has_hardware_effects(const rig &rig)
 {
     const auto &library = effect_library();
-    return has_any_value(rig) && std::any_of(library.begin(), library.end(), [&](const effect &known) {
-               return is_hardware_effect(known) && is_active(known, rig);
-           });
+    return has_any_value(rig) &&
+           (saturates_in_lag(rig) || std::any_of(library.begin(), library.end(), [&](const effect &known) {
+                return is_hardware_effect(known) && is_active(known, rig);
+            }));
+}
+
+bool saturates_in_lag(const rig &rig)
+{
+    return rig.robot.velocity_limit_m_per_s != unlimited && value_of_effect(rig, "robot.lag_ms") > 0.0;
 }
 
 bool is_beyond_small_motion(const effect &effect)

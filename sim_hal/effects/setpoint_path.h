@@ -28,7 +28,7 @@ class setpoint_path
 
   private:
     std::vector<std::unique_ptr<setpoint_stage>> stages_;
-    bool is_limited_;
+    bool is_limited_ = false;
     app_config config_;
     limits limits_{};
 };

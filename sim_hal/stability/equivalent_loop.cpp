@@ -27,7 +27,8 @@ bool is_of_size(const effect &effect)
 
 bool limits_setpoints(const rig &rig)
 {
-    return rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
+    return (rig.robot.velocity_limit_m_per_s != unlimited && !saturates_in_lag(rig)) ||
+           rig.robot.acceleration_limit_m_per_s2 != unlimited;
 }
 
 bool shapes_samples(const rig &rig)
@@ -62,6 +63,9 @@ rig without_effects_of_size(const rig &original)
                 }
             }
         }
+    }
+    if (saturates_in_lag(original)) {
+        set_number(made, "robot.lag_ms", 0.0);
     }
     made.robot.velocity_limit_m_per_s = made.robot.acceleration_limit_m_per_s2 = unlimited;
     made.sensor.resolution_N = 0.0;
@@ -125,7 +129,7 @@ class balance_of_harmonics
             if (known.on_motion == nullptr || !is_active(known, rig_)) {
                 continue;
             }
-            if (!is_of_size(known)) { /* the lag, which the linear rig keeps */
+            if (!is_of_size(known) && !saturates_in_lag(rig_)) { /* the lag, which the linear rig keeps */
                 height_m /= std::abs(1.0 + s_ * plant_.robot_lag_s);
                 continue;
             }

@@ -113,7 +113,7 @@ def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tm
 
 LINEAR = [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]]
 OF_SIZE = [{"robot.backlash_m": 5e-4}, {"robot.deadband_m": 5e-4}, {"robot.velocity_limit_m_per_s": 0.03},
-           {"robot.acceleration_limit_m_per_s2": 0.2}, {"object.coulomb_friction_N": 2},
+           {"robot.lag_ms": 5, "robot.velocity_limit_m_per_s": 0.03}, {"robot.acceleration_limit_m_per_s2": 0.2}, {"object.coulomb_friction_N": 2},
            {"object.cubic_stiffness_N_per_m3": 2e7}, {"object.quadratic_stiffness_N_per_m2": 2e5},
            {"object.backlash_m": 2e-3}, EFFECTS["object.hysteresis"], {"object.grip_force_N": 5},
            {"manipulator.coulomb_friction_N": 2}, {"manipulator.cubic_stiffness_N_per_m3": 2e7},

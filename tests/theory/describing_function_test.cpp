@@ -129,6 +129,22 @@ TEST_CASE("describing functions: velocity limit, dead band of setpoints")
     CHECK(std::arg(stepped) < -1e-3);
 }
 
+/* Within a lag: deep in saturation the same triangle; never saturated the lag itself. */
+TEST_CASE("describing functions: velocity limit within a lag")
+{
+    const double a = 0.01;
+    const auto gain = [&](double limit_m_per_s) {
+        const rig limited = ess({"robot.lag_ms=5", set("robot.velocity_limit_m_per_s", limit_m_per_s)});
+        return gain_of(*find_effect("robot.lag")->on_motion(limited), {a, 0.0, w});
+    };
+    const double limit_m_per_s = 0.1 * a * w;
+    const double height_m = limit_m_per_s * pi / (2.0 * w);
+    CHECK(std::abs(std::abs(gain(limit_m_per_s)) / (8.0 / (pi * pi) * height_m / a) - 1.0) < 2e-2);
+    CHECK(error(gain(10.0), 1.0 / complex(1.0, 0.005 * w)) < 1e-3);
+    CHECK(error(setpoint_gain(ess({"robot.lag_ms=5", "robot.velocity_limit_m_per_s=1e-4"}), {a, 0.0, w}), 1.0) <
+          1e-9);
+}
+
 TEST_CASE("describing functions: an object that never lets go has the stiffness of its equations")
 {
     const rig held = ess({"object.grip_force_N=1e6"});

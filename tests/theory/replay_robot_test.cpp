@@ -7,6 +7,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../../sim_hal/diagnosis/replay.h"
+#include "../../sim_hal/diagnosis/robot_start.h"
 
 using namespace berth;
 
@@ -51,6 +52,7 @@ TEST_CASE("robot: where it is at the ticks needs no steps between, if one thing 
     const std::vector<std::vector<std::string>> alone = {
         {"robot.backlash_m=1e-3"},
         {"robot.lag_ms=7"},
+        {"robot.lag_ms=20", "robot.velocity_limit_m_per_s=0.05"},
         {"robot.periodic_error_m=1e-4", "robot.periodic_error_pitch_m=3e-3"},
         {"robot.transfer_frequency_Hz=12", "robot.transfer_damping_ratio=0.6"},
     };
@@ -69,4 +71,73 @@ TEST_CASE("robot: two things that bend its way one after the other keep their st
     const std::vector<std::string> settings = {"robot.backlash_m=1e-3", "robot.transfer_frequency_Hz=12",
                                                "robot.transfer_damping_ratio=0.6"};
     CHECK(replayed(settings, motion_detail::at_ticks).tick.count() >= 8);
+}
+
+/* tau r' = u - r within |r'| <= V, by Euler's rule in steps of a thousandth of a tick. */
+TEST_CASE("robot: a velocity limit is within the lag")
+{
+    constexpr double lag_s = 0.02;
+    for (const double limit_m_per_s : {0.03, 0.08, 0.15}) {
+        CAPTURE(limit_m_per_s);
+        const robot_motion found = replayed({"robot.dead_time_ms=2.5", "robot.lag_ms=20",
+                                             "robot.velocity_limit_m_per_s=" + std::to_string(limit_m_per_s)},
+                                            motion_detail::at_ticks);
+        const record told = wandering_command(0.0025);
+        const std::vector<double> &u_m = told.command_position_m;
+        constexpr int steps = 1000;
+        double r_m = u_m[0];
+        double before_m = r_m;
+        double worst_m = 0.0;
+        std::size_t at_limit = 0;
+        /* With a dead time of one period the line to a setpoint begins where that is sent. */
+        for (std::size_t n = 1; n + 1 < u_m.size(); n++) {
+            for (int i = 0; i < steps; i++) {
+                const double goal_m = u_m[n - 1] + (u_m[n] - u_m[n - 1]) * (i + 0.5) / steps;
+                const double wish = (goal_m - r_m) / lag_s;
+                r_m += told.period_s / steps * std::clamp(wish, -limit_m_per_s, limit_m_per_s);
+            }
+            worst_m = std::max(worst_m, std::abs(r_m - found.at_tick_m[n + 1]));
+            const double moved_m = std::abs(found.at_tick_m[n + 1] - before_m);
+            before_m = found.at_tick_m[n + 1];
+            CHECK(moved_m <= limit_m_per_s * told.period_s * (1.0 + 1e-9));
+            at_limit += moved_m > 0.999 * limit_m_per_s * told.period_s ? 1 : 0;
+        }
+        CHECK(worst_m < 2e-6);
+        CHECK(at_limit > 100);
+    }
+    const auto slow = replayed({"robot.lag_ms=20"}, motion_detail::at_ticks);
+    const auto never_limited =
+        replayed({"robot.lag_ms=20", "robot.velocity_limit_m_per_s=5"}, motion_detail::at_ticks);
+    CHECK(largest_difference_m(slow.at_tick_m, never_limited.at_tick_m) < 1e-12);
+}
+
+/* A step from where the robot stands, though the record begins with the setpoint already there. */
+TEST_CASE("robot: a part that begins where the robot stands elsewhere is replayed from there")
+{
+    const rig rig = load_rig("ess", {"robot.dead_time_ms=20", "robot.lag_ms=50", "robot.interpolation=hold"});
+    const double dead_time_s = 0.02 + 1e-9 * static_cast<double>(sync_wait_ns(rig));
+    record made;
+    made.period_s = 0.0025;
+    for (int n = 0; n < 400; n++) {
+        made.time_s.push_back(made.period_s * n);
+        made.command_position_m.push_back(0.1);
+        const double since_s = std::max(0.0, made.period_s * n - dead_time_s);
+        made.robot_position_m.push_back(0.1 * (1.0 - std::exp(-since_s / 0.05)));
+    }
+    made.command_position_m.back() = -0.1; /* the range of the record */
+    made.segments.push_back({0, made.time_s.size()});
+    find_starts_elsewhere(made);
+    REQUIRE(made.segments[0].stands_m.has_value());
+    CHECK(*made.segments[0].stands_m == 0.0);
+    robot_motion motion;
+    replay_robot(rig, made, {}, motion_detail::at_ticks, 1, motion);
+    CHECK(largest_difference_m(motion.at_tick_m, made.robot_position_m) < 1e-7);
+
+    /* A robot with a wrong gain stands beside its setpoint, and stays there. */
+    for (double &position_m : made.robot_position_m) {
+        position_m = 0.08;
+    }
+    made.segments[0].stands_m.reset();
+    find_starts_elsewhere(made);
+    CHECK_FALSE(made.segments[0].stands_m.has_value());
 }
