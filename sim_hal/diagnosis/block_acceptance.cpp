@@ -22,8 +22,8 @@ constexpr double held_out_least = 0.05; /* share of the explainable error that a
 constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
 constexpr double share_of_all = 0.02;
-/* What explains half of what is left, beyond any doubt, is no finer way: of a real servo its lag and dead time beside
- * its velocity limit. */
+/* What explains half of what is left, beyond any doubt, is no finer way: of a real servo its lag and dead time
+ * beside its velocity limit. */
 constexpr double share_of_all_clear = 0.002;
 constexpr double share_clear = 0.5;
 constexpr double bic_beyond_doubt = 150.0;

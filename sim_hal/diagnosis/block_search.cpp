@@ -91,7 +91,9 @@ double block_search::excess(double cost, std::size_t rows) const
 bool block_search::is_within_rounding() const
 {
     constexpr double dominates = 0.9;
-    return model_.rounding_rms() > dominates * noise_.rms && incumbent_.cost <= static_cast<double>(incumbent_.rows);
+    constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
+    return model_.rounding_rms() > dominates * noise_.rms &&
+           incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows);
 }
 
 noise_model block_search::metric_for(const rig &rig)

@@ -34,14 +34,14 @@ std::vector<double> taken_setpoints(const rig &rig, const record &record, const 
     return taken;
 }
 
-/* Of a period: how long a jump of the reference lasts. It has a step of its own, so that what follows it sees it as
- * short as it is; at a tick the robot has jumped when it is asked where it is. */
+/* Of a period: a jump of the reference is at the end of a step as short as this, in which the object sees it; at a
+ * tick the robot has jumped when it is asked where it is. */
 constexpr double jump_lasts = 1e-5;
 
 /* A line that ends at a knot lasts one period; before it the reference stands. */
 void add_knot(std::vector<knot> &knots, double time_s, double position_m, double period_s, bool holds)
 {
-    if (holds) { /* in the middle of its step, whichever way the step's ends are rounded */
+    if (holds) { /* whichever way the step's ends are rounded */
         knots.push_back({time_s - 0.5 * jump_lasts * period_s, position_m});
         return;
     }
@@ -160,6 +160,12 @@ bool knots_wander(const rig &rig)
     return rig.robot.clock == robot_clock::free || value_of_effect(rig, "robot.dead_time_drift_ms_per_s") != 0.0;
 }
 
+/* At the same place of every tick. */
+bool jumps_within_ticks(const rig &rig)
+{
+    return rig.robot.interpolation == interpolation::hold && !knots_wander(rig);
+}
+
 /* Transfer behaviour and effects are each exact at the end of a step in which what drives them is straight: a single
  * one needs no steps of its own, unless the way between the ticks counts. */
 int steps_of_motion(const rig &rig, motion_detail detail)
@@ -188,8 +194,8 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
     const double sample_s = std::max(0.0, (whole - late) * period_s);
 
     std::vector<double> ends;
-    const bool jumps = !wander && rig.robot.interpolation == interpolation::hold;
-    for (const double end_s : {knot_s, knot_s - (jumps ? jump_lasts * period_s : 0.0), sample_s}) {
+    const double jump_s = jumps_within_ticks(rig) ? jump_lasts * period_s : 0.0;
+    for (const double end_s : {knot_s, knot_s - jump_s, sample_s}) {
         if (end_s > least_s && end_s < period_s - least_s) {
             ends.push_back(end_s);
         }
@@ -227,6 +233,7 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
 {
     const double period_s = record.period_s;
     const bool holds = rig.robot.interpolation == interpolation::hold;
+    const bool jumps = jumps_within_ticks(rig);
     const bool has_motion_effect = !active_stages(rig, &effect::on_motion).empty();
     const int steps = std::max(steps_of_motion(rig, detail), steps_min);
     motion.tick = divide_tick(rig, period_s, steps);
@@ -243,7 +250,8 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
         }
         reference line(knots, holds);
         robot_drive drive(rig);
-        double position_m = drive.start(knots.front().position_m);
+        double goal_m = knots.front().position_m;
+        double position_m = drive.start(goal_m);
         *out++ = position_m;
         for (std::size_t n = part.begin; n < part.end; n++) {
             motion.at_tick_m[n] = position_m;
@@ -255,10 +263,14 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
                 if (has_late_knots) {
                     position_m = line.at(time_s, begin_s, position_m, motion.bulge_m[at]);
                 } else {
-                    position_m = drive.advance(line.at(time_s), step_s);
+                    position_m = drive.advance(jumps ? goal_m : line.at(time_s), step_s);
                 }
                 if (has_motion_effect) {
                     motion.bulge_m[at] = drive.bulge_m();
+                }
+                if (jumps && line.at(time_s) != goal_m) {
+                    goal_m = line.at(time_s);
+                    position_m = drive.jump(goal_m);
                 }
                 *out++ = position_m;
             }

@@ -131,7 +131,7 @@ TEST_CASE("robot: a part that begins where the robot stands elsewhere is replaye
     CHECK(*made.segments[0].stands_m == 0.0);
     robot_motion motion;
     replay_robot(rig, made, {}, motion_detail::at_ticks, 1, motion);
-    CHECK(largest_difference_m(motion.at_tick_m, made.robot_position_m) < 1e-7);
+    CHECK(largest_difference_m(motion.at_tick_m, made.robot_position_m) < 1e-12);
 
     /* A robot with a wrong gain stands beside its setpoint, and stays there. */
     for (double &position_m : made.robot_position_m) {
