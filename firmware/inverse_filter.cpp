@@ -1,18 +1,18 @@
 #include "inverse_filter.h"
 
 #include "matrix_exponential.h"
+#include "pi.h"
 
 namespace
 {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double butterworth_damping_ratio = 0.70710678118654752;
 
 /* Denominator z^2 + c[0] z + c[1] whose roots are exp(s T) of the roots of s^2 + 2 z w s + w^2: trace and
  * determinant of the exponential of the companion matrix. */
 void matched_polynomial(double frequency_Hz, double damping_ratio, double period_s, double c[2])
 {
-    const double w = 2.0 * pi * frequency_Hz;
+    const double w = 2.0 * berth::pi * frequency_Hz;
     Eigen::Matrix2d a;
     a << 0.0, 1.0, -w * w, -2.0 * damping_ratio * w;
     const Eigen::Matrix2d e = berth::matrix_exponential<2>(a * period_s);

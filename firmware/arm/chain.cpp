@@ -2,13 +2,13 @@
 
 #include <Eigen/Cholesky>
 
+#include "../pi.h"
+
 namespace berth
 {
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 template <class Space>
 typename Space::vector vector_of(const double values[3])

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "../pi.h"
+
 namespace berth
 {
 
@@ -10,7 +12,6 @@ namespace
 
 /* Of a vector this near to another direction there is too little left at right angles. */
 constexpr double nearly_along = 0.9;
-constexpr double pi = 3.14159265358979323846;
 constexpr double no_turn = 1e-12;
 
 /* From 0 to pi. sin(guess - angle) corrects a guess that is off by e to one that is off by e^3 / 6: from 0.58 at

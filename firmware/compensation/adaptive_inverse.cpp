@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "../matrix_exponential.h"
+#include "../pi.h"
 
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double tolerances_max = 3.0;
 
 /* Positions are compared about their mean over so many times the band's own time: where zero lies says nothing. */
@@ -25,7 +25,7 @@ void set_band(adaptive_inverse &inverse)
 {
     constexpr int states = INVERSE_TERMS_MAX;
     const inverse_settings &s = inverse.settings;
-    const double w = two_pi * s.bandwidth_Hz;
+    const double w = berth::two_pi * s.bandwidth_Hz;
     const auto n = static_cast<int>(s.terms);
     using matrix = Eigen::Matrix<double, states + 1, states + 1>;
     matrix a = matrix::Zero();

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "../matrix_exponential.h"
+#include "../pi.h"
 #include "delay_shares.h"
 #include "hardware_twin.h"
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 double age_ticks(const app_config &config)
 {
@@ -44,7 +43,7 @@ void force_lead_start(force_lead *lead, const force_lead_settings *settings)
     lead->error_share = 1.0;
     if (std::isfinite(settings->bandwidth_Hz)) {
         Eigen::Matrix<double, 1, 1> decay;
-        decay << -two_pi * settings->bandwidth_Hz * settings->period_s;
+        decay << -berth::two_pi * settings->bandwidth_Hz * settings->period_s;
         lead->error_share = 1.0 - berth::matrix_exponential<1>(decay)(0, 0);
     }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../matrix_exponential.h"
+#include "../pi.h"
 
 namespace
 {
@@ -11,7 +12,6 @@ namespace
 using coupled_step = Eigen::Matrix<double, 2, 5, Eigen::RowMajor>;
 using matrix5 = Eigen::Matrix<double, 5, 5>;
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr uint32_t looks_a_tick = 8; /* of a tool, whether it touches */
 
 /* The rig's model, but for what [prediction] says otherwise. */
@@ -128,7 +128,7 @@ void prediction_start(prediction *prediction, const app_config *config, const ma
     prediction->velocity_m_per_s = manipulator->velocity_m_per_s;
     prediction->force_max_N = config->sensor_channel.force_limit_N;
     Eigen::Matrix<double, 1, 1> decay;
-    decay << -two_pi * config->prediction.error_bandwidth_Hz * period_s;
+    decay << -berth::two_pi * config->prediction.error_bandwidth_Hz * period_s;
     prediction->error_share = 1.0 - berth::matrix_exponential<1>(decay)(0, 0);
     prediction->substeps = model.is_one_sided ? looks_a_tick : 1;
     for (const int touches : {0, 1}) {

@@ -4,19 +4,13 @@
 #include "arm_file.h"
 #include "arm_keys.h"
 #include "keys.h"
+#include "toml_file.h"
 
 namespace berth
 {
 
 namespace
 {
-
-std::string number_text(double value)
-{
-    char digits[32];
-    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
-    return std::string(digits, end);
-}
 
 std::string numbers_text(const double *values, std::size_t count)
 {

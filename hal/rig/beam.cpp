@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/pi.h"
 #include "rig_file.h"
 
 namespace berth
@@ -131,7 +132,6 @@ void refuse_beam(const rig &rig)
 
 beam_mode object_mode(const object_rig &object, std::int64_t i)
 {
-    constexpr double two_pi = 6.28318530717958647692;
     mode_shares shares{1.0, 1.0, 1.0};
     if (i > 0) {
         shares = object.further_modes[static_cast<std::size_t>(i - 1)];

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "../../firmware/pi.h"
 #include "rig_file.h"
 
 namespace berth
@@ -10,8 +11,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double pi = 3.14159265358979323846;
 
 /* The frequency equation, divided by (1 + k) cosh b so that it stays of the size of 1. */
 double frequency_equation(double b, double root)

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../../firmware/inverse_filter.h"
+#include "../../firmware/pi.h"
 #include "keys.h"
 
 namespace berth
@@ -45,7 +46,6 @@ double loop_delay_ms(const hardware_model &model, const rig &rig)
 
 hardware_model hardware_model_of(const rig &rig)
 {
-    constexpr double two_pi = 6.28318530717958647692;
     hardware_model model{};
     model.setpoint_to_motion_ms = 1e-6 * static_cast<double>(command_to_motion_ns(rig));
     model.sample_age_ms = 1e-6 * static_cast<double>(rig.sample_age_ns());

@@ -10,13 +10,13 @@ namespace berth
 namespace
 {
 
-constexpr double way_max_m = 6.5; /* of the frame */
+constexpr double ordered_way_max_m = 6.5; /* of the frame */
 constexpr double speed_max_m_per_s = 4.0;
 constexpr double speed_step_m_per_s = 1e-3;
 constexpr double way_step_m = 2e-4;
 constexpr double rate_max_rad_per_s = 8.3;
 constexpr double rate_step_rad_per_s = 1e-6;
-constexpr double angle_max_rad = 8.3;
+constexpr double ordered_angle_max_rad = 8.3;
 
 double number(const std::string &key, const toml::node &node, const std::string &origin, double limit)
 {
@@ -70,7 +70,7 @@ void read_way(arm_order &order, const toml::node &node, const std::string &origi
         fail(place(origin, node.source()), {"orders.line_m", "must be two or three numbers in brackets"});
     }
     for (std::size_t i = 0; i < way->size(); i++) {
-        order.way_m[i] = number("orders.line_m", *way->get(i), origin, way_max_m);
+        order.way_m[i] = number("orders.line_m", *way->get(i), origin, ordered_way_max_m);
         if (is_lost(order.way_m[i])) {
             fail(place(origin, way->get(i)->source()),
                  {"orders.line_m", "goes over the wire in steps of 0.0002 m, and nothing is left of " +
@@ -109,7 +109,7 @@ operator_order read_order(const toml::table &table, const std::string &origin)
             kind = key;
             kinds++;
         } else if (key == "move_to_rad") {
-            order.angle_rad = number(path, node, origin, angle_max_rad);
+            order.angle_rad = number(path, node, origin, ordered_angle_max_rad);
         } else if (key == "rate_rad_per_s") {
             order.rate_rad_per_s = number(path, node, origin, rate_max_rad_per_s);
         } else if (key == "follow" && node.value<bool>() == true) {
@@ -191,8 +191,9 @@ std::optional<rig_error> check_orders(const rig &rig)
         if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
             return rig_error{"orders.joint", "must be from 1 to " + std::to_string(arm.joint_count)};
         }
-        if (order.kind == ARM_ORDER_JOINT_MOVE && (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
-                                                   order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
+        if (order.kind == ARM_ORDER_JOINT_MOVE &&
+            (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
+             order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
             return rig_error{"orders.move_to_rad",
                              "must be an angle that joint " + std::to_string(order.joint + 1) + " can have"};
         }

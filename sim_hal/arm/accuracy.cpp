@@ -10,7 +10,7 @@ namespace berth
 namespace
 {
 
-constexpr double tolerance = 1e-12;
+constexpr double truth_tolerance = 1e-12;
 
 /* A number that grows beyond all bounds compares false with everything on its way: it is made infinite. */
 double worse(double worst, double error)
@@ -86,9 +86,9 @@ const accuracy_row &row_at(const accuracy &found, arm_integrator integrator, ber
 accuracy find_accuracy(const arm_config &arm, const berthing_plan &plan, const accuracy_question &question,
                        const std::function<void(double share)> &tell_progress)
 {
-    const berthing_truth truth = true_berthing(arm, plan, tolerance);
+    const berthing_truth truth = true_berthing(arm, plan, truth_tolerance);
     accuracy result = {};
-    result.truth_m = compare(true_berthing(arm, plan, 10.0 * tolerance).samples, truth.samples).tool_m;
+    result.truth_m = compare(true_berthing(arm, plan, 10.0 * truth_tolerance).samples, truth.samples).tool_m;
     result.events = truth.events;
     for (const berthing_sample &sample : truth.samples) {
         result.force_N = std::max(result.force_N, sample.force_N.norm());

@@ -4,13 +4,14 @@
 #include <cstdio>
 #include <Eigen/Dense>
 
+#include "../../firmware/pi.h"
+
 namespace berth
 {
 
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double visible_share = 0.05;
 constexpr double near_factor = 2.0;
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../../firmware/pi.h"
 #include "../solver/ode.h"
 #include "swinging_arm.h"
 
@@ -11,13 +12,12 @@ namespace berth
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
-constexpr double tolerance = 1e-10;    /* of the solver, against the deflection */
-constexpr int turning_points = 4;      /* after the first: two swings */
-constexpr int looks = 400;             /* in the longest half of a swing: how often limits are looked at */
-constexpr double turning_share = 0.02; /* of the small swing's period, in which it does not turn twice */
-constexpr long steps_max = 50000;      /* of the solver from turning point to turning point */
-constexpr double uneven_share = 0.5;   /* of the mean decrement: by how much each may be off it */
+constexpr double solver_tolerance = 1e-10; /* of the solver, against the deflection */
+constexpr int turning_points = 4;          /* after the first: two swings */
+constexpr int looks = 400;                 /* in the longest half of a swing: how often limits are looked at */
+constexpr double turning_share = 0.02;     /* of the small swing's period, in which it does not turn twice */
+constexpr long steps_max = 50000;          /* of the solver from turning point to turning point */
+constexpr double uneven_share = 0.5;       /* of the mean decrement: by how much each may be off it */
 constexpr double uneven_rounding = 1e-4;
 constexpr double slowest_share = 0.1; /* of the small swing's frequency: what is slower counts as no swing */
 
@@ -39,10 +39,12 @@ std::optional<half_swings> follow(const swinging_arm<Space> &arm, const coupled_
     ode equations;
     equations.rate = [&](double, const Eigen::VectorXd &at) { return arm.rate(at); };
     equations.steps_max = steps_max;
-    const Eigen::VectorXd tolerances = Eigen::VectorXd::Constant(arm.states(), tolerance * std::fabs(amplitude_m));
-    ode_solver away(equations, tolerance, tolerances); /* from a turning point, which is none that is looked for */
+    const Eigen::VectorXd tolerances =
+        Eigen::VectorXd::Constant(arm.states(), solver_tolerance * std::fabs(amplitude_m));
+    ode_solver away(equations, solver_tolerance,
+                    tolerances); /* from a turning point, which is none that is looked for */
     equations.event = [&](double, const Eigen::VectorXd &at) { return arm.velocity_m_per_s(at); };
-    ode_solver to_next(equations, tolerance, tolerances);
+    ode_solver to_next(equations, solver_tolerance, tolerances);
     const double small_period_s = 1.0 / mode.frequency_Hz();
     const double longest_s = small_period_s / slowest_share;
     Eigen::VectorXd at = *start;

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "../../firmware/arm/dynamics.h"
+#include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/decompositions.h"
 
@@ -14,8 +15,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 /* Below this share of the tool's mobility a mode is not seen at the tool, nor a direction; rounding. */
 constexpr double share_min = 1e-9;

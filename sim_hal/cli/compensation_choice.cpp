@@ -11,12 +11,12 @@ namespace berth
 namespace
 {
 
-struct choice {
+struct named_settings {
     std::string_view name;
     std::vector<std::string_view> settings;
 };
 
-const choice choices[] = {
+const named_settings choices[] = {
     {"extrapolation-1", {"extrapolation.order=1"}},
     {"extrapolation-2", {"extrapolation.order=2"}},
     {"extrapolation-3", {"extrapolation.order=3"}},
@@ -35,7 +35,7 @@ const choice choices[] = {
 std::string compensation_names()
 {
     std::string names;
-    for (const choice &known : choices) {
+    for (const named_settings &known : choices) {
         names += (names.empty() ? "" : ", ") + std::string(known.name);
     }
     return names;
@@ -46,7 +46,7 @@ std::vector<std::string> compensation_settings(const std::vector<std::string> &n
     std::vector<std::string> settings;
     for (const std::string &name : names) {
         const auto found = std::find_if(std::begin(choices), std::end(choices),
-                                        [&](const choice &known) { return known.name == name; });
+                                        [&](const named_settings &known) { return known.name == name; });
         if (found == std::end(choices)) {
             throw input_error("--with " + name + ": there is no such compensation; there are " +
                               compensation_names());

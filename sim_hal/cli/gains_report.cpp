@@ -10,12 +10,6 @@ namespace berth
 namespace
 {
 
-template <typename T>
-nlohmann::json or_null(const std::optional<T> &value)
-{
-    return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
 nlohmann::json as_json(const std::optional<changed_loop> &changed, const loop_quality &now)
 {
     if (!changed) {

@@ -17,12 +17,6 @@ namespace berth
 namespace
 {
 
-template <typename T>
-nlohmann::json or_null(const std::optional<T> &value)
-{
-    return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
 nlohmann::json as_json(const stability_limit *limit)
 {
     if (limit == nullptr) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../firmware/pi.h"
 #include "../../hal/rig/beam.h"
 #include "../compensation/measured_map.h"
 #include "../stability/compensation_states.h"
@@ -17,7 +18,6 @@ namespace berth
 namespace
 {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int axis_count_max = 1000000;
 constexpr std::size_t points_max = 2000000000;
 

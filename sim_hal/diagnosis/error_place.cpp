@@ -6,13 +6,13 @@
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
+#include "../../firmware/pi.h"
+
 namespace berth
 {
 
 namespace
 {
-
-constexpr double two_pi = 6.283185307179586;
 
 using signal = std::vector<double>;
 

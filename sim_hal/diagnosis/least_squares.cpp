@@ -46,10 +46,10 @@ Eigen::VectorXd minimum_of_free(const Eigen::MatrixXd &hessian, const Eigen::Vec
     return made;
 }
 
-class solver
+class marquardt
 {
   public:
-    solver(const least_squares_problem &problem, const Eigen::VectorXd &start)
+    marquardt(const least_squares_problem &problem, const Eigen::VectorXd &start)
         : problem_(problem), step_(problem.step)
     {
         now_.x = start.cwiseMax(problem.low).cwiseMin(problem.high);
@@ -209,7 +209,7 @@ class solver
 
 least_squares_result solve_least_squares(const least_squares_problem &problem, const Eigen::VectorXd &start)
 {
-    return solver(problem, start).run();
+    return marquardt(problem, start).run();
 }
 
 Eigen::VectorXd bounded_step(const Eigen::MatrixXd &hessian, const Eigen::VectorXd &gradient,

@@ -7,6 +7,7 @@
 
 #include "acceptance.h"
 #include "calibration.h"
+#include "formatted.h"
 #include "response.h"
 
 namespace berth
@@ -210,13 +211,6 @@ std::vector<outcome> best_of(const std::vector<excitation> &excitations,
     return all;
 }
 
-std::string text(const char *format, double a, double b = 0.0)
-{
-    char result[200];
-    std::snprintf(result, sizeof result, format, a, b);
-    return result;
-}
-
 } // namespace
 
 std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, const record &shown, const rig &given)
@@ -261,14 +255,14 @@ std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, c
     if (best.share < 1.0) {
         made.calibration = calibration_for(a.effect, b.effect);
         made.why = "whatever the operator does, re-fitted parameters make " + pair +
-                   text(" alike: at best BIC differs by %.0f, where %.0f would decide", made.predicted_gap,
-                        gap_needed(a, b));
+                   formatted(" alike: at best BIC differs by %.0f, where %.0f would decide", made.predicted_gap,
+                             gap_needed(a, b));
         return made;
     }
     made.proposed = excitations[best.excitation];
-    made.why =
-        "of " + std::to_string(ranking.size()) + " excitations it keeps " + pair +
-        text(" farthest apart: BIC should differ by %.0f, where %.0f decides", made.predicted_gap, gap_needed(a, b));
+    made.why = "of " + std::to_string(ranking.size()) + " excitations it keeps " + pair +
+               formatted(" farthest apart: BIC should differ by %.0f, where %.0f decides", made.predicted_gap,
+                         gap_needed(a, b));
     return made;
 }
 
@@ -323,10 +317,11 @@ std::optional<next_experiment> show_more(const block_diagnosis &found, const std
     }
     made.proposed = excitations[best.excitation];
     made.predicted_gap = best.gap;
-    made.why = "of " + std::to_string(ranking.size()) +
-               text(" excitations it shows the smallest effects: in the median %.3g times smaller ones than this "
-                    "record",
-                    best.share);
+    made.why =
+        "of " + std::to_string(ranking.size()) +
+        formatted(" excitations it shows the smallest effects: in the median %.3g times smaller ones than this "
+                  "record",
+                  best.share);
     return made;
 }
 

@@ -12,6 +12,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../log/ulog_reader.h"
+#include "formatted.h"
 #include "record_columns.h"
 #include "record_gaps.h"
 #include "record_table.h"
@@ -22,13 +23,6 @@ namespace berth
 
 namespace
 {
-
-std::string text(const char *format, double a, double b = 0.0)
-{
-    char result[200];
-    std::snprintf(result, sizeof result, format, a, b);
-    return result;
-}
 
 constexpr double gap = 1.5; /* in periods: a row is missing */
 
@@ -59,7 +53,7 @@ void find_segments(record &made, const row_marks &marks, double period_s)
         const double step_s = is_end ? 0.0 : made.time_s[n] - made.time_s[n - 1];
         if (!is_end && !is_new_label && step_s <= 0.0) {
             throw input_error(place_of(made, marks, n) + ": t_s goes from " +
-                              text("%.9g to %.9g", made.time_s[n - 1], made.time_s[n]) +
+                              formatted("%.9g to %.9g", made.time_s[n - 1], made.time_s[n]) +
                               "; time must increase, or a column `segment` must tell the parts apart");
         }
         const bool is_gap = !is_end && !is_new_label && step_s > gap * period_s;
@@ -85,7 +79,7 @@ void find_segments(record &made, const row_marks &marks, double period_s)
     }
     if (largest_jitter > 0.01 * period_s) {
         made.notes.push_back(
-            text("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * largest_jitter));
+            formatted("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * largest_jitter));
     }
     fill_in(made, missing);
     find_starts_elsewhere(made);
@@ -148,8 +142,8 @@ void finish(record &made, const row_marks &marks, const rig &rig)
     if (std::abs(spacing_s - made.period_s) > rate_tolerance * made.period_s) {
         throw input_error(
             made.path + ": " +
-            text("its rows are %.7g ms apart, those of the rig %.7g ms", 1e3 * spacing_s, 1e3 * made.period_s) +
-            "; say " + text("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s)));
+            formatted("its rows are %.7g ms apart, those of the rig %.7g ms", 1e3 * spacing_s, 1e3 * made.period_s) +
+            "; say " + formatted("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s)));
     }
     made.content = content_of(made);
     find_segments(made, marks, made.period_s);

@@ -13,7 +13,7 @@ namespace
 {
 
 /* Rows are bounded; this is for what is none: columns that nobody asked for, empty lines. */
-constexpr std::size_t text_bytes_max = 2000000000;
+constexpr std::size_t unpacked_bytes_max = 2000000000;
 constexpr std::size_t line_bytes_max = 1u << 20;
 constexpr std::size_t block_bytes = 1u << 16;
 constexpr std::string_view packed_mark = "\x1f\x8b";
@@ -157,7 +157,7 @@ bool record_lines::read_stored()
 void record_lines::append(std::string_view text)
 {
     text_bytes_ += text.size();
-    if (text_bytes_ > text_bytes_max) {
+    if (text_bytes_ > unpacked_bytes_max) {
         throw input_error(path_ + ": is larger than 2 GB of text; give a part of it, a minute is plenty");
     }
     for (const char c : text) {

@@ -5,6 +5,7 @@
 #include <complex>
 #include <unsupported/Eigen/FFT>
 
+#include "../../firmware/pi.h"
 #include "noise.h"
 
 namespace berth
@@ -12,8 +13,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.283185307179586;
 
 /* Amplitudes of the lines of the error less its mean, at multiples of 1 / (size * period). */
 std::vector<std::complex<double>> lines_of(const std::vector<double> &error, std::size_t size)

@@ -7,10 +7,10 @@ namespace berth
 namespace
 {
 
-class gain final : public setpoint_stage
+class setpoint_gain_stage final : public setpoint_stage
 {
   public:
-    explicit gain(double factor) : factor_(factor) {}
+    explicit setpoint_gain_stage(double factor) : factor_(factor) {}
     void start(double) override {}
     double take(double setpoint_m) override { return factor_ * setpoint_m; }
 
@@ -31,7 +31,7 @@ effect robot_gain()
     made.parameters = {{"robot.gain_error", -0.9, 2.0, "e: the robot goes to (1 + e) x"}};
     made.starts = [](const rig &, const record_scales &) { return both_signs({0.03}); };
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
-        return std::make_unique<gain>(1.0 + value_of(rig, "robot.gain_error"));
+        return std::make_unique<setpoint_gain_stage>(1.0 + value_of(rig, "robot.gain_error"));
     };
     made.is_proportional = true;
     made.when_small = small_motion::in_the_equations;

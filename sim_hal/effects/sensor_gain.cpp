@@ -7,10 +7,10 @@ namespace berth
 namespace
 {
 
-class gain final : public sample_stage
+class force_gain final : public sample_stage
 {
   public:
-    explicit gain(double factor) : factor_(factor) {}
+    explicit force_gain(double factor) : factor_(factor) {}
     double take(double force_N, double) override { return factor_ * force_N; }
 
   private:
@@ -29,7 +29,7 @@ effect sensor_gain()
     made.parameters = {{"sensor.gain_error", -0.9, 5.0, "e: the sensor shows (1 + e) F"}};
     made.starts = [](const rig &, const record_scales &) { return both_signs({0.05}); };
     made.on_samples = [](const rig &rig) -> std::unique_ptr<sample_stage> {
-        return std::make_unique<gain>(1.0 + value_of(rig, "sensor.gain_error"));
+        return std::make_unique<force_gain>(1.0 + value_of(rig, "sensor.gain_error"));
     };
     made.is_proportional = true;
     made.look_alike = "object.parameters";

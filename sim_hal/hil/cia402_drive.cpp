@@ -13,11 +13,11 @@ namespace
 constexpr od_key controlword_object = od(0x6040), statusword_object = od(0x6041), mode_wanted = od(0x6060),
                  mode_display = od(0x6061), position_actual_value = od(0x6064), target_position = od(0x607a),
                  interpolation_value = od(0x60c2, 1), interpolation_index = od(0x60c2, 2),
-                 supported_modes = od(0x6502), device_type = od(0x1000);
+                 supported_modes = od(0x6502), drive_type_object = od(0x1000);
 
 constexpr std::uint32_t servo_drive_of_cia402 = 0x00020192;
 constexpr std::uint32_t cyclic_synchronous_position = 8;
-constexpr std::uint32_t abort_range = 0x06090030;
+constexpr std::uint32_t abort_value_range = 0x06090030;
 
 constexpr std::uint16_t overcurrent = 0x2310;
 constexpr std::uint16_t reset_bit = 0x80;
@@ -46,7 +46,7 @@ cia402_drive::cia402_drive(const rig &rig, robot &robot, can_bus &bus)
     : canopen_node(static_cast<std::uint8_t>(rig.firmware.cia402.node_id), bus), robot_(robot),
       counts_per_m_(rig.firmware.cia402.counts_per_m)
 {
-    add(device_type, 4, servo_drive_of_cia402, false);
+    add(drive_type_object, 4, servo_drive_of_cia402, false);
     add(controlword_object, 2, 0, true, true);
     add(statusword_object, 2, 0, false, true);
     add(mode_wanted, 1, 0, true, true);
@@ -66,7 +66,7 @@ std::uint32_t cia402_drive::check_write(od_key key, std::uint32_t value)
     const bool is_refused = (key == mode_wanted && value != 0 && value != cyclic_synchronous_position) ||
                             (key == interpolation_value && value == 0) ||
                             (key == interpolation_index && (value > 63 && value < 128)); /* -128 to 63 */
-    return is_refused ? abort_range : 0;
+    return is_refused ? abort_value_range : 0;
 }
 
 void cia402_drive::written(od_key key)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../firmware/pi.h"
 #include "random.h"
 
 namespace berth
@@ -11,7 +12,6 @@ namespace berth
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr int tone_count = 16;
 
 /* 10 s^3 - 15 s^4 + 6 s^5: from rest to rest with continuous acceleration. */

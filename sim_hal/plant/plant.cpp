@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../firmware/pi.h"
 #include "../../hal/rig/beam.h"
 #include "../effects/active.h"
 
@@ -11,7 +12,6 @@ namespace berth
 
 namespace
 {
-constexpr double two_pi = 6.28318530717958647692;
 
 /* Value of an effect's key; the place of the key is looked up once. */
 double effect_value(const rig &rig, const rig_key *key)

@@ -12,7 +12,7 @@ block_triangular<count> product_of(const block_triangular<count> &a, const block
     block_triangular<count> product;
     for (int column = 0; column < count; column++) {
         for (int row = 0; row <= column; row++) {
-            block sum{};
+            two_by_two sum{};
             for (int k = row; k <= column; k++) {
                 sum.columns[0] += a.at(row, k) * b.at(k, column).columns[0];
                 sum.columns[1] += a.at(row, k) * b.at(k, column).columns[1];

@@ -20,7 +20,7 @@ namespace berth
 /* Two numbers that one instruction works on; GCC and Clang have it on every processor. */
 using pair_vector = double __attribute__((vector_size(16)));
 
-struct block {
+struct two_by_two {
     std::array<pair_vector, 2> columns; /* not set to 0 by itself */
 
     double operator()(int row, int column) const { return columns[static_cast<std::size_t>(column)][row]; }
@@ -28,22 +28,22 @@ struct block {
     double determinant() const { return columns[0][0] * columns[1][1] - columns[1][0] * columns[0][1]; }
 };
 
-inline pair_vector operator*(const block &a, pair_vector x)
+inline pair_vector operator*(const two_by_two &a, pair_vector x)
 {
     return a.columns[0] * x[0] + a.columns[1] * x[1];
 }
 
 template <int count>
 struct block_triangular {
-    std::array<block, count *(count + 1) / 2> blocks; /* column by column, each down to the diagonal */
+    std::array<two_by_two, count *(count + 1) / 2> blocks; /* column by column, each down to the diagonal */
 
     static constexpr std::size_t place(int row, int column)
     {
         return static_cast<std::size_t>(column) * (static_cast<std::size_t>(column) + 1) / 2 +
                static_cast<std::size_t>(row);
     }
-    block &at(int row, int column) { return blocks[place(row, column)]; }
-    const block &at(int row, int column) const { return blocks[place(row, column)]; }
+    two_by_two &at(int row, int column) { return blocks[place(row, column)]; }
+    const two_by_two &at(int row, int column) const { return blocks[place(row, column)]; }
 
     /* Calls f(row, column) for every block that is not 0. */
     template <typename function>
@@ -64,7 +64,7 @@ block_triangular<count> operator*(const block_triangular<count> &a, const block_
 {
     block_triangular<count> product;
     product.for_each([&](int row, int column) {
-        block sum{a.at(row, row) * b.at(row, column).columns[0], a.at(row, row) * b.at(row, column).columns[1]};
+        two_by_two sum{a.at(row, row) * b.at(row, column).columns[0], a.at(row, row) * b.at(row, column).columns[1]};
 #pragma GCC unroll 4
         for (int k = row + 1; k <= column; k++) {
             sum.columns[0] += a.at(row, k) * b.at(k, column).columns[0];

@@ -16,7 +16,7 @@ namespace berth
 namespace
 {
 
-void require(int flag, const char *what)
+void require_done(int flag, const char *what)
 {
     if (flag < 0) {
         throw input_error(std::string("CVODE: ") + what + " failed with " + std::to_string(flag) +
@@ -56,8 +56,8 @@ struct ode_solver::parts {
     int go(double to_s, double &reached_s)
     {
         long taken = 0;
-        require(CVodeGetNumSteps(memory, &taken), "CVodeGetNumSteps");
-        require(CVodeSetMaxNumSteps(memory, std::max(1L, ode.steps_max - taken)), "CVodeSetMaxNumSteps");
+        require_done(CVodeGetNumSteps(memory, &taken), "CVodeGetNumSteps");
+        require_done(CVodeSetMaxNumSteps(memory, std::max(1L, ode.steps_max - taken)), "CVodeSetMaxNumSteps");
         const int flag = CVode(memory, to_s, vector, &reached_s, CV_NORMAL);
         if (flag == CV_TOO_MUCH_WORK) {
             throw not_solved("CVODE: more than " + std::to_string(ode.steps_max) +
@@ -81,20 +81,20 @@ ode_solver::ode_solver(berth::ode ode, double relative_tolerance, const Eigen::V
 {
     parts &p = *parts_;
     p.ode = std::move(ode);
-    require(SUNContext_Create(nullptr, &p.context), "SUNContext_Create");
+    require_done(SUNContext_Create(nullptr, &p.context), "SUNContext_Create");
     p.vector = N_VNew_Serial(absolute_tolerances.size(), p.context);
     p.tolerances = N_VClone(p.vector);
     N_VConst(0.0, p.vector);
     parts::state_of(p.tolerances) = absolute_tolerances;
     p.memory = CVodeCreate(CV_ADAMS, p.context);
-    require(CVodeSetErrFile(p.memory, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
-    require(CVodeInit(p.memory, parts::rate, 0.0, p.vector), "CVodeInit");
-    require(CVodeSVtolerances(p.memory, relative_tolerance, p.tolerances), "CVodeSVtolerances");
+    require_done(CVodeSetErrFile(p.memory, nullptr), "CVodeSetErrFile"); /* what fails is said by require_done() */
+    require_done(CVodeInit(p.memory, parts::rate, 0.0, p.vector), "CVodeInit");
+    require_done(CVodeSVtolerances(p.memory, relative_tolerance, p.tolerances), "CVodeSVtolerances");
     p.iteration = SUNNonlinSol_FixedPoint(p.vector, 0, p.context);
-    require(CVodeSetNonlinearSolver(p.memory, p.iteration), "CVodeSetNonlinearSolver");
-    require(CVodeSetUserData(p.memory, &p), "CVodeSetUserData");
+    require_done(CVodeSetNonlinearSolver(p.memory, p.iteration), "CVodeSetNonlinearSolver");
+    require_done(CVodeSetUserData(p.memory, &p), "CVodeSetUserData");
     if (p.ode.event) {
-        require(CVodeRootInit(p.memory, 1, parts::event), "CVodeRootInit");
+        require_done(CVodeRootInit(p.memory, 1, parts::event), "CVodeRootInit");
     }
 }
 
@@ -103,8 +103,8 @@ double ode_solver::advance(Eigen::VectorXd &state, double from_s, double to_s, c
 {
     parts &p = *parts_;
     parts::state_of(p.vector) = state;
-    require(CVodeReInit(p.memory, from_s, p.vector), "CVodeReInit");
-    require(CVodeSetStopTime(p.memory, to_s), "CVodeSetStopTime");
+    require_done(CVodeReInit(p.memory, from_s, p.vector), "CVodeReInit");
+    require_done(CVodeSetStopTime(p.memory, to_s), "CVodeSetStopTime");
     double reached_s = from_s;
     int flag = CV_SUCCESS;
     for (const double output_s : outputs_s) {

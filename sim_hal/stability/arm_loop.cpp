@@ -8,6 +8,7 @@
 
 #include "../../firmware/arm/robot_frame.h"
 #include "../../firmware/compensation/compensation.h"
+#include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../solver/balance.h"
@@ -21,8 +22,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 /* The arm over a period with the loads held: states q, q' in even scales. */
 struct arm_period {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "../../firmware/pi.h"
+
 namespace berth
 {
 
@@ -17,7 +19,6 @@ std::complex<double> zero_near(const loop_equation &equation, std::complex<doubl
 
 std::complex<double> zero_next_to_unit_circle(const loop_equation &equation)
 {
-    constexpr double pi = 3.14159265358979323846;
     /* Steps finer than zeros can be close in a ring, and shrinking ones towards w = 1, where slow modes lie. */
     const int even_steps = 4 * (equation.degree() + 1) * 3 + 1;
     constexpr int shrinking_steps = 120;

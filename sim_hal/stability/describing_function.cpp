@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../firmware/pi.h"
 #include "../effects/active.h"
 #include "../effects/setpoint_path.h"
 #include "../hil/sensor.h"
@@ -13,8 +14,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 constexpr int steps_a_period = 2048; /* what turns with the motion turns up to a step late: 0.3 % */
 constexpr int settling_periods = 2;  /* for what only remembers the last turn */

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../plant/plant.h"
@@ -17,8 +18,6 @@ namespace
 {
 
 using complex = std::complex<double>;
-
-constexpr double two_pi = 6.28318530717958647692;
 
 bool is_of_size(const effect &effect)
 {

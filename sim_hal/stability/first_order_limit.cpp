@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../../firmware/inverse_filter.h"
+#include "../../firmware/pi.h"
 #include "../effects/effect.h"
 #include "hardware_period.h"
 #include "spectrum.h"
@@ -12,8 +13,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 double robot_delay_s(const rig &rig)
 {

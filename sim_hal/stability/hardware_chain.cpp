@@ -164,7 +164,7 @@ void hardware_chain::set_blocks(transition &made, double duration_s) const
         inverse_scales[i] = 1.0 / scales[i];
     }
     generator.for_each([&](int row, int column) {
-        block &entry = generator.at(row, column);
+        two_by_two &entry = generator.at(row, column);
         const pair_vector from = scales[static_cast<std::size_t>(column)] * duration_s;
         const pair_vector to = inverse_scales[static_cast<std::size_t>(row)];
         entry.columns[0] *= to * from[0];
@@ -172,7 +172,7 @@ void hardware_chain::set_blocks(transition &made, double duration_s) const
     });
     const block_triangular<count> change = exponential_minus_identity(generator);
     change.for_each([&](int row, int column) {
-        block &entry = made.at(row, column);
+        two_by_two &entry = made.at(row, column);
         const pair_vector from = inverse_scales[static_cast<std::size_t>(column)];
         const pair_vector to = scales[static_cast<std::size_t>(row)];
         entry.columns[0] = change.at(row, column).columns[0] * to * from[0];

@@ -119,12 +119,12 @@ hardware_period::change hardware_period::change_of(const beam_state &links, cons
     return made;
 }
 
-block hardware_period::link_change(int link) const
+two_by_two hardware_period::link_change(int link) const
 {
-    block product = parts_[0].change.at(link, link);
+    two_by_two product = parts_[0].change.at(link, link);
     for (int i = 1; i < part_count_; i++) { /* (1 + b)(1 + a) - 1 */
-        const block &after = parts_[static_cast<std::size_t>(i)].change.at(link, link);
-        const block before = product;
+        const two_by_two &after = parts_[static_cast<std::size_t>(i)].change.at(link, link);
+        const two_by_two before = product;
         for (std::size_t c = 0; c < 2; c++) {
             product.columns[c] += after.columns[c] + after * before.columns[c];
         }

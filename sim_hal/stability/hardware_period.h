@@ -41,7 +41,7 @@ class hardware_period
     Eigen::Index link_place(int link) const { return chain_.link_place(link); }
 
     /* Transition of a link over the period by itself, less 1. */
-    block link_change(int link) const;
+    two_by_two link_change(int link) const;
 
     int whole_dead_periods() const { return whole_dead_periods_; }
     int sample_age_ticks() const { return sample_age_ticks_; } /* F[n] is the sample of period n - this */

@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "../../firmware/inverse_filter.h"
+#include "../../firmware/pi.h"
 
 namespace berth
 {
@@ -13,7 +14,6 @@ namespace
 {
 
 constexpr int band_steps = 100;
-constexpr double pi = 3.14159265358979323846;
 using complex = std::complex<double>;
 
 complex filter_response(const inverse_filter &filter, double frequency_Hz, double period_s)

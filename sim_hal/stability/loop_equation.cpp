@@ -22,7 +22,7 @@ short_factor multiplied_out(const slow_factor &f)
 }
 
 /* det(1 - w (1 + n)) of a change n over one period. */
-slow_factor poles_of(const block &n)
+slow_factor poles_of(const two_by_two &n)
 {
     const double determinant = n.determinant();
     return {determinant, -n.trace() - 2.0 * determinant, 1.0 + n.trace() + determinant};
@@ -194,7 +194,7 @@ loop_equation_maker::firmware_response loop_equation_maker::respond(const app_co
     const pair_vector push = step(0.0, 0.0, -1.0);
     firmware_response made;
     made.zeros = {push[0], v[0] * push[1] - v[1] * push[0]};
-    made.poles = poles_of(block{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}});
+    made.poles = poles_of(two_by_two{{x - pair_vector{1.0, 0.0}, v - pair_vector{0.0, 1.0}}});
 
     inverse_filter filter;
     inverse_filter_start(&filter, &config);
@@ -228,7 +228,7 @@ loop_equation loop_equation_maker::make(const rig &rig)
     made.a.coefficients[0] = 1.0;
     std::array<short_factor, hardware_chain::links_max> poles{};
     for (int i = 0; i < hardware.link_count(); i++) {
-        const block change = hardware.link_change(i);
+        const two_by_two change = hardware.link_change(i);
         add_poles(hardware.link_has_two_states(i) ? poles_of(change) : pole_of(change(0, 0)));
         poles[static_cast<std::size_t>(i)] = multiplied_out(made.a_factors[static_cast<std::size_t>(i)]);
         multiply(made.a, poles[static_cast<std::size_t>(i)]);

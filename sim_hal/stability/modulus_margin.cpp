@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "../../firmware/pi.h"
 #include "dominant_root.h"
 
 namespace berth
@@ -10,8 +11,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double pi = 3.14159265358979323846;
 
 /* |1 + L| at an angle of z on the unit circle. */
 double distance_at(const loop_equation &equation, double angle)

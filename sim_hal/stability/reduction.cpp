@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "../../firmware/pi.h"
 #include "../../hal/rig/axes.h"
 #include "../../hal/rig/rig_file.h"
 #include "spectrum.h"
@@ -14,7 +15,6 @@ namespace berth
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double softer_min = 0.01;
 constexpr double stiffer_max = 1e4;
 constexpr double longer_max = 10.0;  /* of the rig's own dead time: how far the longest is looked for */

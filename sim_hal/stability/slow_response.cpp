@@ -41,13 +41,13 @@ short_polynomial polynomial_of(const short_factor &f)
 }
 
 /* det(d - n) of the change n of a link. */
-short_factor poles_of(const block &n, bool has_two_states)
+short_factor poles_of(const two_by_two &n, bool has_two_states)
 {
     return has_two_states ? short_factor{n.determinant(), -n.trace(), 1.0, 2} : short_factor{-n(0, 0), 1.0, 0.0, 1};
 }
 
 /* adj(d - n) driven */
-polynomial_pair answer(const block &n, bool has_two_states, const polynomial_pair &driven)
+polynomial_pair answer(const two_by_two &n, bool has_two_states, const polynomial_pair &driven)
 {
     if (!has_two_states) {
         return {driven[0], {}};
@@ -83,7 +83,7 @@ short_polynomial slow_response(const hardware_period &hardware)
     }
     for (int link = hardware.link_count() - 1; link >= 0; link--) {
         const bool has_two_states = hardware.link_has_two_states(link);
-        const block n = hardware.link_change(link);
+        const two_by_two n = hardware.link_change(link);
         const polynomial_pair x = answer(n, has_two_states, driven[static_cast<std::size_t>(link)]);
         const short_factor poles = poles_of(n, has_two_states);
         multiply(sample, poles);

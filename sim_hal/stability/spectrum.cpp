@@ -7,6 +7,7 @@
 #include <string>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../../firmware/pi.h"
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
@@ -26,8 +27,6 @@ namespace
 /* All eigenvalues at once: this many take half a minute, and cost goes with the third power. One alone is found in
  * far less, but maps and limits ask for thousands. */
 constexpr Eigen::Index states_max = 2048;
-
-constexpr double two_pi = 6.28318530717958647692;
 
 /* Dead time alone turns the loop over at half a period of a mode: up to here it is what swings without dead time. */
 constexpr double slow_mode_periods = 1.0 / 3.0;

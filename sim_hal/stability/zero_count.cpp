@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "../../firmware/pi.h"
+
 namespace berth
 {
 
 namespace
 {
-
-constexpr double pi = 3.14159265358979323846;
 
 /* Between neighbouring samples B/A turns and grows by at most this, in rad and nepers ... */
 constexpr double change_max = 0.7;

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "../../firmware/pi.h"
 #include "firmware/arm/attitude_control.h"
 #include "firmware/arm/integrators.h"
 #include "hal/rig/arm_file.h"
@@ -12,8 +13,6 @@ using namespace berth;
 
 namespace
 {
-
-constexpr double pi = 3.14159265358979323846;
 
 /* One link on a held base, its motor as good as fixed: I q'' + d q' + k q = torque of the force. */
 arm_config pendulum(double w_rad_per_s, double damping_ratio = 0.0)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "../../firmware/pi.h"
 #include "../../sim_hal/effects/active.h"
 #include "../../sim_hal/hil/manipulator_stand_in.h"
 #include "../../sim_hal/stability/equivalent_loop.h"
@@ -19,7 +20,6 @@ namespace
 
 using complex = std::complex<double>;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double w = 2.0 * pi * 0.9;
 constexpr double mass_kg = 100.0;
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../../firmware/can/codec.h"
+#include "../../firmware/pi.h"
 #include "../../sim_hal/effects/active.h"
 #include "../../sim_hal/hil/virtual_rig.h"
 #include "../../sim_hal/stability/spectrum.h"
@@ -14,7 +15,6 @@ using namespace berth;
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr std::int64_t ms = 1000000;
 
 /* doctest's own Approx takes 1 for a small number. */
@@ -23,7 +23,7 @@ double share_off(double value, double expected)
     return std::abs(value / expected - 1.0);
 }
 
-rig ess(std::vector<std::string> overrides)
+rig ideal_ess(std::vector<std::string> overrides)
 {
     overrides.insert(overrides.end(), {"manipulator.initial_position_m=0", "bus.ideal=true",
                                        "robot.dead_time_ms=2.5", "sensor.delay_ms=0"});
@@ -97,7 +97,7 @@ std::vector<double> free_object(const std::vector<std::string> &overrides, doubl
     std::vector<std::string> all{"sensor.stiffness_N_per_m=1e-6", "sensor.damping_ratio=0", "object.mass_kg=100",
                                  "object.damping_N_s_per_m=0", "object.stiffness_N_per_m=3947.8417604357432"};
     all.insert(all.end(), overrides.begin(), overrides.end()); /* 1 Hz */
-    virtual_rig hardware(ess(all));
+    virtual_rig hardware(ideal_ess(all));
     beam_state state = hardware.state();
     state(object_position) = 0.1;
     state(second_position) = 0.1;
@@ -125,7 +125,7 @@ TEST_CASE("effects: backlash is the play operator, loop area b (2 A - b)")
 {
     const double amplitude_m = 0.01;
     for (const double backlash_m : {1e-4, 2e-3, 8e-3}) {
-        const rig rig = ess({"robot.backlash_m=" + std::to_string(backlash_m)});
+        const rig rig = ideal_ess({"robot.backlash_m=" + std::to_string(backlash_m)});
         const double area = loop_area(drive(rig, amplitude_m, 0.5, 6.0), 0.5);
         /* A parallelogram: the output moves by 2 A - b, either way b apart. */
         CHECK(share_off(area, backlash_m * (2.0 * amplitude_m - backlash_m)) < 2e-3);
@@ -134,8 +134,8 @@ TEST_CASE("effects: backlash is the play operator, loop area b (2 A - b)")
 
 TEST_CASE("effects: gain and deadband of the robot")
 {
-    const driven_motion scaled = drive(ess({"robot.gain_error=0.05"}), 0.01, 1.0, 2.0);
-    const driven_motion stepped = drive(ess({"robot.deadband_m=1e-3"}), 0.01, 1.0, 2.0);
+    const driven_motion scaled = drive(ideal_ess({"robot.gain_error=0.05"}), 0.01, 1.0, 2.0);
+    const driven_motion stepped = drive(ideal_ess({"robot.deadband_m=1e-3"}), 0.01, 1.0, 2.0);
     double farthest_m = 0.0;
     for (std::size_t i = 0; i < scaled.time_s.size(); i++) {
         CHECK(std::abs(scaled.robot_m[i] - 1.05 * scaled.command_m[i]) < 1e-10);
@@ -150,14 +150,14 @@ TEST_CASE("effects: a lag of the robot and of the sensor turns the phase by atan
     const double frequency_Hz = 4.0;
     const double tau_s = 0.02;
     const std::complex<double> expected = 1.0 / std::complex<double>(1.0, two_pi * frequency_Hz * tau_s);
-    const driven_motion lagging = drive(ess({"robot.lag_ms=20"}), 0.01, frequency_Hz, 3.0);
+    const driven_motion lagging = drive(ideal_ess({"robot.lag_ms=20"}), 0.01, frequency_Hz, 3.0);
     const std::complex<double> robot = line_of(lagging.time_s, lagging.robot_m, frequency_Hz, 4.0) /
                                        line_of(lagging.time_s, lagging.command_m, frequency_Hz, 4.0);
     CHECK(std::abs(robot - expected) < 1e-3); /* of the lines between setpoints, (w T)^2 / 12 */
 
     std::complex<double> force[2];
     for (int i = 0; i < 2; i++) {
-        const rig rig = ess({i == 0 ? "sensor.lag_ms=0" : "sensor.lag_ms=20"});
+        const rig rig = ideal_ess({i == 0 ? "sensor.lag_ms=0" : "sensor.lag_ms=20"});
         virtual_rig hardware(rig);
         std::vector<double> time_s;
         std::vector<double> force_N;
@@ -175,9 +175,10 @@ TEST_CASE("effects: a lag of the robot and of the sensor turns the phase by atan
 
 TEST_CASE("effects: the periodic error of the robot repeats with its pitch")
 {
-    const driven_motion motion = drive(ess({"robot.periodic_error_m=1e-4", "robot.periodic_error_pitch_m=0.004",
-                                            "robot.periodic_error_phase_rad=0.5"}),
-                                       0.01, 1.0, 2.0);
+    const driven_motion motion =
+        drive(ideal_ess({"robot.periodic_error_m=1e-4", "robot.periodic_error_pitch_m=0.004",
+                         "robot.periodic_error_phase_rad=0.5"}),
+              0.01, 1.0, 2.0);
     for (std::size_t i = 0; i < motion.time_s.size(); i++) {
         const double u = motion.command_m[i];
         CHECK(std::abs(motion.robot_m[i] - (u + 1e-4 * std::sin(two_pi * u / 0.004 + 0.5))) < 1e-10);
@@ -283,7 +284,7 @@ TEST_CASE("effects: a spring that drifts shortens the period like 1/sqrt(k)")
 TEST_CASE("effects: the grip lets go where it has to pull more than it can")
 {
     /* A hard pull, then the robot stands; the object flies on. */
-    const rig rig = ess({"object.grip_force_N=5", "object.stiffness_N_per_m=0", "object.damping_N_s_per_m=0"});
+    const rig rig = ideal_ess({"object.grip_force_N=5", "object.stiffness_N_per_m=0", "object.damping_N_s_per_m=0"});
     virtual_rig hardware(rig);
     double least_N = 0.0;
     double time_s = 0.0;
@@ -301,8 +302,8 @@ TEST_CASE("effects: the grip lets go where it has to pull more than it can")
 TEST_CASE("effects: electronics of the sensor")
 {
     const std::vector<double> still = [] {
-        closed_loop loop(ess({"sensor.drift_N_per_s=2", "sensor.periodic_N=1", "sensor.periodic_frequency_Hz=5",
-                              "sensor.bias_N=3", "run.duration_s=0.09"}));
+        closed_loop loop(ideal_ess({"sensor.drift_N_per_s=2", "sensor.periodic_N=1",
+                                    "sensor.periodic_frequency_Hz=5", "sensor.bias_N=3", "run.duration_s=0.09"}));
         std::vector<double> force_N;
         while (loop.tick()) {
             force_N.push_back(loop.app().record.force_N);
@@ -321,8 +322,8 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
     const double p = 0.05;
     const double ticks = 20000.0;
     const double four_sigma = 4.0 * std::sqrt(ticks * p * (1.0 - p));
-    closed_loop loop(ess({"loop.lost_sample_probability=0.05", "sensor.noise_N=1e-3", "robot.feedback_noise_m=1e-8",
-                          "run.duration_s=50"}));
+    closed_loop loop(ideal_ess({"loop.lost_sample_probability=0.05", "sensor.noise_N=1e-3",
+                                "robot.feedback_noise_m=1e-8", "run.duration_s=50"}));
     std::vector<double> force_N;
     std::vector<double> robot_m;
     while (loop.tick()) {
@@ -337,7 +338,7 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
     CHECK(apart < 30); /* two samples in 1e4 steps of the wire are alike by chance, positions seldom */
 
     closed_loop spiky(
-        ess({"sensor.spike_probability=0.05", "sensor.spike_N=10", "run.duration_s=50", "run.release_s=100"}));
+        ideal_ess({"sensor.spike_probability=0.05", "sensor.spike_N=10", "run.duration_s=50", "run.release_s=100"}));
     double spikes = 0.0;
     double sum_N = 0.0;
     while (spiky.tick()) {
@@ -351,8 +352,8 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
 
 TEST_CASE("effects: noise of the robot's report has the size it is given, and moves nothing")
 {
-    closed_loop noisy(ess({"robot.feedback_noise_m=1e-6", "run.duration_s=20"}));
-    closed_loop quiet(ess({"run.duration_s=20"}));
+    closed_loop noisy(ideal_ess({"robot.feedback_noise_m=1e-6", "run.duration_s=20"}));
+    closed_loop quiet(ideal_ess({"run.duration_s=20"}));
     double square = 0.0;
     double count = 0.0;
     while (noisy.tick() && quiet.tick()) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../../sim_hal/stability/dominant_root.h"
 #include "../../sim_hal/stability/first_order_limit.h"
@@ -12,8 +13,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double two_pi = 6.28318530717958647692;
 
 void check(rig &rig)
 {

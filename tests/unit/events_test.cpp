@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "../../firmware/pi.h"
 #include "seeded.h"
 #include "sim_hal/diagnosis/events.h"
 
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double period_s = 0.0025;
 
 /* A channel as it comes: a slow swing with noise, in steps. */
@@ -22,9 +22,9 @@ struct channel {
     double at(seeded::engine &random, std::size_t n) const
     {
         const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
-        const double normal = radius * std::cos(two_pi * seeded::uniform(random, 0.0, 1.0));
+        const double normal = radius * std::cos(berth::two_pi * seeded::uniform(random, 0.0, 1.0));
         const double time_s = period_s * static_cast<double>(n);
-        const double clean = amplitude * (std::sin(two_pi * 0.7 * time_s) + 0.4 * std::sin(two_pi * 1.9 * time_s));
+        const double clean = amplitude * (std::sin(berth::two_pi * 0.7 * time_s) + 0.4 * std::sin(berth::two_pi * 1.9 * time_s));
         return step * std::round((clean + noise * normal) / step);
     }
 };

@@ -3,13 +3,12 @@
 #include <cmath>
 #include <complex>
 
+#include "../../firmware/pi.h"
 #include "firmware/inverse_filter.h"
 #include "seeded.h"
 
 namespace
 {
-
-constexpr double pi = 3.14159265358979323846;
 
 app_config filter_config(double frequency_Hz, double damping_ratio, double bandwidth_Hz = 40.0)
 {
@@ -31,7 +30,7 @@ double measured_amplitude(const app_config &config, double frequency_Hz)
 {
     inverse_filter filter;
     inverse_filter_start(&filter, &config);
-    const double w = 2.0 * pi * frequency_Hz * config_period_s(&config);
+    const double w = 2.0 * berth::pi * frequency_Hz * config_period_s(&config);
     const int settle_ticks = 2 * static_cast<int>(config.loop.rate_Hz);
     const int measured_ticks = 10 * static_cast<int>(config.loop.rate_Hz); /* frequencies in steps of 0.1 Hz */
     std::complex<double> sum = 0.0;

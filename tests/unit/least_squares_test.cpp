@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "../../firmware/pi.h"
 #include "seeded.h"
 #include "sim_hal/diagnosis/least_squares.h"
 
@@ -128,12 +129,11 @@ TEST_CASE("least squares: a frequency is found though a difference turns it roun
 {
     /* sin(2 pi f t + phi) over 20 s, told with an error of a thousandth of a hertz; a step of 0.08 Hz turns the last
      * sample by ten radians. */
-    constexpr double two_pi = 6.28318530717958647692;
     constexpr Eigen::Index rows = 2000;
     const auto wave = [&](double f_Hz, double phase_rad) {
         VectorXd made(rows);
         for (Eigen::Index n = 0; n < rows; n++) {
-            made(n) = std::sin(two_pi * f_Hz * 0.01 * static_cast<double>(n) + phase_rad);
+            made(n) = std::sin(berth::two_pi * f_Hz * 0.01 * static_cast<double>(n) + phase_rad);
         }
         return made;
     };

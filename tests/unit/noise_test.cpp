@@ -2,18 +2,17 @@
 #include <doctest/doctest.h>
 #include <vector>
 
+#include "../../firmware/pi.h"
 #include "seeded.h"
 #include "sim_hal/diagnosis/noise.h"
 
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
-
 double normal(seeded::engine &random)
 {
     const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
-    return radius * std::cos(two_pi * seeded::uniform(random, 0.0, 1.0));
+    return radius * std::cos(berth::two_pi * seeded::uniform(random, 0.0, 1.0));
 }
 
 /* White noise, and a slow one of first order with a time constant of `rows_long` rows. */

@@ -2,19 +2,19 @@
 #include <doctest/doctest.h>
 #include <vector>
 
+#include "../../firmware/pi.h"
 #include "seeded.h"
 #include "sim_hal/diagnosis/spectrum_lines.h"
 
 namespace
 {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double period_s = 0.0025;
 
-double normal(seeded::engine &random)
+double normal_number(seeded::engine &random)
 {
     const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
-    return radius * std::cos(two_pi * seeded::uniform(random, 0.0, 1.0));
+    return radius * std::cos(berth::two_pi * seeded::uniform(random, 0.0, 1.0));
 }
 
 /* x_n = a x_(n-1) + w_n, of standard deviation 1. */
@@ -23,7 +23,7 @@ std::vector<double> coloured_noise(seeded::engine &random, double a, std::size_t
     std::vector<double> noise(rows);
     double before = 0.0;
     for (double &value : noise) {
-        before = a * before + std::sqrt(1.0 - a * a) * normal(random);
+        before = a * before + std::sqrt(1.0 - a * a) * normal_number(random);
         value = before;
     }
     return noise;
@@ -40,7 +40,7 @@ TEST_CASE("spectrum: noise of any colour has no line, a hum of a third of it has
             std::vector<double> noise = coloured_noise(random, a, 8000);
             CHECK_FALSE(berth::has_line(noise));
             for (std::size_t n = 0; n < noise.size(); n++) {
-                noise[n] += 0.47 * std::sin(two_pi * 50.0 * period_s * static_cast<double>(n) + 1.0);
+                noise[n] += 0.47 * std::sin(berth::two_pi * 50.0 * period_s * static_cast<double>(n) + 1.0);
             }
             CHECK(berth::has_line(noise));
             CHECK(berth::strongest_frequency_Hz(noise, period_s) > 0.0);
@@ -56,7 +56,7 @@ TEST_CASE("spectrum: lines are taken out to a hundredth, and noise keeps what it
         const std::vector<double> noise = coloured_noise(random, 0.3, 11000);
         std::vector<double> hum = noise;
         for (std::size_t n = 0; n < hum.size(); n++) {
-            hum[n] += 5.0 * std::sin(two_pi * frequency_Hz * period_s * static_cast<double>(n) + 0.4);
+            hum[n] += 5.0 * std::sin(berth::two_pi * frequency_Hz * period_s * static_cast<double>(n) + 0.4);
         }
         std::vector<double> left = hum;
         berth::remove_lines(left, std::vector<berth::row_use>(left.size(), berth::row_use::fit));
