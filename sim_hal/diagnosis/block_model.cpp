@@ -26,13 +26,13 @@ constexpr std::size_t rows_without_spring = 12;
 
 constexpr std::size_t parts = 10;
 
-bool is_held_out(std::size_t part, held_out_parts held_out)
+bool is_held_out(std::size_t part, held_out_parts held_out, const std::array<std::size_t, 2> &tenths)
 {
     switch (held_out) {
     case held_out_parts::none:
         return false;
     case held_out_parts::two_tenths:
-        return part == 3 || part == 7;
+        return part == tenths[0] || part == tenths[1];
     case held_out_parts::odd:
         return part % 2 == 1;
     case held_out_parts::even:
@@ -122,7 +122,8 @@ block_model::block_model(block block, const record &record, const rig &base, con
     const bool integrates = block == block::manipulator && base.firmware.manipulator.stiffness_N_per_m == 0.0;
     const auto rows_with_spring =
         std::max<std::size_t>(20, static_cast<std::size_t>(window_with_spring_s / record.period_s));
-    divide(held_out, integrates ? rows_without_spring : rows_with_spring);
+    window_length_ = integrates ? rows_without_spring : rows_with_spring;
+    divide(held_out, window_length_);
     starts_ = starts_of_windows(record, windows_);
     if (block == block::manipulator && !record.command_position_m.empty()) {
         const auto [least, largest] =
@@ -150,6 +151,32 @@ const std::vector<double> &block_model::measured() const
 std::size_t block_model::part_of(std::size_t row, std::size_t segment) const
 {
     return record_.segments.size() >= parts ? segment % parts : row * parts / record_.size();
+}
+
+std::array<double, 10> block_model::mean_squares_of_tenths(const std::vector<double> &error) const
+{
+    static_assert(parts == 10);
+    std::array<double, parts> sums{};
+    std::array<double, parts> counts{};
+    for (std::size_t i = 0; i < record_.segments.size(); i++) {
+        for (std::size_t n = record_.segments[i].begin; n < record_.segments[i].end; n++) {
+            if (uses_[n] != row_use::none) {
+                sums[part_of(n, i)] += error[n] * error[n];
+                counts[part_of(n, i)] += 1.0;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < parts; i++) {
+        sums[i] /= std::max(1.0, counts[i]);
+    }
+    return sums;
+}
+
+void block_model::hold_out(const std::array<std::size_t, 2> &tenths)
+{
+    tenths_ = tenths;
+    divide(held_out_parts::two_tenths, window_length_);
+    starts_ = starts_of_windows(record_, windows_);
 }
 
 /* The robot stands where it was told to: nothing of the past is still on its way. */
@@ -196,6 +223,7 @@ void block_model::add_windows(const record_segment &segment, std::size_t length)
 void block_model::divide(held_out_parts held_out, std::size_t length)
 {
     uses_.assign(record_.size(), row_use::none);
+    windows_.clear();
     std::size_t longest = 0;
     for (const record_segment &segment : record_.segments) {
         longest = std::max(longest, segment.end - segment.begin);
@@ -208,7 +236,7 @@ void block_model::divide(held_out_parts held_out, std::size_t length)
         const std::size_t skip =
             starts_anew || starts_at_rest(segment) ? 0 : std::min(settle, segment.end - segment.begin);
         for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
-            const bool is_held = is_held_out(part_of(n, i), held_out);
+            const bool is_held = is_held_out(part_of(n, i), held_out, tenths_);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;
         }
         if (starts_anew) {

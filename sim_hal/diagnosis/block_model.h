@@ -54,6 +54,11 @@ class block_model
     double rows_per_fact() const { return rows_per_fact_; }
     const std::vector<row_use> &uses() const { return uses_; }
     void use(std::vector<row_use> uses) { uses_ = std::move(uses); }
+
+    /* Of an error as error() makes it, by tenths of the record; and holds out two other tenths than the fourth and
+     * the eighth, of a model that was made with two_tenths. */
+    std::array<double, 10> mean_squares_of_tenths(const std::vector<double> &error) const;
+    void hold_out(const std::array<std::size_t, 2> &tenths);
     const sample_events &events() const { return events_; }
     const record &data() const { return record_; }
     block which() const { return block_; }
@@ -83,6 +88,8 @@ class block_model
     const record &record_;
     const sample_events &events_;
     std::vector<row_use> uses_;
+    std::array<std::size_t, 2> tenths_{3, 7}; /* held out, of two_tenths */
+    std::size_t window_length_ = 0;
     std::vector<record_segment> windows_; /* manipulator: parts that each start anew, from these states */
     std::vector<Eigen::Vector2d> starts_;
     double range_m_ = 0.0;                        /* of the command */

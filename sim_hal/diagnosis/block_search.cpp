@@ -1,6 +1,9 @@
 #include "block_search.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
 
 #include "clock_slips.h"
 #include "floor.h"
@@ -24,6 +27,9 @@ void block_search::run(block_diagnosis &result)
 {
     model_.error(given_, result.error_before);
     fit_base();
+    if (balance_parts()) {
+        fit_base();
+    }
     base_ = incumbent_;
     rate_base(result);
     const bool is_rounding = is_within_rounding();
@@ -65,6 +71,37 @@ void block_search::fit_base()
         noise_ = under;
         incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
     }
+}
+
+bool block_search::balance_parts()
+{
+    if (unseen_ != nullptr) {
+        return false;
+    }
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    const auto squares = model_.mean_squares_of_tenths(error);
+    const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
+    /* Mean square where it is held out by that where it is fitted, of as many times as many tenths. */
+    const auto ratio = [&](std::size_t a, std::size_t b) {
+        const double held = squares[a] + squares[b];
+        return (held / 2.0) / std::max((all - held) / 8.0, 1e-300);
+    };
+    constexpr double unlike = 3.0;
+    std::array<std::size_t, 2> best{3, 7};
+    const auto off = [&](std::size_t a, std::size_t b) { return std::abs(std::log(std::max(ratio(a, b), 1e-300))); };
+    if (off(best[0], best[1]) < std::log(unlike)) {
+        return false;
+    }
+    for (std::size_t a = 1; a < squares.size(); a++) {
+        for (std::size_t b = a + 2; b < squares.size(); b++) {
+            if (off(a, b) < off(best[0], best[1])) {
+                best = {a, b};
+            }
+        }
+    }
+    model_.hold_out(best);
+    return true;
 }
 
 void block_search::rate_base(block_diagnosis &result)

@@ -26,6 +26,10 @@ class block_search
     /* The base model's, and those of the robot before it as far as its own channel left them open. */
     std::vector<free_parameter> own_parameters() const;
     void fit_base();
+
+    /* Where the two tenths that are held out show far more or less of the error than the others, holds out two that
+     * are more like the rest: a fit cannot find what acts where it does not look. Returns whether it did. */
+    bool balance_parts();
     void rate_base(block_diagnosis &result);
     /* Rows that say something of their own. */
     std::size_t rows_under(const noise_model &noise) const;
