@@ -1,8 +1,9 @@
 #!/bin/sh
-# Touch and push two materials, until the softer one has come to rest and the harder one has thrown the robot out.
+# Touch and push two materials, until the softer one has come to rest and the harder one has thrown the robot out:
+# with the manipulator as one mode, then as a whole arm.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"
-for material in foam copper; do
+for material in foam copper arm-foam arm-copper; do
     setting='--set run.duration_s=10'
     # shellcheck disable=SC2086 # words
     rig_start concept-$material --robot can2 --sensor can3 $setting
