@@ -30,6 +30,15 @@ constexpr double bic_beyond_doubt = 150.0;
 constexpr double share_of_all_refining = 0.003;
 constexpr double share_of_rest = 0.9; /* nearly all that is left */
 
+/* Whether `best` is what `other` contains, and all that this record shows of it: what the further parameters improve
+ * is no more than chance improves 19 times in 20. */
+bool is_enough(const candidate &best, const candidate &other)
+{
+    constexpr double by_chance = 3.84;
+    const double improved = best.fitted.cost - other.fitted.cost;
+    return other.effect->generalises == best.effect->name && improved < by_chance;
+}
+
 /* An effect of no size is none, whatever its other parameters make up for. Asked where a clock sets when it acts;
  * elsewhere an interval that holds zero may be what the tolerances of the others leave open, and it stays a rival.
  */
@@ -303,7 +312,7 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         const bool is_look_alike = other.effect->look_alike == best.effect->name;
         const double undecided = is_look_alike ? bic_look_alike : bic_undecided;
         if (&other != &best && distance < undecided && other.effect->refines == best.effect->refines &&
-            other.effect->generalises != best.effect->name) {
+            !is_enough(best, other)) {
             result.alternatives.push_back({other.effect, distance});
         }
     }

@@ -23,12 +23,6 @@ effect robot_resonance()
         return all;
     };
     made.generalises = "robot.lag";
-    /* Faster than the samples it is a lag or a delay, and so is one that does not swing. */
-    made.is_seen = [](const rig &fitted, const record_scales &scales) {
-        constexpr double swings_up_to = 0.99; /* of the damping ratio: at 1 a fit is at its bound */
-        return fitted.robot.transfer_frequency_Hz < 0.5 / scales.period_s &&
-               fitted.robot.transfer_damping_ratio < swings_up_to;
-    };
     return made;
 }
 
