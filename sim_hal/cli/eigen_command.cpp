@@ -79,7 +79,7 @@ spectrum print_verdict(const char *title, const settled_rig &at)
 }
 
 /* Null where the interval of the exponent holds 0. */
-nlohmann::json stable_json(const lyapunov_exponent &exponent)
+nlohmann::json exponent_stable_json(const lyapunov_exponent &exponent)
 {
     if (std::abs(exponent.growth_per_s) < exponent.ci95_per_s) {
         return nullptr;
@@ -93,13 +93,13 @@ nlohmann::json as_json(const lyapunov_exponent &exponent, bool has_settled)
             {"spectral_radius", nullptr},
             {"growth_per_s", exponent.growth_per_s},
             {"growth_ci95_per_s", exponent.ci95_per_s},
-            {"stable", unless_guess(has_settled, stable_json(exponent))},
+            {"stable", unless_guess(has_settled, exponent_stable_json(exponent))},
             {"ticks", exponent.ticks}};
 }
 
 void print_verdict(const lyapunov_exponent &exponent, std::int64_t seed, bool has_settled)
 {
-    const nlohmann::json stable = stable_json(exponent);
+    const nlohmann::json stable = exponent_stable_json(exponent);
     std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld%s\n",
                 stable.is_null() ? "NOT DETERMINED"
                 : stable == true ? "stable"

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "gains_report.h"
 #include "robot_choice.h"
+#include "short_number.h"
 
 namespace berth
 {
@@ -98,21 +99,14 @@ nlohmann::json as_json(const std::vector<rate_verdict> &rates)
     return list;
 }
 
-std::string number(double value)
+std::string number_or_dash(const std::optional<double> &value)
 {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
-}
-
-std::string number(const std::optional<double> &value)
-{
-    return value ? number(*value) : "-";
+    return value ? short_number(*value) : "-";
 }
 
 std::string value_of(const stability_limit *limit)
 {
-    return limit != nullptr ? number(limit->value) : "none";
+    return limit != nullptr ? short_number(limit->value) : "none";
 }
 
 void print_line(const char *key, const std::string &own, const std::string &below, const std::string &above,
@@ -139,7 +133,7 @@ void print_intervals(const parameter_limits &parameter)
     }
     std::printf("  %32s  ", "stable in");
     for (const stable_interval &interval : parameter.stable) {
-        std::printf(" [%s, %s]", number(interval.from).c_str(), number(interval.to).c_str());
+        std::printf(" [%s, %s]", short_number(interval.from).c_str(), short_number(interval.to).c_str());
     }
     std::printf("\n");
 }
@@ -157,7 +151,7 @@ void print_band(const std::optional<band_verdict> &verdict)
     } else {
         std::printf("stable over a part of it:");
         for (const stable_interval &interval : verdict->stable) {
-            std::printf(" [%s, %s]", number(interval.from).c_str(), number(interval.to).c_str());
+            std::printf(" [%s, %s]", short_number(interval.from).c_str(), short_number(interval.to).c_str());
         }
     }
     std::printf("\n");
@@ -168,9 +162,9 @@ void print_parameters(const std::vector<parameter_limits> &parameters, const sca
     std::printf("  %-32s %12s %25s   %25s\n", "", "", "nearest limit", "first-order formula");
     print_line("parameter", "value", "below", "above", "below", "above");
     for (const parameter_limits &parameter : parameters) {
-        print_line(std::string(parameter.key).c_str(), number(parameter.value), value_of(parameter.nearest_below()),
-                   value_of(parameter.nearest_above()), number(parameter.first_order_below()),
-                   number(parameter.first_order_above()));
+        print_line(std::string(parameter.key).c_str(), short_number(parameter.value),
+                   value_of(parameter.nearest_below()), value_of(parameter.nearest_above()),
+                   number_or_dash(parameter.first_order_below()), number_or_dash(parameter.first_order_above()));
         print_mode(parameter.nearest_below(), true);
         print_mode(parameter.nearest_above(), false);
         print_intervals(parameter);
@@ -188,7 +182,7 @@ void print_rates(const char *which, const std::vector<rate_verdict> &rates)
         std::string those;
         for (const rate_verdict &rate : rates) {
             if (belongs(rate)) {
-                those += " " + number(rate.rate_Hz);
+                those += " " + short_number(rate.rate_Hz);
             }
         }
         std::printf("  %-14s%s\n", title, those.empty() ? " none" : those.c_str());
@@ -254,12 +248,13 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
     if (verdict.is_stable) {
-        std::printf("  dead-time margin: %s\n", verdict.margin_ms ? (number(*verdict.margin_ms) + " ms").c_str()
-                                                                  : "none up to ten times the robot's dead time");
+        std::printf("  dead-time margin: %s\n", verdict.margin_ms
+                                                    ? (short_number(*verdict.margin_ms) + " ms").c_str()
+                                                    : "none up to ten times the robot's dead time");
     }
     std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
-                number(verdict.loop_delay_ms).c_str(), number(verdict.first_order_damping_limit).c_str(),
-                number(verdict.damping_ratio).c_str());
+                short_number(verdict.loop_delay_ms).c_str(), short_number(verdict.first_order_damping_limit).c_str(),
+                short_number(verdict.damping_ratio).c_str());
 }
 
 } // namespace

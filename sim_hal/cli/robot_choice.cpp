@@ -8,6 +8,7 @@
 #include "../effects/active.h"
 #include "commands.h"
 #include "compensation_choice.h"
+#include "short_number.h"
 
 namespace berth
 {
@@ -30,13 +31,6 @@ void tell_left_out(const rig &rig, double amplitude_m)
 
 namespace
 {
-
-std::string short_number(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", value);
-    return text;
-}
 
 std::string range_text(const nlohmann::json &range_ms)
 {

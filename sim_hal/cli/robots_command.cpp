@@ -4,6 +4,7 @@
 
 #include "../../hal/rig/robot_file.h"
 #include "commands.h"
+#include "short_number.h"
 
 namespace berth
 {
@@ -39,16 +40,9 @@ nlohmann::json as_json(const robot_preset &robot)
     return json;
 }
 
-std::string number(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", value);
-    return text;
-}
-
 std::string ms_text(const std::optional<double> &value)
 {
-    return value ? number(*value) + " ms" : rigs_own;
+    return value ? short_number(*value) + " ms" : rigs_own;
 }
 
 std::string dead_time_text(const robot_preset &robot)
@@ -56,9 +50,9 @@ std::string dead_time_text(const robot_preset &robot)
     std::string text = rigs_own;
     if (robot.dead_time_ms) {
         const auto [from, to] = *robot.dead_time_ms;
-        text = (from < to ? number(from) + "-" : "") + number(to) + " ms";
+        text = (from < to ? short_number(from) + "-" : "") + short_number(to) + " ms";
     } else if (robot.dead_time_periods) {
-        text = number(*robot.dead_time_periods) + " T";
+        text = short_number(*robot.dead_time_periods) + " T";
     }
     return text + (robot.plus_drive_lag ? " + lag" : "");
 }

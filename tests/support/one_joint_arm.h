@@ -6,6 +6,16 @@
 
 #include "firmware/arm/arm_config.h"
 
+/* Its turn as a mass on a spring, of 1 Hz and damping ratio 0.05; SI units. */
+namespace one_joint
+{
+
+inline constexpr double inertia = 200.0;
+inline constexpr double stiffness = 7895.683520871486;
+inline constexpr double damping = 125.66370614359172;
+
+} // namespace one_joint
+
 inline arm_config one_joint_arm()
 {
     constexpr double unlimited = std::numeric_limits<double>::infinity();

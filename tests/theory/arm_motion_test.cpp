@@ -9,23 +9,19 @@
 namespace
 {
 
-constexpr double inertia_kg_m2 = 200.0;
-constexpr double stiffness = 7895.683520871486;
-constexpr double damping = 125.66370614359172;
-
 /* One joint whose motor is as good as fixed, the tool a metre out: along y it is a mass of 200 kg on a spring. */
 app_config pendulum_loop(double damping_N_m_s_per_rad)
 {
     app_config config = config_default();
-    config.manipulator.mass_kg = inertia_kg_m2;
-    config.manipulator.stiffness_N_per_m = stiffness;
+    config.manipulator.mass_kg = one_joint::inertia;
+    config.manipulator.stiffness_N_per_m = one_joint::stiffness;
     config.manipulator.damping_N_s_per_m = damping_N_m_s_per_rad;
     config.manipulator.direction_x = 0.0;
     config.manipulator.direction_y = -2.0; /* any length; away from the turn */
     config.arm = one_joint_arm();
     arm_joint &joint = config.arm.joints[0];
-    joint.link.inertia_kg_m2[5] = inertia_kg_m2;
-    joint.stiffness_N_m_per_rad = stiffness;
+    joint.link.inertia_kg_m2[5] = one_joint::inertia;
+    joint.stiffness_N_m_per_rad = one_joint::stiffness;
     joint.damping_N_m_s_per_rad = damping_N_m_s_per_rad;
     joint.rotor_inertia_kg_m2 = 1e12;
     return config;
@@ -35,7 +31,7 @@ app_config pendulum_loop(double damping_N_m_s_per_rad)
 
 TEST_CASE("arm in the loop: for small motion a pendulum is the manipulator of one degree of freedom")
 {
-    const app_config with_arm = pendulum_loop(damping);
+    const app_config with_arm = pendulum_loop(one_joint::damping);
     app_config plain = with_arm;
     plain.arm.kind = ARM_NONE;
     const auto arm = std::make_unique<manipulator>();

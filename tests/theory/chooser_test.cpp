@@ -9,14 +9,13 @@
 #include "../../sim_hal/compensation/coupled_truth.h"
 #include "../../sim_hal/stability/first_order_limit.h"
 #include "../../sim_hal/stability/spectrum.h"
+#include "../support/stiff_object.h"
 
 namespace berth
 {
 
 namespace
 {
-
-const std::vector<std::string> stiff_object{"object.stiffness_N_per_m=60000", "object.damping_N_s_per_m=150"};
 
 const std::vector<std::string> softer_object{"object.stiffness_N_per_m=15000"};
 

@@ -13,7 +13,9 @@
 #include "../../sim_hal/stability/hardware_period.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
+#include "../support/key_value.h"
 #include "../support/seed.h"
+#include "../support/stiff_object.h"
 
 namespace berth
 {
@@ -23,21 +25,12 @@ namespace
 
 using overrides = std::vector<std::string>;
 
-std::string set(const char *key, double value)
-{
-    char text[80];
-    std::snprintf(text, sizeof text, "%s=%.17g", key, value);
-    return text;
-}
-
 overrides operator+(overrides a, const overrides &b)
 {
     a.insert(a.end(), b.begin(), b.end());
     return a;
 }
 
-/* 1 Hz manipulator and 5 Hz object: with the paper's dead time far beyond its limit. */
-const overrides stiff_object{"object.stiffness_N_per_m=60000", "object.damping_N_s_per_m=150"};
 const overrides with_prediction{"prediction.enabled=true"};
 
 /* Of manipulator, sensor spring and object without dead time: the slowest, as d/dt. */

@@ -10,6 +10,7 @@
 #include "../../sim_hal/stability/equivalent_loop.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
+#include "../support/key_value.h"
 #include "../support/seed.h"
 
 namespace berth
@@ -45,11 +46,6 @@ complex object_force(const rig &rig, double amplitude_m, double mean_m = 0.0)
 double error(complex found, complex expected)
 {
     return std::abs(found - expected) / std::abs(expected);
-}
-
-std::string set(const char *key, double value)
-{
-    return std::string(key) + "=" + std::to_string(value);
 }
 
 } // namespace

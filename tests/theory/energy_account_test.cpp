@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "../support/closed_loop.h"
+#include "../support/key_value.h"
 
 namespace berth
 {
@@ -12,27 +13,20 @@ namespace berth
 namespace
 {
 
-constexpr double w = 2.0 * M_PI; /* 1 Hz, 400 ticks a cycle */
+constexpr double swing_w = 2.0 * M_PI; /* 1 Hz, 400 ticks a cycle */
 constexpr double amplitude_m = 0.05;
-constexpr double stiffness_N_per_m = 20000.0;
-
-std::string set(const char *key, double value)
-{
-    char text[80];
-    std::snprintf(text, sizeof text, "%s=%.17g", key, value);
-    return text;
-}
+constexpr double hardware_N_per_m = 20000.0;
 
 /* A manipulator so heavy that spring and damper of the hardware hardly matter to its swing of 1 Hz. */
 std::vector<std::string> heavy_swing(double damping_N_s_per_m)
 {
     constexpr double mass_kg = 1e7;
     return {set("manipulator.mass_kg", mass_kg),
-            set("manipulator.stiffness_N_per_m", mass_kg * w * w - stiffness_N_per_m),
+            set("manipulator.stiffness_N_per_m", mass_kg * swing_w * swing_w - hardware_N_per_m),
             "manipulator.damping_N_s_per_m=0",
             set("manipulator.initial_position_m", amplitude_m),
             "object.mass_kg=0.001",
-            set("object.stiffness_N_per_m", stiffness_N_per_m),
+            set("object.stiffness_N_per_m", hardware_N_per_m),
             set("object.damping_N_s_per_m", damping_N_s_per_m),
             "sensor.stiffness_N_per_m=1e9",
             "limits.acceleration_m_per_s2=1e6",
@@ -70,9 +64,9 @@ energy_sums over_cycles(closed_loop &loop)
 /* Spring and damper behind the loop's delay and the sensor's low-pass, and the force held for a tick. */
 std::complex<double> felt_stiffness(double damping_N_s_per_m, double delay_s)
 {
-    const std::complex<double> s(0.0, w / (2.0 * M_PI * 20.0));
-    return std::complex<double>(stiffness_N_per_m, w * damping_N_s_per_m) * std::polar(1.0, -w * delay_s) /
-           (s * s + 1.4 * s + 1.0);
+    const std::complex<double> s(0.0, swing_w / (2.0 * M_PI * 20.0));
+    return std::complex<double>(hardware_N_per_m, swing_w * damping_N_s_per_m) *
+           std::polar(1.0, -swing_w * delay_s) / (s * s + 1.4 * s + 1.0);
 }
 
 void book_and_announce(energy_account *account, const operator_command *command, double force_N, double position_m,
@@ -103,8 +97,8 @@ TEST_CASE("energy account: the dead time makes pi k tau w A^2 a cycle, the hardw
             const energy_sums sums = over_cycles(loop);
             const double delay_s = 1e-3 * (dead_time_ms + 2.5 + 1.25);
             const double given_J = unit_J * felt_stiffness(damping_N_s_per_m, delay_s).imag();
-            const double taken_J = unit_J * w * damping_N_s_per_m;
-            const double allowance_J = 2e-3 * unit_J * stiffness_N_per_m * w * delay_s;
+            const double taken_J = unit_J * swing_w * damping_N_s_per_m;
+            const double allowance_J = 2e-3 * unit_J * hardware_N_per_m * swing_w * delay_s;
             CHECK(sums.simulated_port_J == doctest::Approx(given_J).epsilon(allowance_J / std::abs(given_J)));
             CHECK(std::abs(sums.measured_port_J - taken_J) < allowance_J);
             CHECK(std::abs(sums.dead_time_J - (taken_J - given_J)) < allowance_J);
@@ -235,13 +229,13 @@ TEST_CASE("energy account: force and position of different ages are paired")
             double before_J = 0.0;
             for (int n = 0; n <= 800; n++) {
                 const double time_s = n * config_period_s(&config);
-                const double force_N = force_amplitude_N * std::cos(w * (time_s - 1e-3 * force_age_ms));
-                const double position_m = swing_m * std::sin(w * (time_s - 1e-3 * position_age_ms));
+                const double force_N = force_amplitude_N * std::cos(swing_w * (time_s - 1e-3 * force_age_ms));
+                const double position_m = swing_m * std::sin(swing_w * (time_s - 1e-3 * position_age_ms));
                 book_and_announce(&account, &command, force_N, position_m, 1);
                 before_J = n == 400 ? account.sums.measured_port_J : before_J;
             }
             /* F v = F A w cos^2: F A w / 2 in the mean of a cycle. */
-            const double expected_J = 0.5 * force_amplitude_N * swing_m * w;
+            const double expected_J = 0.5 * force_amplitude_N * swing_m * swing_w;
             CHECK(account.sums.measured_port_J - before_J == doctest::Approx(expected_J).epsilon(1e-3));
         }
     }

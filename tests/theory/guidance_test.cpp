@@ -10,8 +10,8 @@ using namespace berth;
 namespace
 {
 
-constexpr double period_s = 2.5e-3;
-const plane::vector along_x(1.0, 0.0);
+constexpr double tick_s = 2.5e-3;
+const plane::vector x_axis(1.0, 0.0);
 
 arm_order joint_order(arm_order_kind kind, int joint, double rate_rad_per_s, double angle_rad = 0.0)
 {
@@ -33,19 +33,19 @@ struct led_arm {
     uint32_t limited_by = 0;
 
     plane::vector tool() const { return tool_in_base(body, pose_of(body, guide.motor_rad)).origin_m; }
-    void take(const arm_order &order) { guidance_take(guide, body, order, along_x, 0.0); }
+    void take(const arm_order &order) { guidance_take(guide, body, order, x_axis, 0.0); }
     void step(double operator_m = 0.0, double operator_m_per_s = 0.0)
     {
         const joint_vector before = guide.motor_rad_per_s;
-        guidance_step(guide, body, config, period_s, along_x, operator_m, operator_m_per_s);
+        guidance_step(guide, body, config, tick_s, x_axis, operator_m, operator_m_per_s);
         fastest_rad_per_s = std::max(fastest_rad_per_s, guide.motor_rad_per_s.cwiseAbs().maxCoeff());
         hardest_rad_per_s2 =
-            std::max(hardest_rad_per_s2, (guide.motor_rad_per_s - before).cwiseAbs().maxCoeff() / period_s);
+            std::max(hardest_rad_per_s2, (guide.motor_rad_per_s - before).cwiseAbs().maxCoeff() / tick_s);
         limited_by |= guide.active;
     }
     void run(double duration_s)
     {
-        for (int i = 0; i < std::lround(duration_s / period_s); i++) {
+        for (int i = 0; i < std::lround(duration_s / tick_s); i++) {
             step();
         }
     }
@@ -61,11 +61,11 @@ TEST_CASE("guidance: the tool follows the operator along the direction, and nowh
     double across_m = 0.0;
     constexpr double w = 2.0 * M_PI * 0.2;
     for (int i = 0; i < 8000; i++) {
-        const double t = i * period_s;
+        const double t = i * tick_s;
         const plane::vector gone = arm.tool() - home;
         if (i > 2000) { /* it starts with a jump of the velocity */
             /* The motors stand where the operator was a tick ago. */
-            along_m = std::max(along_m, std::abs(gone(0) - 0.02 * std::sin(w * (t - period_s))));
+            along_m = std::max(along_m, std::abs(gone(0) - 0.02 * std::sin(w * (t - tick_s))));
             across_m = std::max(across_m, std::abs(gone(1)));
         }
         arm.step(0.02 * std::sin(w * t), 0.02 * w * std::cos(w * t));
@@ -86,7 +86,7 @@ TEST_CASE("guidance: a line is straight, no faster than ordered, and ends where 
         const plane::vector before = arm.tool();
         arm.step();
         const plane::vector gone = arm.tool() - from;
-        fastest_m_per_s = std::max(fastest_m_per_s, (arm.tool() - before).norm() / period_s);
+        fastest_m_per_s = std::max(fastest_m_per_s, (arm.tool() - before).norm() / tick_s);
         beside_m = std::max(beside_m, std::abs(gone(0) * way(1) - gone(1) * way(0)) / way.norm());
     }
     CHECK((arm.tool() - from - way).norm() < 1e-6);
@@ -115,7 +115,7 @@ TEST_CASE("guidance: a joint's move takes the time that rate and acceleration le
     CHECK(arm.fastest_rad_per_s <= 0.05 * (1.0 + 1e-12));
     CHECK(arm.hardest_rad_per_s2 <= arm.config.joints[1].acceleration_limit_rad_per_s2 * (1.0 + 1e-9));
     /* s / v + v / a, and two periods */
-    CHECK(ticks * period_s == doctest::Approx(0.2 / 0.05 + 0.05 / 0.2).epsilon(0.003));
+    CHECK(ticks * tick_s == doctest::Approx(0.2 / 0.05 + 0.05 / 0.2).epsilon(0.003));
 }
 
 TEST_CASE("guidance: joints turn at their own rates at once, and one order does not end another's")
@@ -193,7 +193,7 @@ TEST_CASE("guidance: a joint that is ordered beyond its range brakes ahead and c
         CHECK(arm.hardest_rad_per_s2 <= a * (1.0 + 1e-9));
         CHECK(arm.fastest_rad_per_s == doctest::Approx(std::abs(rate)));
         CHECK(std::abs(end_rad - brakes_from_rad) ==
-              doctest::Approx(rate * rate / (2.0 * a)).epsilon(2.0 * a * period_s / std::abs(rate)));
+              doctest::Approx(rate * rate / (2.0 * a)).epsilon(2.0 * a * tick_s / std::abs(rate)));
         CHECK(std::abs(arm.guide.motor_rad(1) - end_rad) < 1e-12);
         CHECK(std::abs(arm.guide.motor_rad_per_s(1)) < 1e-12);
     }

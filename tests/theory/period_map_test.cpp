@@ -167,7 +167,7 @@ struct map_case {
     std::vector<std::string> overrides;
 };
 
-const std::vector<map_case> &cases()
+const std::vector<map_case> &map_cases()
 {
     static const std::string linear = "robot.interpolation=linear";
     static const std::string hold = "robot.interpolation=hold";
@@ -216,7 +216,7 @@ const std::vector<map_case> &cases()
 TEST_CASE("the period map is the derivative of one real tick to 1e-6")
 {
     REPRODUCIBLE();
-    for (const map_case &of : cases()) {
+    for (const map_case &of : map_cases()) {
         CAPTURE(of.name);
         const rig rig = resting_rig(of.overrides);
         const double error = jacobian_error(rig, rig);

@@ -15,15 +15,15 @@ namespace berth
 namespace
 {
 
-constexpr double mass_kg = 100.0;
+constexpr double moving_kg = 100.0;
 constexpr double w0 = 2.0 * M_PI * 3.0; /* rad/s */
-constexpr double stiffness_N_per_m = mass_kg * w0 * w0;
+constexpr double surface_N_per_m = moving_kg * w0 * w0;
 constexpr double speed_m_per_s = 0.1;
 constexpr double allowance = 0.002;
 
 double damping_N_s_per_m(double damping_ratio)
 {
-    return 2.0 * damping_ratio * mass_kg * w0;
+    return 2.0 * damping_ratio * moving_kg * w0;
 }
 
 double published_formula(double damping_ratio, double delay_s)
@@ -63,7 +63,7 @@ std::vector<std::string> impact(double damping_ratio, double delay_ms)
             "sensor.stiffness_N_per_m=1e8",
             "sensor.low_pass_order=0",
             "object.mass_kg=0.001",
-            set("object.stiffness_N_per_m", stiffness_N_per_m),
+            set("object.stiffness_N_per_m", surface_N_per_m),
             set("object.damping_N_s_per_m", damping_N_s_per_m(damping_ratio)),
             set("manipulator.initial_velocity_m_per_s", speed_m_per_s)};
 }
@@ -84,7 +84,7 @@ double approach_and_rebound(double damping_ratio, double delay_ms, const std::st
         (is_approaching ? before_m_per_s : after_m_per_s) = record.manipulator_velocity_m_per_s;
     }
     REQUIRE(loop.app().limits.active_ticks[3] == 0);
-    REQUIRE(peak_force_N > 0.5 * mass_kg * w0 * speed_m_per_s); /* without damping and delay: M w0 v */
+    REQUIRE(peak_force_N > 0.5 * moving_kg * w0 * speed_m_per_s); /* without damping and delay: M w0 v */
     REQUIRE(before_m_per_s > 0.0);
     REQUIRE(after_m_per_s < 0.0);
     return -after_m_per_s / before_m_per_s;
@@ -128,10 +128,10 @@ double delayed_wall_that_never_pulls(double damping_ratio, double delay_s)
     for (std::size_t i = 0; i < delay_steps || x[i - delay_steps] > -1e-4; i++) {
         double force_N = 0.0;
         if (i >= delay_steps && x[i - delay_steps] > 0.0) {
-            force_N = std::max(0.0, stiffness_N_per_m * x[i - delay_steps] +
+            force_N = std::max(0.0, surface_N_per_m * x[i - delay_steps] +
                                         damping_N_s_per_m(damping_ratio) * v[i - delay_steps]);
         }
-        v.push_back(v[i] - step_s * force_N / mass_kg);
+        v.push_back(v[i] - step_s * force_N / moving_kg);
         x.push_back(x[i] + step_s * v[i + 1]);
     }
     return -v.back() / speed_m_per_s;

@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::int64_t period_ns = 2500000;
-constexpr double period_s = 1e-9 * period_ns;
+constexpr double setpoint_period_s = 1e-9 * period_ns;
 
 hal_frame setpoint_frame(std::int64_t tick, double position_m)
 {
@@ -244,10 +244,10 @@ TEST_CASE("robot: velocity and acceleration limits are kept, and the setpoint is
     double fastest = 0.0;
     double hardest = 0.0;
     for (std::size_t i = 2; i < positions_m.size(); i++) {
-        const double velocity = (positions_m[i] - positions_m[i - 1]) / period_s;
-        const double before = (positions_m[i - 1] - positions_m[i - 2]) / period_s;
+        const double velocity = (positions_m[i] - positions_m[i - 1]) / setpoint_period_s;
+        const double before = (positions_m[i - 1] - positions_m[i - 2]) / setpoint_period_s;
         fastest = std::max(fastest, std::abs(velocity));
-        hardest = std::max(hardest, std::abs(velocity - before) / period_s);
+        hardest = std::max(hardest, std::abs(velocity - before) / setpoint_period_s);
     }
     CHECK(fastest <= velocity_limit * (1.0 + 1e-9));
     CHECK(fastest > 0.99 * velocity_limit);

@@ -15,22 +15,18 @@ using namespace berth;
 namespace
 {
 
-constexpr double inertia = 200.0;
-constexpr double stiffness = 7895.683520871486;
-constexpr double damping = 125.66370614359172;
-
 /* One joint whose motor is as good as fixed: its turn is a mass of 200 on a spring, in rad and N m. */
 app_config turning_loop()
 {
     app_config config = config_default();
-    config.manipulator.mass_kg = inertia;
-    config.manipulator.stiffness_N_per_m = stiffness;
-    config.manipulator.damping_N_s_per_m = damping;
+    config.manipulator.mass_kg = one_joint::inertia;
+    config.manipulator.stiffness_N_per_m = one_joint::stiffness;
+    config.manipulator.damping_N_s_per_m = one_joint::damping;
     config.arm = one_joint_arm();
     arm_joint &joint = config.arm.joints[0];
-    joint.link.inertia_kg_m2[5] = inertia;
-    joint.stiffness_N_m_per_rad = stiffness;
-    joint.damping_N_m_s_per_rad = damping;
+    joint.link.inertia_kg_m2[5] = one_joint::inertia;
+    joint.stiffness_N_m_per_rad = one_joint::stiffness;
+    joint.damping_N_m_s_per_rad = one_joint::damping;
     joint.rotor_inertia_kg_m2 = 1e12;
     config.side_axes[SIDE_AXIS_RZ].enabled = 1;
     config.side_axes[SIDE_AXIS_Y].enabled = 1;

@@ -3,14 +3,12 @@
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 
 #include "firmware/can/codec.h"
+#include "not_finite.h"
 
 namespace
 {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /* `max` is the end of the range that the DBC gives the signal, on both sides. */
 void check_range(double max, bool (*is_in_phys_range)(double))

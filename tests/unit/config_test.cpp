@@ -1,17 +1,14 @@
 #include <doctest/doctest.h>
 
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "firmware/config.h"
+#include "not_finite.h"
 
 namespace
 {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 struct config_case {
     const char *key; /* expected */

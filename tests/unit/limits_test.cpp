@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "firmware/limits.h"
+#include "not_finite.h"
 #include "seeded.h"
 
 namespace
@@ -12,9 +13,6 @@ namespace
 
 using seeded::log_uniform;
 using seeded::uniform;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 app_config random_config(seeded::engine &random)
 {

@@ -179,13 +179,13 @@ struct stepper {
     }
 };
 
-struct config_case {
+struct named_config {
     const char *name;
     app_config config;
 };
 
 /* Every integrator, with and without the inverse filter. */
-std::vector<config_case> configs()
+std::vector<named_config> configs()
 {
     app_config exact = bench::moving_config(), rk4 = exact, euler = exact;
     rk4.manipulator.integrator = INTEGRATOR_RK4;
@@ -297,7 +297,7 @@ TEST_CASE("no_side_effects: the heap detector sees malloc, new, a growing vector
 
 TEST_CASE("no_side_effects: app_step does not use the heap")
 {
-    for (const config_case &row : configs()) {
+    for (const named_config &row : configs()) {
         CAPTURE(std::string(row.name));
         stepper stepper(row.config);
         Eigen::internal::set_is_malloc_allowed(false);
@@ -328,7 +328,7 @@ TEST_CASE("no_side_effects: the page fault detector sees a page touched for the 
 
 TEST_CASE("no_side_effects: app_step causes no page fault")
 {
-    for (const config_case &row : configs()) {
+    for (const named_config &row : configs()) {
         CAPTURE(std::string(row.name));
         stepper stepper(row.config);
         CHECK(page_faults_in([&] { stepper.run(); }) == 0);
@@ -353,7 +353,7 @@ TEST_CASE("no_side_effects: the system call detector sees a write, the clock det
 
 TEST_CASE("no_side_effects: app_step makes no system call and reads no clock")
 {
-    for (const config_case &row : configs()) {
+    for (const named_config &row : configs()) {
         CAPTURE(std::string(row.name));
         stepper stepper(row.config);
         CHECK(in_guarded_child(guard::system_calls_and_clock, [&] { stepper.run(); }) == "done");
@@ -365,7 +365,7 @@ TEST_CASE("no_side_effects: app_step makes no system call and reads no clock")
 
 TEST_CASE("no_side_effects: the same inputs give the same outputs, bit for bit")
 {
-    for (const config_case &row : configs()) {
+    for (const named_config &row : configs()) {
         CAPTURE(std::string(row.name));
         stepper first(row.config), second(row.config);
         int differing = 0;

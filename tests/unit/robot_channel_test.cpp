@@ -2,17 +2,16 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <string>
 
 #include "firmware/robot_channel.h"
+#include "not_finite.h"
 #include "seeded.h"
 #include "tick_builder.h"
 
 namespace
 {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double step_m = 1e-11;
 constexpr double range_m = 5.4;
 

@@ -9,7 +9,7 @@
 namespace
 {
 
-constexpr double period_s = 0.0025;
+constexpr double sample_period_s = 0.0025;
 
 double normal_number(seeded::engine &random)
 {
@@ -40,10 +40,10 @@ TEST_CASE("spectrum: noise of any colour has no line, a hum of a third of it has
             std::vector<double> noise = coloured_noise(random, a, 8000);
             CHECK_FALSE(berth::has_line(noise));
             for (std::size_t n = 0; n < noise.size(); n++) {
-                noise[n] += 0.47 * std::sin(berth::two_pi * 50.0 * period_s * static_cast<double>(n) + 1.0);
+                noise[n] += 0.47 * std::sin(berth::two_pi * 50.0 * sample_period_s * static_cast<double>(n) + 1.0);
             }
             CHECK(berth::has_line(noise));
-            CHECK(berth::strongest_frequency_Hz(noise, period_s) > 0.0);
+            CHECK(berth::strongest_frequency_Hz(noise, sample_period_s) > 0.0);
         }
     }
 }
@@ -56,7 +56,7 @@ TEST_CASE("spectrum: lines are taken out to a hundredth, and noise keeps what it
         const std::vector<double> noise = coloured_noise(random, 0.3, 11000);
         std::vector<double> hum = noise;
         for (std::size_t n = 0; n < hum.size(); n++) {
-            hum[n] += 5.0 * std::sin(berth::two_pi * frequency_Hz * period_s * static_cast<double>(n) + 0.4);
+            hum[n] += 5.0 * std::sin(berth::two_pi * frequency_Hz * sample_period_s * static_cast<double>(n) + 0.4);
         }
         std::vector<double> left = hum;
         berth::remove_lines(left, std::vector<berth::row_use>(left.size(), berth::row_use::fit));

@@ -59,7 +59,7 @@ const outcome start = {SUPERVISOR_START, STOP_NONE}, ready = {SUPERVISOR_READY, 
 const outcome running = {SUPERVISOR_RUNNING, STOP_NONE}, stopped = {SUPERVISOR_STOPPED, STOP_REQUESTED};
 const outcome held_before = holding(STOP_SENSOR_STALE), faulty_before = fault(STOP_ROBOT_FAULT);
 
-const expected_transitions table[] = {
+const expected_transitions transition_table[] = {
     {SUPERVISOR_START,
      ready,
      {{CONDITION_EMERGENCY_STOP, fault(STOP_EMERGENCY_STOP)},
@@ -181,8 +181,8 @@ int broken_rule(supervisor_state from, std::uint32_t conditions, const outcome &
 
 TEST_CASE("supervisor: each single condition in each state leads where it is documented")
 {
-    CHECK(sizeof table / sizeof table[0] == SUPERVISOR_STATE_COUNT);
-    for (const expected_transitions &row : table) {
+    CHECK(sizeof transition_table / sizeof transition_table[0] == SUPERVISOR_STATE_COUNT);
+    for (const expected_transitions &row : transition_table) {
         CAPTURE(std::string(supervisor_state_name(row.from)));
         CHECK(step(row.from, healthy) == row.otherwise);
         for (std::uint32_t bit = 0; bit < condition_bits; bit++) {
