@@ -7,7 +7,9 @@
 #include <sstream>
 
 #include "../../firmware/arm/arm_config.h"
+#include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "../../hal/rig/toml_file.h"
 
 namespace berth
 {
@@ -57,6 +59,10 @@ urdf_model::urdf_model(const std::string &text, std::string origin) : origin_(st
         throw input_error(origin_ + ":1: no <robot>; is it a URDF file?");
     }
     name_ = robot->Attribute("name") != nullptr ? robot->Attribute("name") : "";
+    if (!name_.empty() && !is_file_name(name_)) {
+        fail(robot, "its name names files: it must have at most 100 bytes, no \"/\" and no control characters, and "
+                    "must not start with \".\"");
+    }
     for (auto *link = robot->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
         const std::string name = attribute(link, "name");
         if (!links_.emplace(name, link).second) {
@@ -76,7 +82,7 @@ void urdf_model::fail(const urdf_element *at, const std::string &message) const
 {
     std::string what = std::string("<") + at->Name() + ">";
     if (const char *const name = at->Attribute("name")) {
-        what += " \"" + std::string(name) + "\"";
+        what += " " + quoted(name);
     }
     throw input_error(origin_ + ":" + std::to_string(at->GetLineNum()) + ": " + what + ": " + message);
 }

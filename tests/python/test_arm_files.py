@@ -50,6 +50,15 @@ def test_urdf_errors(tmp_path, change, line, says):
         assert f"arm.urdf:{line}:" in done.stderr.decode()
 
 
+@pytest.mark.parametrize("name", ["two&#10;lines", "a/b", ".hidden"])
+def test_a_urdf_name_that_cannot_name_an_arm_file_is_refused(tmp_path, name):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD).replace('name="', f'name="{name}', 1))
+    done = command("arm", file)
+    assert done.returncode == EXIT_INPUT and done.stdout == b""
+    assert "arm.urdf:1: <robot>" in done.stderr.decode() and "names files" in done.stderr.decode()
+
+
 @pytest.mark.parametrize("again,says", [
     ('<link name="b"/>', '<link> "b": there are two links "b"'),
     ('<link name="c"/><joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint>',
