@@ -15,6 +15,7 @@ OUTPUT = {"manipulator": "command_position_m", "robot": "robot_position_m", "for
 BINS = 40
 ROWS_PER_BIN_MIN = 20
 SPECTRUM_ROWS = 2048
+PART_GAP = 10  # periods, drawn between parts that each count their time from the start
 SEGMENTS_MIN = 8
 
 
@@ -96,12 +97,26 @@ def read_series(path):
     return dict(zip(names, values.T))
 
 
+def one_after_another(time_s, period_s):
+    """Parts of a record that each count their time from the start, laid out one after another with a gap between."""
+    step_s = np.diff(time_s)
+    back = step_s <= 0.0
+    return time_s + np.concatenate([[0.0], np.cumsum(np.where(back, PART_GAP * period_s - step_s, 0.0))])
+
+
+def velocity(position_m, time_s, period_s):
+    """By differences within the parts that follow each other without a gap."""
+    parts = np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(time_s) > 1.5 * period_s) + 1)
+    return np.concatenate([np.gradient(position_m[part], time_s[part]) if len(part) > 1 else np.zeros(len(part))
+                           for part in parts])
+
+
 def block_of(told, series, path, period_s):
     name, unit = told["block"], told["residual"]["unit"]
     try:
         use = series[f"{name}_use"]
         before, after = (series[f"{name}_error_{part}_{unit}"] for part in ("before", "after"))
-        measured, time_s = series[OUTPUT[name]], series["t_s"]
+        measured, time_s = series[OUTPUT[name]], one_after_another(series["t_s"], period_s)
     except KeyError as error:
         raise InputError(f"{path}: has no column {error.args[0]}, though diagnosis.json tells of that "
                          "block") from error
@@ -111,7 +126,7 @@ def block_of(told, series, path, period_s):
     used = use > 0
     if not used.any():
         raise InputError(f"{path}: no row of the block {name} is in use")
-    return Block(told, time_s[used], position_m[used], np.gradient(position_m, time_s)[used], measured[used],
+    return Block(told, time_s[used], position_m[used], velocity(position_m, time_s, period_s)[used], measured[used],
                  before[used], after[used], (use != FIT)[used], period_s)
 
 

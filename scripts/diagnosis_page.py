@@ -81,8 +81,7 @@ def causes_tables(diagnosis):
                  number(words.share_text(cause["share_explained"], told["verdict"]), f"causes.{i}.share_explained"),
                  number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]
                 for i, cause in enumerate(told["causes"])]
-        rows += [[f"or {other['effect']}", number(f"−{other['delta_bic']:.1f} to the winner",
-                                                 f"alternatives.{i}.delta_bic"), "", ""]
+        rows += [[f"or {other['effect']}", number(words.rival_text(other), f"alternatives.{i}.delta_bic"), "", ""]
                  for i, other in enumerate(told["alternatives"])]
         text += "<h2>Causes</h2>\n" + table(["effect", *right("BIC better by", "share explained",
                                                               "held-out gain (95 %)")], rows, "causes")

@@ -161,7 +161,8 @@ def headline(diagnosis):
         others = ", ".join(other["effect"] for other in told["alternatives"])
         return f"The rig file is wrong {where}: {names}, or {others}. This record cannot tell them apart."
     if verdict == "partly_explained":
-        return f"The rig file is wrong {where}. {names} explains a part of it; another part has no name."
+        explain = "explains" if len(told["causes"]) == 1 else "explain"
+        return f"The rig file is wrong {where}. {names} {explain} a part of it; another part has no name."
     if verdict == "unknown":
         return (f"The simulation is wrong in the {place(block)}, and nothing in the library explains it.")
     if verdict == "software_mismatch":
@@ -169,12 +170,17 @@ def headline(diagnosis):
     return "Measured and simulated agree down to the noise: this record shows no fault of the rig file."
 
 
+def rival_text(other):
+    """A rival that fits better was refused for what it predicts of unseen data."""
+    delta_bic = other["delta_bic"]
+    return f"worse by {delta_bic:.1f}" if delta_bic >= 0.0 else f"better by {-delta_bic:.1f}, but not on unseen data"
+
+
 def details(diagnosis):
     """What stands under the headline, a sentence each."""
     told = diagnosis.told
     lines = [cause_sentence(cause, told["verdict"]) for cause in told["causes"]]
-    lines += [f"Or {other['effect']}: its BIC is worse by {other['delta_bic']:.1f}."
-              for other in told["alternatives"]]
+    lines += [f"Or {other['effect']}: its BIC is {rival_text(other)}." for other in told["alternatives"]]
     for block in diagnosis.blocks:
         if block.told["verdict"] in WITH_REST:
             lines.append(left_sentence(block))

@@ -5,12 +5,15 @@ import json
 import shutil
 import sys
 
+import numpy as np
 import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command
 from known_faults import FAULTS, made, place_in, report, told, write_record  # noqa: F401
 from test_report import Page
 
 sys.path.insert(0, str(ROOT / "scripts"))
+import diagnosis_data  # noqa: E402
+import diagnosis_words  # noqa: E402
 import json_schema  # noqa: E402
 
 SCHEMA = json.loads((ROOT / "scripts" / "diagnosis.schema.json").read_text())
@@ -145,3 +148,21 @@ def test_damaged_outputs_are_refused(made):
 def test_the_checker_refuses_what_it_does_not_know():
     with pytest.raises(ValueError, match="multipleOf"):
         json_schema.errors_of(3, {"multipleOf": 2})
+
+
+def test_parts_that_each_count_from_the_start_stand_one_after_another():
+    period_s = 0.02
+    time_s = np.concatenate([np.arange(50) * period_s, np.arange(30) * period_s, np.arange(40) * period_s])
+    laid_s = diagnosis_data.one_after_another(time_s, period_s)
+    assert (np.diff(laid_s) > 0.99 * period_s).all()
+    gaps = np.flatnonzero(np.diff(laid_s) > 1.5 * period_s)
+    assert list(gaps) == [49, 79]
+    assert np.diff(laid_s)[:49] == pytest.approx(period_s) and laid_s[0] == 0.0
+    # A jump from one part to the next is no velocity.
+    position_m = np.concatenate([0.3 * time_s[:50], 7.0 + 0.3 * time_s[50:80], -2.0 + 0.3 * time_s[80:]])
+    assert diagnosis_data.velocity(position_m, laid_s, period_s) == pytest.approx(0.3)
+
+
+def test_a_rival_that_fits_better_is_said_to_fail_on_unseen_data():
+    assert diagnosis_words.rival_text({"delta_bic": 3.14}) == "worse by 3.1"
+    assert diagnosis_words.rival_text({"delta_bic": -212.5}) == "better by 212.5, but not on unseen data"
