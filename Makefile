@@ -71,9 +71,22 @@ HOST_ONLY := -fno-sanitize=null,alignment,object-size,vptr
 LDFLAGS += -fsanitize=address,undefined
 endif
 
+# These builds are made once, from scratch: there the files of a folder are compiled a batch at a time, as headers take
+# most of the time. The developer's own build stays file by file; it makes little again, and misses no include.
+ifneq ($(CROSS_COMPILE)$(SANITIZE),)
+# Other programs link these without their folders.
+ALONE := tests/unit/main.cpp tests/contract/hal_test.cpp sim_hal/hil/sim_hal.cpp
+in_batches = $(filter $(ALONE),$(1)) $(shell scripts/batches.py $(BUILD)/batch $(filter-out $(ALONE),$(1)))
+HAL := $(filter-out hal/rig/%,$(HAL)) $(call in_batches,$(filter hal/rig/%,$(HAL)))
+SIM := $(call in_batches,$(SIM))
+CLI := $(call in_batches,$(CLI))
+CPP_TESTS := $(call in_batches,$(CPP_TESTS))
+TARGET_TESTS := $(call in_batches,$(TARGET_TESTS))
+endif
+
 # What runs at every tick is optimised across its files: codec, buses and channels are many small functions.
 # Sanitizers look at each by itself, and link in a tenth of the time.
-TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp)
+TICK_PATH := $(FIRMWARE) $(wildcard hal/*.c hal/*.cpp hal/linux/*.cpp) $(filter sim_hal/hil/% sim_hal/plant/%,$(SIM))
 ACROSS_FILES := $(if $(SANITIZE),,-flto=auto)
 LDFLAGS += -O2 $(ACROSS_FILES)
 
@@ -278,15 +291,21 @@ $(BUILD)/obj/%.cpp.o: %.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
 	@echo "c++  $<"
 	@$(COMPILED_CXX) -c $< -o $@
 
+# What a file calls its own may hide what another file of the batch does.
+$(BUILD)/obj/%.cpp.o: $(BUILD)/batch/%.cpp | $(if $(CROSS_COMPILE),$(BUILD)/include)
+	@mkdir -p $(@D)
+	@echo "c++  $*.cpp"
+	@$(COMPILED_CXX) -Wno-shadow -c $< -o $@
+
 $(call object,$(TICK_PATH)): COMMON += $(ACROSS_FILES)
 
 $(call object,$(CLI) $(filter-out sim_hal/hil/% sim_hal/plant/%,$(SIM)) $(CPP_TESTS)): COMMON += $(HOST_ONLY)
 
 # A diagnosis replays a record some thousand times.
-$(call object,$(wildcard sim_hal/diagnosis/*.cpp)): COMMON += $(if $(SANITIZE),,-O3)
+$(call object,$(filter sim_hal/diagnosis/%,$(SIM))): COMMON += $(if $(SANITIZE),,-O3)
 
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
-$(call object,$(wildcard sim_hal/stability/*.cpp)): COMMON += $(if $(SANITIZE),,-O3 -fcx-limited-range)
+$(call object,$(filter sim_hal/stability/%,$(SIM))): COMMON += $(if $(SANITIZE),,-O3 -fcx-limited-range)
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
