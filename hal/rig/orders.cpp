@@ -191,9 +191,8 @@ std::optional<rig_error> check_orders(const rig &rig)
         if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
             return rig_error{"orders.joint", "must be from 1 to " + std::to_string(arm.joint_count)};
         }
-        if (order.kind == ARM_ORDER_JOINT_MOVE &&
-            (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
-             order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
+        if (order.kind == ARM_ORDER_JOINT_MOVE && (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
+                                                   order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
             return rig_error{"orders.move_to_rad",
                              "must be an angle that joint " + std::to_string(order.joint + 1) + " can have"};
         }

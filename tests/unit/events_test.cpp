@@ -24,7 +24,8 @@ struct channel {
         const double radius = std::sqrt(-2.0 * std::log(seeded::uniform(random, 1e-300, 1.0)));
         const double normal = radius * std::cos(berth::two_pi * seeded::uniform(random, 0.0, 1.0));
         const double time_s = period_s * static_cast<double>(n);
-        const double clean = amplitude * (std::sin(berth::two_pi * 0.7 * time_s) + 0.4 * std::sin(berth::two_pi * 1.9 * time_s));
+        const double clean =
+            amplitude * (std::sin(berth::two_pi * 0.7 * time_s) + 0.4 * std::sin(berth::two_pi * 1.9 * time_s));
         return step * std::round((clean + noise * normal) / step);
     }
 };
