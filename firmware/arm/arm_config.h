@@ -61,15 +61,15 @@ enum attitude_actuator { ATTITUDE_NONE, ATTITUDE_WHEEL, ATTITUDE_THRUSTERS, ATTI
 
 /* Holds the attitude that the base starts with. Every axis by itself. */
 struct attitude_config {
-    int32_t actuator; /* enum attitude_actuator */
-    int64_t period_ticks;
+    int32_t actuator;             /* enum attitude_actuator */
+    int64_t period_ticks;         /* from one look at the error to the next */
     double stiffness_N_m_per_rad; /* wheel */
     double damping_N_m_s_per_rad; /* wheel */
     double torque_limit_N_m;      /* wheel: at most; thrusters: of a pulse */
     double momentum_limit_N_m_s;  /* wheel */
     double deadband_rad;          /* thrusters: of the attitude's error */
     double rate_weight_s;         /* thrusters: rate counts as so much error */
-    double on_time_min_ms;        /* thrusters */
+    double on_time_min_ms;        /* thrusters: of a pulse; to the nearest tick, one at least */
 };
 
 struct arm_config {

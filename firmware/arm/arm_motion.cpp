@@ -196,8 +196,15 @@ void write(const moving_arm<Space> &arm, arm_record &record)
         *joints[i] = state.link_rad()(i);
         *motors[i] = state.motor_rad()(i);
     }
-    record.wheel_N_m_s = std::sqrt(state.wheel().squaredNorm());
-    record.thruster_N_m = std::sqrt(arm.control.thruster_torque_N_m.squaredNorm());
+    const typename Space::angular &pulse_N_m = arm.control.thruster_torque_N_m;
+    record.wheel_z_N_m_s = state.wheel()(Space::turns - 1);
+    record.thruster_z_N_m = pulse_N_m(Space::turns - 1);
+    if constexpr (Space::turns == 3) {
+        record.wheel_x_N_m_s = state.wheel()(0);
+        record.wheel_y_N_m_s = state.wheel()(1);
+        record.thruster_x_N_m = pulse_N_m(0);
+        record.thruster_y_N_m = pulse_N_m(1);
+    }
     record.guided_by = static_cast<uint16_t>(arm.guide.active);
     record.motors_at_limit = static_cast<uint16_t>(arm.motors_at_limit);
     record.order = static_cast<uint32_t>(arm.guide.mode);

@@ -5,7 +5,8 @@
 #include <stdint.h>
 
 /* Base in the world: a planar one turns by base_turn_rad; a spatial one is turned as its quaternion says. Joints
- * that an arm does not have are 0. guided_by: enum guidance_limit. motors_at_limit: a bit a joint, the first is bit
+ * that an arm does not have are 0. Wheel and thrusters: what the wheel holds, and the torque of a pulse on the base,
+ * in the base's axes; a planar arm has those about z alone. guided_by: enum guidance_limit. motors_at_limit: a bit a joint, the first is bit
  * 0: its motor was at its torque limit on the way here. */
 #define ARM_RECORD_FIELDS(X)                                                                                        \
     X(uint64_t, timestamp)                                                                                          \
@@ -34,8 +35,12 @@
     X(double, tool_x_m)                                                                                             \
     X(double, tool_y_m)                                                                                             \
     X(double, tool_z_m)                                                                                             \
-    X(double, wheel_N_m_s)                                                                                          \
-    X(double, thruster_N_m)                                                                                         \
+    X(double, wheel_x_N_m_s)                                                                                        \
+    X(double, wheel_y_N_m_s)                                                                                        \
+    X(double, wheel_z_N_m_s)                                                                                        \
+    X(double, thruster_x_N_m)                                                                                       \
+    X(double, thruster_y_N_m)                                                                                       \
+    X(double, thruster_z_N_m)                                                                                       \
     X(uint16_t, guided_by)                                                                                          \
     X(uint16_t, motors_at_limit)                                                                                    \
     X(uint32_t, order)

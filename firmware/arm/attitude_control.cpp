@@ -66,9 +66,9 @@ void attitude_control_step(attitude_control<Space> &control, const attitude_conf
             const double error = error_rad(axis) + config.rate_weight_s * rate;
             const int32_t sign = error > config.deadband_rad ? -1 : error < -config.deadband_rad ? 1 : 0;
             control.pulse_sign[axis] = sign;
-            ticks = sign == 0 ? 0 : whole(1e-3 * config.on_time_min_ms / period_s);
+            ticks = sign == 0 ? 0 : std::max(whole(1e-3 * config.on_time_min_ms / period_s), 1);
         }
-        control.thruster_torque_N_m(axis) = control.pulse_sign[axis] * config.torque_limit_N_m;
+        control.thruster_torque_N_m(axis) = ticks == 0 ? 0.0 : control.pulse_sign[axis] * config.torque_limit_N_m;
     }
 }
 

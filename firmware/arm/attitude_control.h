@@ -1,5 +1,6 @@
-/* Holds the base's attitude: a reaction wheel with a PD law, or thrusters that fire pulses of a least length, the
- * disturbance that an arm on a satellite has to live with. Every axis by itself. */
+/* Holds the base's attitude: a reaction wheel with a PD law, or thrusters that fire pulses of the least length that
+ * they can, the disturbance that an arm on a satellite has to live with: each time that the law is due and no pulse
+ * lasts, it may ask for one more. Every axis by itself. */
 #ifndef FIRMWARE_ARM_ATTITUDE_CONTROL_H
 #define FIRMWARE_ARM_ATTITUDE_CONTROL_H
 

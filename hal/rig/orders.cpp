@@ -126,6 +126,9 @@ operator_order read_order(const toml::table &table, const std::string &origin)
         fail(where, {"orders", "each must have one of line_m, joint and follow = true"});
     }
     check_keys(table, kind, origin);
+    if (kind == "joint" && !table.contains("move_to_rad") && !table.contains("rate_rad_per_s")) {
+        fail(where, {"orders.joint", "needs rate_rad_per_s or move_to_rad; rate_rad_per_s = 0 stops it"});
+    }
     if (order.kind == ARM_ORDER_LINE && !(order.speed_m_per_s > 0.0)) {
         fail(where, {"orders.speed_m_per_s", "a line needs it, greater than 0"});
     }

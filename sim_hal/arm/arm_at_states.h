@@ -18,7 +18,8 @@ namespace berth
  *     wheel_N_m_s [3]
  * all 0 where they are missing. For each, with velocities of the base first, angular before linear:
  *     inertia     matrix over base and joints
- *     bias        forces that keep all accelerations at 0, without gravity and wrench on the tool
+ *     bias        forces that keep all accelerations at 0: Coriolis and centrifugal ones, without gravity
+ *                 and wrench on the tool, which `acceleration` has
  *     acceleration of base and joints, as rates of the velocities
  *     momentum    about the world's origin, in its axes: angular, linear
  *     kinetic_J

@@ -39,7 +39,8 @@ std::vector<coupled_mode> visible_modes(const arm_config &config, const reductio
     const Eigen::MatrixXd basis = choice.is_guided
                                       ? guided_basis(whole, choice.direction)
                                       : Eigen::MatrixXd(Eigen::MatrixXd::Identity(whole.count(), whole.count()));
-    const linear_arm both = with_object(combined(whole, basis), choice.direction, object);
+    const linear_arm moving = combined(whole, basis);
+    const linear_arm both = with_object(moving, choice.direction.normalized().transpose() * moving.tool_way, object);
     const Eigen::RowVectorXd way = choice.direction.normalized().transpose() * both.tool_way;
     const double mobility = (way * both.inertia.llt().solve(way.transpose()))(0);
     const Eigen::Index further = both.count() - basis.cols();

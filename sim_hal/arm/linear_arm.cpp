@@ -37,7 +37,8 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
 
     const Eigen::Index count = base + 2 * n;
     linear_arm arm;
-    arm.inertia = arm.damping = arm.stiffness = arm.attitude_stiffness = Eigen::MatrixXd::Zero(count, count);
+    arm.inertia = arm.damping = arm.stiffness = arm.attitude_damping = arm.attitude_stiffness =
+        Eigen::MatrixXd::Zero(count, count);
     arm.inertia.block(base, base, n, n) = inertia.joints.topLeftCorner(n, n);
     if (base > 0) {
         arm.inertia.topLeftCorner(base, base) = inertia.base.matrix();
@@ -45,7 +46,7 @@ linear_arm linearised(const arm_config &config, const Eigen::VectorXd &pose_rad)
         arm.inertia.block(base, 0, n, base) = inertia.coupling.leftCols(n).transpose();
         if (config.attitude.actuator == ATTITUDE_WHEEL) {
             for (int i = 0; i < Space::turns; i++) {
-                arm.damping(i, i) = config.attitude.damping_N_m_s_per_rad;
+                arm.damping(i, i) = arm.attitude_damping(i, i) = config.attitude.damping_N_m_s_per_rad;
                 arm.stiffness(i, i) = arm.attitude_stiffness(i, i) = config.attitude.stiffness_N_m_per_rad;
             }
         }
@@ -92,6 +93,13 @@ bool hold_matters(const arm_config &config, double period_s)
            damping * late_s > least_share * turning_kg_m2;
 }
 
+std::string held_wheel_text(const attitude_config &attitude)
+{
+    return "attitude.period_ticks: the wheel's torque is held for " + std::to_string(attitude.period_ticks) +
+           (attitude.period_ticks == 1 ? " tick" : " ticks") +
+           "; small motions take the wheel for a spring and a damper without that";
+}
+
 /* Scales in which rotations and ways of a large arm are of one size: the inverse roots of the inertia's diagonal. */
 Eigen::MatrixXd scaling(const linear_arm &arm)
 {
@@ -100,7 +108,7 @@ Eigen::MatrixXd scaling(const linear_arm &arm)
 
 } // namespace
 
-std::vector<std::string> attitude_left_out(const arm_config &config, double period_s)
+std::vector<std::string> attitude_left_out(const arm_config &config)
 {
     const attitude_config &attitude = config.attitude;
     if (config.kind == ARM_NONE || config.base_is_free == 0) {
@@ -110,12 +118,20 @@ std::vector<std::string> attitude_left_out(const arm_config &config, double peri
         return {"attitude.actuator: thrusters have no linearisation and are left out: the satellite is taken as not "
                 "held"};
     }
-    if (attitude.actuator == ATTITUDE_WHEEL && (attitude.period_ticks > 1 || hold_matters(config, period_s))) {
-        return {"attitude.period_ticks: the wheel's torque is held for " + std::to_string(attitude.period_ticks) +
-                (attitude.period_ticks == 1 ? " tick" : " ticks") +
-                "; small motions take the wheel for a spring and a damper without that"};
+    if (attitude.actuator == ATTITUDE_WHEEL && attitude.period_ticks > 1) {
+        return {held_wheel_text(attitude)};
     }
     return {};
+}
+
+std::vector<std::string> attitude_left_out_without_ticks(const arm_config &config, double period_s)
+{
+    std::vector<std::string> told = attitude_left_out(config);
+    if (told.empty() && config.base_is_free != 0 && config.attitude.actuator == ATTITUDE_WHEEL &&
+        hold_matters(config, period_s)) {
+        told.push_back(held_wheel_text(config.attitude));
+    }
+    return told;
 }
 
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad)
@@ -134,6 +150,7 @@ linear_arm combined(const linear_arm &arm, const Eigen::MatrixXd &basis)
     return {basis.transpose() * arm.inertia * basis,
             basis.transpose() * arm.damping * basis,
             basis.transpose() * arm.stiffness * basis,
+            basis.transpose() * arm.attitude_damping * basis,
             basis.transpose() * arm.attitude_stiffness * basis,
             arm.tool_turn * basis,
             arm.tool_way * basis};
@@ -244,24 +261,25 @@ linear_arm arm_of(const manipulator_config &manipulator)
             number(manipulator.damping_N_s_per_m),
             number(manipulator.stiffness_N_per_m),
             number(0.0),
+            number(0.0),
             Eigen::MatrixXd(0, 1),
             number(1.0)};
 }
 
-linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, const std::vector<beam_mode> &modes)
+linear_arm with_object(const linear_arm &arm, const Eigen::RowVectorXd &way, const std::vector<beam_mode> &modes)
 {
     const auto further = static_cast<Eigen::Index>(modes.size()) - 1;
     const Eigen::Index count = arm.count() + further;
     Eigen::MatrixXd old = Eigen::MatrixXd::Zero(arm.count(), count); /* q by the new coordinates */
     old.leftCols(arm.count()).setIdentity();
     linear_arm both = combined(arm, old);
-    Eigen::RowVectorXd way = direction.normalized().transpose() * both.tool_way;
-    way.tail(further).setConstant(-1.0);
+    Eigen::RowVectorXd moved(count);
+    moved << way, Eigen::RowVectorXd::Constant(further, -1.0);
     for (std::size_t i = 0; i < modes.size(); i++) {
         if (i > 0) {
-            way = Eigen::RowVectorXd::Unit(count, arm.count() + static_cast<Eigen::Index>(i) - 1);
+            moved = Eigen::RowVectorXd::Unit(count, arm.count() + static_cast<Eigen::Index>(i) - 1);
         }
-        const Eigen::MatrixXd square = way.transpose() * way;
+        const Eigen::MatrixXd square = moved.transpose() * moved;
         both.inertia += modes[i].mass_kg * square;
         both.damping += modes[i].damping_N_s_per_m * square;
         both.stiffness += modes[i].stiffness_N_per_m * square;

@@ -21,16 +21,21 @@ struct linear_arm {
     Eigen::MatrixXd inertia;
     Eigen::MatrixXd damping;
     Eigen::MatrixXd stiffness;
-    Eigen::MatrixXd attitude_stiffness; /* what of it is the attitude control's */
-    Eigen::MatrixXd tool_turn;          /* of the tool in the world's axes, rad, by q */
-    Eigen::MatrixXd tool_way;           /* m, by q */
+    Eigen::MatrixXd attitude_damping; /* what of them is the attitude control's */
+    Eigen::MatrixXd attitude_stiffness;
+    Eigen::MatrixXd tool_turn; /* of the tool in the world's axes, rad, by q */
+    Eigen::MatrixXd tool_way;  /* m, by q */
 
     Eigen::Index count() const { return inertia.rows(); }
 };
 
-/* What of the attitude control small motions know nothing of, each with its key: thrusters, which pulse beyond a
- * dead band, and a wheel's torque that is held for longer than a period, or for one period where that matters. */
-std::vector<std::string> attitude_left_out(const arm_config &config, double period_s);
+/* What of the attitude control a loop's small motions know nothing of, each with its key: thrusters, which pulse
+ * beyond a dead band, and a wheel's torque that is held for longer than a period. */
+std::vector<std::string> attitude_left_out(const arm_config &config);
+
+/* The same of an arm by itself, without a loop's ticks: there a wheel's torque that is held for one period is left
+ * out, too, and told where that matters. */
+std::vector<std::string> attitude_left_out_without_ticks(const arm_config &config, double period_s);
 
 /* `pose_rad`: of the joints. Throws input_error for an arm under gravity. */
 linear_arm linearise(const arm_config &config, const Eigen::VectorXd &pose_rad);
@@ -86,9 +91,9 @@ Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s);
 /* A manipulator of one degree of freedom as an arm: its tool moves along one direction. */
 linear_arm arm_of(const manipulator_config &manipulator);
 
-/* An object of these modes fixed to the tool along the direction: the first moves as the tool less the others, each
- * of which is a coordinate more. */
-linear_arm with_object(const linear_arm &arm, const Eigen::VectorXd &direction, const std::vector<beam_mode> &modes);
+/* An object of these modes fixed to the tool, whose way along it is `way` by q: the first moves as the tool less the
+ * others, each of which is a coordinate more. */
+linear_arm with_object(const linear_arm &arm, const Eigen::RowVectorXd &way, const std::vector<beam_mode> &modes);
 
 } // namespace berth
 

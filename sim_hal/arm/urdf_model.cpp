@@ -4,6 +4,7 @@
 #include <cmath>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "../../firmware/arm/arm_config.h"
@@ -21,6 +22,20 @@ namespace
 Eigen::Matrix3d of_point(double mass_kg, const Eigen::Vector3d &arm_m)
 {
     return mass_kg * (arm_m.squaredNorm() * Eigen::Matrix3d::Identity() - arm_m * arm_m.transpose());
+}
+
+/* What is read goes into arm files and JSON. */
+void refuse_other_encodings(const std::string &text, const std::string &origin)
+{
+    std::istringstream lines(text);
+    std::string line;
+    for (int number = 1; std::getline(lines, line); number++) {
+        try {
+            (void)nlohmann::json(line).dump();
+        } catch (const nlohmann::json::type_error &) {
+            throw input_error(origin + ":" + std::to_string(number) + ": is not UTF-8; save the file in that");
+        }
+    }
 }
 
 } // namespace
@@ -49,6 +64,7 @@ urdf_body urdf_frame::operator*(const urdf_body &body) const
 
 urdf_model::urdf_model(const std::string &text, std::string origin) : origin_(std::move(origin))
 {
+    refuse_other_encodings(text, origin_);
     if (document_.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
         throw input_error(origin_ + ":" + std::to_string(std::max(1, document_.ErrorLineNum())) +
                           ": not well-formed XML (" + tinyxml2::XMLDocument::ErrorIDToName(document_.ErrorID()) +

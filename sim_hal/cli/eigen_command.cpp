@@ -52,8 +52,9 @@ nlohmann::json spectra_json(const rig &steady, double amplitude_m)
     json["rig"] = steady.name;
     json["left_out"] = left_out(steady, amplitude_m);
     json["describing_function"] = describing_function_json(steady, amplitude_m);
+    const bool is_arm = steady.firmware.arm.kind != ARM_NONE;
     json["manipulator"] =
-        as_json(manipulator_spectrum(steady), steady.firmware.manipulator.stiffness_N_per_m == 0.0);
+        as_json(manipulator_spectrum(steady), !is_arm && steady.firmware.manipulator.stiffness_N_per_m == 0.0);
     json["coupled"] = as_json(coupled_spectrum(steady), drifts_freely(steady));
     return json;
 }
@@ -61,8 +62,11 @@ nlohmann::json spectra_json(const rig &steady, double amplitude_m)
 void print_spectra(const rig &steady, const spectrum &loop, const char *loop_title)
 {
     print_modes(loop_title, loop);
-    print_modes("manipulator alone", manipulator_spectrum(steady));
-    print_modes("manipulator and object coupled, without dead time", coupled_spectrum(steady));
+    const bool is_arm = steady.firmware.arm.kind != ARM_NONE;
+    print_modes(is_arm ? "arm alone" : "manipulator alone", manipulator_spectrum(steady));
+    print_modes(is_arm ? "arm and object coupled, without dead time"
+                       : "manipulator and object coupled, without dead time",
+                coupled_spectrum(steady));
 }
 
 /* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */

@@ -245,7 +245,7 @@ void look_at_arm(const reduce_arguments &arguments, const rig &rig, told &result
         arm.config.base_is_free = 0;
         arm.config.attitude.actuator = ATTITUDE_NONE;
     }
-    for (const std::string &line : attitude_left_out(arm.config, config_period_s(&rig.firmware))) {
+    for (const std::string &line : attitude_left_out_without_ticks(arm.config, config_period_s(&rig.firmware))) {
         leave_out(result, line);
     }
     const reduction_choice choice = choice_for(arguments, rig, arm.config);

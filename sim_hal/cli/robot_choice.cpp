@@ -16,7 +16,7 @@ namespace berth
 std::vector<std::string> left_out(const rig &rig, double amplitude_m)
 {
     std::vector<std::string> lines = amplitude_m > 0.0 ? taken_as_at_the_start(rig) : left_out_when_small(rig);
-    for (std::string &line : attitude_left_out(rig.firmware.arm, config_period_s(&rig.firmware))) {
+    for (std::string &line : attitude_left_out(rig.firmware.arm)) {
         lines.push_back(std::move(line));
     }
     return lines;

@@ -73,7 +73,7 @@ void print_prediction(const run_result &result, const rig &rig)
         std::printf("  %-14s the %s %+.6f /s\n", "predicted",
                     is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
                     *result.predicted.growth_per_s);
-        for (const std::string &line : attitude_left_out(rig.firmware.arm, config_period_s(&rig.firmware))) {
+        for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
             std::printf("  %-14s %s\n", "", line.c_str());
         }
     }
@@ -354,7 +354,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     }
     if (result.predicted.growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted.growth_per_s;
-        json["prediction_left_out"] = attitude_left_out(rig.firmware.arm, config_period_s(&rig.firmware));
+        json["prediction_left_out"] = attitude_left_out(rig.firmware.arm);
     } else {
         json["why_not_predicted"] = result.predicted.why_not;
     }

@@ -45,16 +45,22 @@ double median_height(std::vector<oscillation_height>::const_iterator from,
     return *middle;
 }
 
-/* Limits bound the motion: does it fall nevertheless? */
+/* Limits bound the motion: does it fall nevertheless? While they act to the end, a fall is theirs, too. */
 std::optional<bool> judge_limited(const run_result &result, double period_s)
 {
     constexpr double falls = 0.9;
+    constexpr double end = 0.9; /* of the run */
     const std::vector<oscillation_height> heights = oscillation_heights(result.running_m, period_s);
     if (heights.size() < least_heights) {
         return {};
     }
     const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-    return median_height(middle, heights.end()) < falls * median_height(heights.begin(), middle);
+    const bool is_lower = median_height(middle, heights.end()) < falls * median_height(heights.begin(), middle);
+    const auto limited_until = static_cast<double>(result.limited_until_sample);
+    if (is_lower && limited_until > end * static_cast<double>(result.running_m.size())) {
+        return {};
+    }
+    return is_lower;
 }
 
 /* It did not swing often enough to tell growth from decay: it would have with more time. */

@@ -4,16 +4,17 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <Eigen/Cholesky>
+#include <iterator>
 
 #include "../../firmware/arm/robot_frame.h"
 #include "../../firmware/compensation/compensation.h"
 #include "../../firmware/pi.h"
+#include "../../hal/rig/beam.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../solver/balance.h"
 #include "../solver/decompositions.h"
-#include "../solver/exponential.h"
+#include "arm_period.h"
 #include "period_map.h"
 #include "spectrum.h"
 
@@ -23,41 +24,13 @@ namespace berth
 namespace
 {
 
-/* The arm over a period with the loads held: states q, q' in even scales. */
-struct arm_period {
-    Eigen::MatrixXd transition;
-    Eigen::MatrixXd by_load; /* a column for each axis of the robot: of 1 N, or 1 N m */
-    Eigen::MatrixXd way;     /* a row for each: of the tool along it, m or rad, by the states */
-};
+/* A free satellite has z = 1, several times and defective: rounding spreads them by the root of the precision, up to
+ * 4e-5 rad/s with 7 joints at 8 kHz. So slow, whatever the period, a mode counts as free. */
+constexpr double free_rad_per_s = two_pi * 1e-4;
 
-/* `ways`: of the tool along the robot's axes, by q. */
-arm_period period_of(const linear_arm &arm, const Eigen::MatrixXd &ways, double period_s)
+std::vector<std::complex<double>> bound_eigenvalues(const Eigen::MatrixXd &loop, double period_s)
 {
-    const Eigen::Index n = arm.count();
-    const Eigen::VectorXd scale = arm.inertia.diagonal().cwiseSqrt().cwiseInverse();
-    const auto even = [&](const Eigen::MatrixXd &matrix) {
-        return Eigen::MatrixXd(scale.asDiagonal() * matrix * scale.asDiagonal());
-    };
-    const Eigen::MatrixXd way = ways * scale.asDiagonal();
-    const Eigen::Index axes = way.rows();
-    const Eigen::LLT<Eigen::MatrixXd> inertia(even(arm.inertia));
-    Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(2 * n + axes, 2 * n + axes);
-    rates.block(0, n, n, n).setIdentity();
-    rates.block(n, 0, n, n) = -inertia.solve(even(arm.stiffness));
-    rates.block(n, n, n, n) = -inertia.solve(even(arm.damping));
-    rates.block(n, 2 * n, n, axes) = inertia.solve(way.transpose());
-    const Eigen::MatrixXd over = exponential(rates * period_s);
-    arm_period result = {over.topLeftCorner(2 * n, 2 * n), over.topRightCorner(2 * n, axes),
-                         Eigen::MatrixXd::Zero(axes, 2 * n)};
-    result.way.leftCols(n) = way;
-    return result;
-}
-
-std::vector<std::complex<double>> bound_eigenvalues(const Eigen::MatrixXd &loop)
-{
-    /* A free satellite has z = 1, several times and defective: rounding spreads them by the root of the precision.
-     */
-    constexpr double free_spread = 1e-4;
+    const double free_spread = free_rad_per_s * period_s;
     Eigen::MatrixXd even = loop;
     balance(even);
     std::vector<std::complex<double>> bound;
@@ -118,6 +91,27 @@ Eigen::MatrixXd ways_of(const linear_arm &arm, const Eigen::VectorXd &direction)
     return ways;
 }
 
+/* The axes along which the robot displays the tool, and on each a loop with its own object. */
+struct shown_axes {
+    std::vector<rig> rigs;
+    Eigen::MatrixXd ways; /* of the tool, a row for each, by q */
+};
+
+shown_axes axes_of(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction)
+{
+    const Eigen::MatrixXd ways =
+        direction.size() == 2 ? ways_of<plane>(arm, direction) : ways_of<space>(arm, direction);
+    shown_axes shown = {{rig}, ways.topRows(1)};
+    for (Eigen::Index axis = 0; axis < SIDE_AXIS_COUNT; axis++) {
+        if (rig.firmware.side_axes[axis].enabled != 0) {
+            shown.rigs.push_back(rig_along(rig, static_cast<std::size_t>(axis)));
+            shown.ways.conservativeResize(shown.ways.rows() + 1, Eigen::NoChange);
+            shown.ways.bottomRows(1) = ways.row(1 + axis);
+        }
+    }
+    return shown;
+}
+
 Eigen::VectorXd start_of(const arm_config &arm)
 {
     Eigen::VectorXd pose_rad(arm.joint_count);
@@ -125,6 +119,30 @@ Eigen::VectorXd start_of(const arm_config &arm)
         pose_rad(i) = arm.joints[i].initial_rad;
     }
     return pose_rad;
+}
+
+/* Of the tool, as the arm's world has it. */
+Eigen::VectorXd direction_of(const rig &rig)
+{
+    const manipulator_config &manipulator = rig.firmware.manipulator;
+    const Eigen::Vector3d direction(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z);
+    return direction.head(rig.firmware.arm.kind == ARM_PLANAR ? 2 : 3);
+}
+
+/* exp(s T) of what is not free. */
+std::vector<std::complex<double>> sampled(const linear_arm &arm, double period_s)
+{
+    std::vector<std::complex<double>> bound;
+    for (const std::complex<double> &s : eigenvalues_of(arm)) {
+        if (std::abs(s) <= free_rad_per_s) {
+            continue;
+        }
+        bound.push_back(std::exp(s * period_s));
+        if (s.imag() > 0.0) {
+            bound.push_back(std::exp(std::conj(s) * period_s));
+        }
+    }
+    return bound;
 }
 
 /* What a step makes of a mode, of which s h is given; Hairer & Wanner, Solving Ordinary Differential Equations II.
@@ -145,25 +163,18 @@ double growth_of_semi_implicit(std::complex<double> sh)
 
 } // namespace
 
-Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction)
+Eigen::MatrixXd arm_loop_matrix(const rig &rig, const arm_config &config, const linear_arm &arm,
+                                const Eigen::VectorXd &direction)
 {
     if (compensation_is_on(&rig.firmware)) {
         throw input_error(rig.name +
                           ": compensation has a model of a manipulator of one degree of freedom; switch it "
                           "off to look at a whole arm");
     }
-    const Eigen::MatrixXd ways =
-        direction.size() == 2 ? ways_of<plane>(arm, direction) : ways_of<space>(arm, direction);
-    std::vector<axis_period> axes = {axis_of(rig)};
-    Eigen::MatrixXd shown = ways.topRows(1);
-    for (Eigen::Index axis = 0; axis < SIDE_AXIS_COUNT; axis++) {
-        if (rig.firmware.side_axes[axis].enabled != 0) {
-            axes.push_back(axis_of(rig_along(rig, static_cast<std::size_t>(axis))));
-            shown.conservativeResize(shown.rows() + 1, Eigen::NoChange);
-            shown.bottomRows(1) = ways.row(1 + axis);
-        }
-    }
-    const arm_period period = period_of(arm, shown, config_period_s(&rig.firmware));
+    const shown_axes shown = axes_of(rig, arm, direction);
+    std::vector<axis_period> axes;
+    std::transform(shown.rigs.begin(), shown.rigs.end(), std::back_inserter(axes), axis_of);
+    const arm_period period = period_of(arm, config, shown.ways, config_period_s(&rig.firmware));
     const Eigen::Index states = period.transition.rows();
     Eigen::Index size = states;
     for (const axis_period &axis : axes) {
@@ -190,7 +201,7 @@ Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eig
 arm_loop_growth growth_of(const Eigen::MatrixXd &loop, double period_s)
 {
     arm_loop_growth found = {0.0, 0.0, 0.0};
-    for (const std::complex<double> &z : bound_eigenvalues(loop)) {
+    for (const std::complex<double> &z : bound_eigenvalues(loop, period_s)) {
         if (std::abs(z) > found.spectral_radius) {
             found = {std::abs(z), std::log(std::abs(z)) / period_s, std::abs(std::arg(z)) / (two_pi * period_s)};
         }
@@ -201,11 +212,27 @@ arm_loop_growth growth_of(const Eigen::MatrixXd &loop, double period_s)
 std::vector<std::complex<double>> arm_loop_eigenvalues(const rig &rig)
 {
     const arm_config &arm = rig.firmware.arm;
-    const manipulator_config &manipulator = rig.firmware.manipulator;
-    const Eigen::VectorXd pose_rad = start_of(arm);
-    const Eigen::Vector3d direction(manipulator.direction_x, manipulator.direction_y, manipulator.direction_z);
-    return bound_eigenvalues(
-        arm_loop_matrix(rig, linearise(arm, pose_rad), direction.head(arm.kind == ARM_PLANAR ? 2 : 3)));
+    return bound_eigenvalues(arm_loop_matrix(rig, arm, linearise(arm, start_of(arm)), direction_of(rig)),
+                             config_period_s(&rig.firmware));
+}
+
+std::vector<std::complex<double>> arm_eigenvalues(const rig &rig)
+{
+    const arm_config &arm = rig.firmware.arm;
+    return sampled(linearise(arm, start_of(arm)), config_period_s(&rig.firmware));
+}
+
+std::vector<std::complex<double>> arm_with_object_eigenvalues(const rig &rig)
+{
+    const arm_config &config = rig.firmware.arm;
+    linear_arm arm = linearise(config, start_of(config));
+    const shown_axes shown = axes_of(rig, arm, direction_of(rig));
+    for (std::size_t i = 0; i < shown.rigs.size(); i++) {
+        Eigen::RowVectorXd way = Eigen::RowVectorXd::Zero(arm.count());
+        way.head(shown.ways.cols()) = shown.ways.row(static_cast<Eigen::Index>(i));
+        arm = with_object(arm, way, object_modes(shown.rigs[i].object));
+    }
+    return sampled(arm, config_period_s(&rig.firmware));
 }
 
 void refuse_unstable_steps(const rig &rig)

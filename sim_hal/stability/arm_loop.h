@@ -9,13 +9,20 @@ namespace berth
 {
 
 /* One period of the loop as a matrix: the robot displays the tool's way along `direction`, and on the other axes
- * that the rig has; the loads act against it there, held over the period; the arm in between is exact. Throws
- * input_error for rigs without one-period map and with compensation, which has a model of the manipulator. */
-Eigen::MatrixXd arm_loop_matrix(const rig &rig, const linear_arm &arm, const Eigen::VectorXd &direction);
+ * that the rig has; the loads act against it there, held over the period; the arm in between moves in the steps of
+ * `config`. Throws input_error for rigs without one-period map and with compensation, which has a model of the
+ * manipulator. */
+Eigen::MatrixXd arm_loop_matrix(const rig &rig, const arm_config &config, const linear_arm &arm,
+                                const Eigen::VectorXd &direction);
 
 /* Eigenvalues of the loop with the arm that the rig has, small motions about its start, the tool moving as it likes;
  * those of what drifts freely, the satellite's flight, left out. */
 std::vector<std::complex<double>> arm_loop_eigenvalues(const rig &rig);
+
+/* What would be without robot and dead time, exact, sampled: the arm alone, its attitude control as spring and
+ * damper, and with the objects of all axes fixed to its tool. What drifts freely left out. */
+std::vector<std::complex<double>> arm_eigenvalues(const rig &rig);
+std::vector<std::complex<double>> arm_with_object_eigenvalues(const rig &rig);
 
 /* Largest |z|, and ln|z|/T, of those modes that the force has a part in: what drifts freely, the satellite's flight,
  * is left out. */

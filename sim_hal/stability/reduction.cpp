@@ -183,7 +183,7 @@ reduction reduce(const rig &rig, const arm_config &config, const reduction_choic
     }
     const double period_s = config_period_s(&rig.firmware);
     const auto full = [&](const berth::rig &at) {
-        return growth_of(arm_loop_matrix(at, arm, choice.direction), period_s);
+        return growth_of(arm_loop_matrix(at, config, arm, choice.direction), period_s);
     };
     const auto reduced = [&](const berth::rig &at) {
         const spectrum found = loop_spectrum(with_reduced(at, result.reduced));
@@ -218,7 +218,7 @@ object_reduction reduce_object(const rig &rig)
     result.compliance_share = 1.0 / (result.modes.front().stiffness_N_per_m * compliance_m_per_N);
     const auto coupled = [&](const berth::rig &at) {
         const linear_arm both =
-            with_object(arm_of(at.firmware.manipulator), Eigen::VectorXd::Ones(1), object_modes(at.object));
+            with_object(arm_of(at.firmware.manipulator), Eigen::RowVectorXd::Ones(1), object_modes(at.object));
         const std::vector<std::complex<double>> found = eigenvalues_of(both); /* by rising size */
         const auto swings =
             std::find_if(found.begin(), found.end(), [](const std::complex<double> &s) { return s.imag() > 0.0; });

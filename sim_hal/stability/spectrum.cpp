@@ -44,6 +44,9 @@ spectrum make_spectrum(const std::vector<std::complex<double>> &eigenvalues, dou
     for (const auto z : eigenvalues) {
         result.modes.push_back(mode_of(z, period_s));
     }
+    if (result.modes.empty()) { /* a free arm that nothing holds */
+        return {{}, 1.0, 0.0, false};
+    }
     std::sort(result.modes.begin(), result.modes.end(), comes_first);
     result.spectral_radius = std::abs(result.modes.front().z);
     result.growth_per_s = std::log(result.spectral_radius) / period_s;
@@ -121,7 +124,8 @@ std::string mode_name(const mode &mode, const rig &rig)
 
 bool drifts_freely(const rig &rig)
 {
-    return rig.firmware.manipulator.stiffness_N_per_m == 0.0 && rig.object.stiffness_N_per_m == 0.0;
+    return rig.firmware.arm.kind == ARM_NONE && rig.firmware.manipulator.stiffness_N_per_m == 0.0 &&
+           rig.object.stiffness_N_per_m == 0.0;
 }
 
 spectrum loop_spectrum(const rig &rig)
@@ -150,17 +154,23 @@ double spectral_radius_of(const rig &rig)
 
 spectrum manipulator_spectrum(const rig &rig)
 {
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        return make_spectrum(arm_eigenvalues(rig), config_period_s(&rig.firmware));
+    }
     const manipulator_config &m = rig.firmware.manipulator;
     return oscillator_spectrum(m.mass_kg, m.damping_N_s_per_m, m.stiffness_N_per_m, config_period_s(&rig.firmware));
 }
 
 spectrum coupled_spectrum(const rig &rig)
 {
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        return make_spectrum(arm_with_object_eigenvalues(rig), config_period_s(&rig.firmware));
+    }
     const manipulator_config &m = rig.firmware.manipulator;
     const object_rig &o = rig.object;
     const double period_s = config_period_s(&rig.firmware);
     if (o.further_mode_count > 0) {
-        const linear_arm both = with_object(arm_of(m), Eigen::VectorXd::Ones(1), object_modes(o));
+        const linear_arm both = with_object(arm_of(m), Eigen::RowVectorXd::Ones(1), object_modes(o));
         std::vector<std::complex<double>> eigenvalues;
         for (const std::complex<double> &s : eigenvalues_of(both)) {
             eigenvalues.push_back(std::exp(s * period_s));

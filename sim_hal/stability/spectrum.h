@@ -32,7 +32,7 @@ struct spectrum {
 };
 
 /* Without a spring on either body nothing holds the two: z = 1 is an eigenvalue by itself, whatever rounding makes
- * of it, and the loop is neither stable nor unstable. */
+ * of it, and the loop is neither stable nor unstable. An arm's free motion is left out instead. */
 bool drifts_freely(const rig &rig);
 
 /* Throws input_error where all eigenvalues at once take minutes, or the memory. */
@@ -44,7 +44,8 @@ spectrum loop_spectrum(const rig &rig);
 /* Its largest |z|. */
 double spectral_radius_of(const rig &rig);
 
-/* Of the manipulator alone, and of manipulator and object rigidly coupled without dead time, sampled. */
+/* Of the manipulator alone, and of manipulator and object rigidly coupled without dead time, sampled; with an arm:
+ * of the arm. */
 spectrum manipulator_spectrum(const rig &rig);
 spectrum coupled_spectrum(const rig &rig);
 

@@ -59,6 +59,13 @@ def test_a_urdf_name_that_cannot_name_an_arm_file_is_refused(tmp_path, name):
     assert "arm.urdf:1: <robot>" in done.stderr.decode() and "names files" in done.stderr.decode()
 
 
+def test_a_urdf_that_is_not_utf_8_is_refused_where_it_is_not(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_bytes(("\n" + URDF.format(**GOOD)).encode().replace(b'name="', b'name="Gr\xfcn', 1))
+    done = command("arm", file)
+    assert done.returncode == EXIT_INPUT and done.stdout == b"" and b"arm.urdf:2: is not UTF-8" in done.stderr
+
+
 @pytest.mark.parametrize("again,says", [
     ('<link name="b"/>', '<link> "b": there are two links "b"'),
     ('<link name="c"/><joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint>',

@@ -338,7 +338,8 @@ def test_a_dead_time_that_jumps_does_so_along_every_axis(tmp_path):
     ("joint = 1\nrate_rad_per_s = 0.001\nspeed_m_per_s = 0.1", "orders.speed_m_per_s: goes with line_m only"),
     ("line_m = [0.01, 0]\nspeed_m_per_s = 0.1\nrate_rad_per_s = 0.001", "orders.rate_rad_per_s: goes with joint only"),
     ("follow = true\nmove_to_rad = 1.3", "orders.move_to_rad: goes with joint only"),
-    ("joint = 1", None),
+    ("joint = 1", "orders.joint: needs rate_rad_per_s or move_to_rad"),
+    ("joint = 1\nrate_rad_per_s = 0", None),
 ])
 def test_an_order_has_no_key_that_does_nothing(tmp_path, order, says):
     file = rig_file(tmp_path)

@@ -367,3 +367,13 @@ def test_a_map_tells_of_a_rig_that_no_spring_holds_what_its_eigenvalues_tell(tmp
     for held, stable in ((FREE, None), ({**FREE, "object.mass_kg": 500}, False), ({}, True)):
         told = one_json_object(command("map", "ess", *axes, "--json", *settings(held)).stdout)
         assert told["own"]["stable"] is stable is ask("eigen", "ess", held)["stable"]
+
+
+@pytest.mark.parametrize("duration_s,stable", [(8, None), (20, True)])
+def test_a_fall_while_limits_act_to_the_end_is_no_decay(tmp_path, duration_s, stable):
+    """The velocity limit acts for 7.7 s: until then it is what bounds the motion, the loop may do as it likes."""
+    result = run_json("ess", tmp_path, *(word for setting in (
+        "limits.velocity_m_per_s=0.01", "manipulator.initial_position_m=0.05", "object.damping_N_s_per_m=400",
+        f"run.duration_s={duration_s}") for word in ("--set", setting)))
+    assert 0.0025 * result["limit_ticks"]["velocity"] == pytest.approx(7.7, abs=0.1)
+    assert result["stable"] is stable

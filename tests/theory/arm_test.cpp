@@ -291,6 +291,29 @@ TEST_CASE("arm: thrusters fire pulses of their least length against an error bey
     CHECK(control.thruster_torque_N_m(0) == 5.0);
 }
 
+TEST_CASE("arm: a thruster's pulse is over before the law is due again if it is shorter")
+{
+    attitude_config config = {};
+    config.actuator = ATTITUDE_THRUSTERS;
+    config.period_ticks = 100;
+    config.torque_limit_N_m = 5.0;
+    config.deadband_rad = 0.01;
+    chain_state<plane> state;
+    state.attitude()(0) = -0.02;
+    for (const auto &[on_time_min_ms, ticks] :
+         {std::pair(50.0, 20), std::pair(1.0, 1), std::pair(0.0, 1), std::pair(375.0, 150)}) {
+        config.on_time_min_ms = on_time_min_ms;
+        attitude_control<plane> control = attitude_control_at(chain_state<plane>());
+        int fired = 0;
+        for (int tick = 0; tick < 400; tick++) {
+            attitude_control_step(control, config, 2.5e-3, state);
+            fired += control.thruster_torque_N_m(0) == 5.0 ? 1 : 0;
+        }
+        /* Looks at 0, 100, 200, 300; a pulse of 150 ticks lasts over the one at 100 and over that at 300. */
+        CHECK(fired == (ticks < 100 ? 4 * ticks : 300));
+    }
+}
+
 TEST_CASE("arm: a motor at its torque limit gives that torque and no more")
 {
     arm_config config = pendulum(20.0, 0.1);
