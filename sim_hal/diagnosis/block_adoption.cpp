@@ -42,6 +42,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
     incumbent_.rows = rows_under(noise_);
     start_over_from_given();
+    start_over_from_other_scales();
     drop_stand_ins(result);
     std::vector<double> error;
     model_.error(incumbent_.rig, error);
@@ -78,6 +79,26 @@ void block_search::start_over_from_given()
     if (other.cost < incumbent_.cost) {
         other.rows = incumbent_.rows;
         incumbent_ = std::move(other);
+    }
+}
+
+void block_search::start_over_from_other_scales()
+{
+    for (const effect *const known : found_) {
+        if (!known->has_minima_by_scale) {
+            continue;
+        }
+        const std::string_view scale = known->parameters.back().key;
+        const double found = value_of(incumbent_.rig, scale);
+        for (const double factor : {0.15, 0.4, 2.5, 6.0}) {
+            rig again = incumbent_.rig;
+            set_number(again, scale, factor * found);
+            fit_result other = fit(model_, noise_, again, incumbent_.parameters, input_.options.replays_max);
+            if (other.cost < incumbent_.cost) {
+                other.rows = incumbent_.rows;
+                incumbent_ = std::move(other);
+            }
+        }
     }
 }
 

@@ -84,6 +84,8 @@ class block_search
     /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
      * start. */
     void start_over_from_given();
+    /* Beside what else was found, another minimum may be the lower one. */
+    void start_over_from_other_scales();
     /* An effect found first may have stood in for one found later. */
     void drop_stand_ins(block_diagnosis &result);
     fit_result fit_without(const effect &dropped);

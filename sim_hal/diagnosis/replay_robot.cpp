@@ -3,6 +3,7 @@
 
 #include "../effects/robot_drive.h"
 #include "../effects/setpoint_path.h"
+#include "../effects/velocity_follower.h"
 #include "../solver/object_steps.h"
 #include "replay.h"
 
@@ -50,6 +51,41 @@ void add_knot(std::vector<knot> &knots, double time_s, double position_m, double
         knots.push_back({begin_s, knots.back().position_m});
     }
     knots.push_back({time_s, position_m});
+}
+
+/* The reference through these knots as a limit of its velocity leaves it: lines between knots, whether that one jumps
+ * at its own or not. */
+std::vector<knot> with_limited_velocity(const std::vector<knot> &knots, bool holds, double velocity_max_m_per_s)
+{
+    std::vector<knot> limited;
+    limited.reserve(2 * knots.size());
+    velocity_follower follower(velocity_max_m_per_s);
+    const auto go_on = [&](double time_s, double duration_s) {
+        double left_s = duration_s;
+        while (follower.left_s() < left_s) { /* it may be left behind again at once, but never catches up twice */
+            const double part_s = follower.left_s();
+            follower.advance(part_s);
+            left_s -= part_s;
+            limited.push_back({time_s + duration_s - left_s, follower.position_m()});
+        }
+        if (left_s < unlimited) {
+            follower.advance(left_s);
+            limited.push_back({time_s + duration_s, follower.position_m()});
+        }
+    };
+    follower.start(knots.front().position_m);
+    limited.push_back(knots.front());
+    for (std::size_t i = 0; i < knots.size(); i++) {
+        const bool is_last = i + 1 == knots.size();
+        const double duration_s = is_last ? unlimited : knots[i + 1].time_s - knots[i].time_s;
+        if (duration_s <= 0.0) {
+            continue;
+        }
+        const double rise_m = is_last || holds ? 0.0 : knots[i + 1].position_m - knots[i].position_m;
+        follower.follow(knots[i].position_m, rise_m / duration_s);
+        go_on(knots[i].time_s, duration_s);
+    }
+    return limited;
 }
 
 std::vector<knot> reference_knots(const rig &rig, const record &record, const record_segment &part,
@@ -163,7 +199,7 @@ bool knots_wander(const rig &rig)
 /* At the same place of every tick. */
 bool jumps_within_ticks(const rig &rig)
 {
-    return rig.robot.interpolation == interpolation::hold && !knots_wander(rig);
+    return rig.robot.interpolation == interpolation::hold && !knots_wander(rig) && !limits_reference(rig);
 }
 
 /* Transfer behaviour and effects are each exact at the end of a step in which what drives them is straight: a single
@@ -172,10 +208,11 @@ int steps_of_motion(const rig &rig, motion_detail detail)
 {
     const std::size_t effects = active_stages(rig, &effect::on_motion).size();
     const std::size_t in_a_row = effects + (rig.has_transfer_behaviour() ? 1 : 0);
-    if (in_a_row == 0 || (in_a_row == 1 && detail == motion_detail::at_ticks)) {
+    const bool is_cornered = limits_reference(rig);
+    if ((in_a_row == 0 && !is_cornered) || (in_a_row + (is_cornered ? 1 : 0) == 1 && detail == motion_detail::at_ticks)) {
         return 1;
     }
-    return effects > 0 ? cornered_steps_a_tick : fine_steps_a_tick;
+    return effects > 0 || is_cornered ? cornered_steps_a_tick : fine_steps_a_tick;
 }
 
 } // namespace
@@ -232,6 +269,7 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
                   int steps_min, robot_motion &motion)
 {
     const double period_s = record.period_s;
+    const bool is_limited = limits_reference(rig);
     const bool holds = rig.robot.interpolation == interpolation::hold;
     const bool jumps = jumps_within_ticks(rig);
     const bool has_motion_effect = !active_stages(rig, &effect::on_motion).empty();
@@ -239,16 +277,19 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
     motion.tick = divide_tick(rig, period_s, steps);
     motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());
-    const bool has_late_knots = knots_wander(rig) && !rig.has_transfer_behaviour() && !has_motion_effect;
+    const bool has_late_knots = (knots_wander(rig) || is_limited) && !rig.has_transfer_behaviour() && !has_motion_effect;
     motion.bulge_m.assign(has_late_knots || has_motion_effect ? motion.position_m.size() : 0, 0.0);
 
     double *out = motion.position_m.data();
     for (const record_segment &part : record.segments) {
-        const std::vector<knot> knots = reference_knots(rig, record, part, events);
+        std::vector<knot> knots = reference_knots(rig, record, part, events);
         if (knots.empty()) {
             continue;
         }
-        reference line(knots, holds);
+        if (is_limited) {
+            knots = with_limited_velocity(knots, holds, rig.robot.velocity_limit_m_per_s);
+        }
+        reference line(knots, holds && !is_limited);
         robot_drive drive(rig);
         double goal_m = knots.front().position_m;
         double position_m = drive.start(goal_m);

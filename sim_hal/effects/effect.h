@@ -119,6 +119,10 @@ struct effect {
     /* Whether it is seen in single samples rather than fitted: what was lost, repeated, thrown off. */
     bool is_of_single_samples = false;
 
+    /* Whether its error has several minima over the last parameter, a scale: from each a fit finds the next one only.
+     */
+    bool has_minima_by_scale = false;
+
     /* What else must be so for the keys to count. */
     void (*switch_on)(rig &) = nullptr;
 

@@ -109,6 +109,12 @@ bool saturates_in_lag(const rig &rig)
     return rig.robot.velocity_limit_m_per_s != unlimited && value_of_effect(rig, "robot.lag_ms") > 0.0;
 }
 
+bool limits_reference(const rig &rig)
+{
+    return rig.robot.velocity_limit_m_per_s != unlimited && !saturates_in_lag(rig) &&
+           rig.robot.acceleration_limit_m_per_s2 == unlimited;
+}
+
 bool is_beyond_small_motion(const effect &effect)
 {
     return effect.when_small != small_motion::no_influence && effect.when_small != small_motion::in_the_equations;

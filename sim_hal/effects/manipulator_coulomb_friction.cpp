@@ -19,6 +19,7 @@ effect manipulator_coulomb_friction()
                                               value_of(rig, "manipulator.coulomb_presliding_m"));
     };
     made.is_proportional = true;
+    made.has_minima_by_scale = true;
     return made;
 }
 

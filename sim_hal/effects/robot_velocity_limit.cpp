@@ -9,7 +9,8 @@ effect robot_velocity_limit()
     effect made;
     made.name = "robot.velocity_limit";
     made.physics =
-        "The robot follows as fast as |r'| <= V permits, and catches up; with a lag, tau r' = u - r within it.";
+        "The robot follows its reference as fast as |r'| <= V permits, and catches up; with a lag, tau r' = u - r "
+        "within it.";
     made.source = "drive limits; MuJoCo servo records show it as triangles instead of sines";
     made.parameters = {{"robot.velocity_limit_m_per_s", 1e-9, 1e9, {}}};
     made.starts = [](const rig &, const record_scales &scales) { return limits_below(scales.velocity_m_per_s); };

@@ -11,7 +11,8 @@ setpoint_path::setpoint_path(const rig &rig)
     : stages_(active_stages(rig, &effect::on_setpoints)), config_(rig.firmware)
 {
     constexpr double huge = 1e9; /* a limit that is not there, and whose square is still finite */
-    const double velocity_m_per_s = saturates_in_lag(rig) ? unlimited : rig.robot.velocity_limit_m_per_s;
+    const double velocity_m_per_s =
+        saturates_in_lag(rig) || limits_reference(rig) ? unlimited : rig.robot.velocity_limit_m_per_s;
     is_limited_ = velocity_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
     config_.limits = {-huge, huge, std::min(huge, velocity_m_per_s),
                       std::min(huge, rig.robot.acceleration_limit_m_per_s2)};

@@ -1,4 +1,4 @@
-/* What the robot makes of the setpoints that reach it: effects on setpoints, then its own limits. */
+/* What the robot makes of the setpoints that reach it: effects on setpoints, then the limits that are on these. */
 #ifndef SIM_HAL_EFFECTS_SETPOINT_PATH_H
 #define SIM_HAL_EFFECTS_SETPOINT_PATH_H
 

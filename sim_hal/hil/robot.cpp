@@ -23,7 +23,8 @@ robot::robot(const rig &rig, std::uint32_t setpoint_id)
       jumped_dead_time_ns_(dead_time_ns_ + std::llround(1e6 * rig.run.dead_time_jump_ms)),
       dead_time_drift_(1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s")),
       lost_probability_(value_of_effect(rig, "robot.lost_command_probability")), random_(rig.run.seed, stream_robot),
-      lost_(rig.run.seed, stream_lost_commands), path_(rig)
+      lost_(rig.run.seed, stream_lost_commands), path_(rig), limits_reference_(limits_reference(rig)),
+      follower_(rig.robot.velocity_limit_m_per_s)
 {
     period_ns_ = clock_is_free_ ? std::llround(clock_period_ns_) : config_period_ns(&rig.firmware);
     next_latch_ns_ = clock_is_free_ ? std::llround(clock_phase_ns_) : no_event;
@@ -32,6 +33,8 @@ robot::robot(const rig &rig, std::uint32_t setpoint_id)
                   dead_time_ns(static_cast<std::int64_t>(1e9 * std::min(1e9, rig.run.duration_s)))});
     knots_.resize(static_cast<std::size_t>(longest_ns / period_ns_) + 8);
     line_.position_m = path_.start(rig.firmware.manipulator.initial_position_m);
+    limited_line_ = line_;
+    follower_.start(line_.position_m);
     find_next_event();
 }
 
@@ -150,6 +153,33 @@ double robot::arrive()
 }
 
 double robot::handle_event()
+{
+    if (!limits_reference_) {
+        return handle_reference_event();
+    }
+    const std::int64_t now_ns = next_event_ns();
+    if (now_ns == next_event_ns_) {
+        handle_reference_event();
+    }
+    limit_velocity(now_ns);
+    return 0.0;
+}
+
+/* From now on the limited reference follows the line that the reference is on. */
+void robot::limit_velocity(std::int64_t now_ns)
+{
+    if (now_ns > limited_from_ns_) {
+        follower_.advance(static_cast<double>(now_ns - limited_from_ns_) * 1e-9);
+    }
+    const reference_line goal = on_line(line_, start_ns_, now_ns);
+    follower_.follow(goal.position_m, goal.velocity_m_per_s);
+    limited_line_ = {follower_.position_m(), follower_.velocity_m_per_s()};
+    limited_from_ns_ = now_ns;
+    const double left_ns = std::ceil(1e9 * follower_.left_s());
+    caught_up_ns_ = left_ns < 1e17 ? now_ns + static_cast<std::int64_t>(left_ns) : no_event;
+}
+
+double robot::handle_reference_event()
 {
     double jump_m = 0.0;
     if (next_event_ns_ == next_latch_ns_) {

@@ -3,13 +3,16 @@
 #ifndef SIM_HAL_HIL_ROBOT_H
 #define SIM_HAL_HIL_ROBOT_H
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "../../firmware/can/berth_can.h"
 #include "../../hal/hal.h"
 #include "../../hal/rig/rig.h"
 #include "../effects/setpoint_path.h"
+#include "../effects/velocity_follower.h"
 #include "../plant/plant.h"
 #include "random.h"
 
@@ -32,14 +35,14 @@ class robot
     bool loses_command() { return lost_.happens(lost_probability_); }
 
     /* When the reference next changes its course, or the robot's own clock next looks for a setpoint. */
-    std::int64_t next_event_ns() const { return next_event_ns_; }
+    std::int64_t next_event_ns() const { return std::min(next_event_ns_, caught_up_ns_); }
 
     /* The next event is the end of a line after which the robot does not know yet where to go, as it is at every
      * setpoint with a dead time of one period. Whoever looks at that very instant still sees it move. */
     bool stops_next() const
     {
         const knot &goal = knots_[first_];
-        return is_moving_ && next_event_ns_ == goal.end_ns && next_event_ns_ != next_latch_ns_ &&
+        return is_moving_ && next_event_ns() == goal.end_ns && next_event_ns() != next_latch_ns_ &&
                (count_ == 1 || knots_[(first_ + 1) % knots_.size()].begin_ns > goal.end_ns);
     }
 
@@ -49,11 +52,10 @@ class robot
     /* The reference from `now_ns` on, until the next event. */
     reference_line line(std::int64_t now_ns) const
     {
-        return {line_.position_m + line_.velocity_m_per_s * (static_cast<double>(now_ns - start_ns_) * 1e-9),
-                line_.velocity_m_per_s};
+        return limits_reference_ ? on_line(limited_line_, limited_from_ns_, now_ns) : on_line(line_, start_ns_, now_ns);
     }
 
-    /* The line that the reference is on or, where it rests, the place. */
+    /* The line that the reference, before a limit of its velocity, is on or, where it rests, the place. */
     struct course {
         std::int64_t from_ns;
         std::int64_t to_ns; /* from_ns where it rests */
@@ -83,6 +85,13 @@ class robot
         std::uint8_t counter;
     };
 
+    static reference_line on_line(const reference_line &line, std::int64_t from_ns, std::int64_t now_ns)
+    {
+        return {line.position_m + line.velocity_m_per_s * (static_cast<double>(now_ns - from_ns) * 1e-9),
+                line.velocity_m_per_s};
+    }
+    double handle_reference_event();
+    void limit_velocity(std::int64_t now_ns);
     std::int64_t dead_time_ns(std::int64_t now_ns) const;
     void latch();
     void drop_overtaken(std::int64_t end_ns);
@@ -116,6 +125,14 @@ class robot
     std::int64_t start_ns_ = 0; /* of the line that the reference is on */
     reference_line line_;
     bool is_moving_ = false; /* on the way to the first knot */
+
+    /* The reference under a limit of its velocity. */
+    bool limits_reference_;
+    velocity_follower follower_;
+    reference_line limited_line_;
+    std::int64_t limited_from_ns_ = 0;
+    std::int64_t caught_up_ns_ = std::numeric_limits<std::int64_t>::max(); /* when it is on the other one again */
+
     std::int64_t clock_ticks_ = 0;
     std::int64_t next_latch_ns_;
     std::int64_t next_event_ns_ = 0;

@@ -7,6 +7,7 @@
 #include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
+#include "../effects/velocity_follower.h"
 #include "../plant/plant.h"
 #include "critical_zero.h"
 #include "loop_timeline.h"
@@ -26,8 +27,7 @@ bool is_of_size(const effect &effect)
 
 bool limits_setpoints(const rig &rig)
 {
-    return (rig.robot.velocity_limit_m_per_s != unlimited && !saturates_in_lag(rig)) ||
-           rig.robot.acceleration_limit_m_per_s2 != unlimited;
+    return rig.robot.acceleration_limit_m_per_s2 != unlimited;
 }
 
 bool shapes_samples(const rig &rig)
@@ -120,6 +120,13 @@ class balance_of_harmonics
             gain = std::abs(path);
         }
         height_m *= gain;
+        if (limits_reference(rig_)) {
+            limited_velocity limiter(rig_.robot.velocity_limit_m_per_s);
+            const complex through = gain_of(limiter, {height_m, 0.0, w_});
+            add_signal("robot.velocity_limit", through);
+            height_m *= std::abs(through);
+            gain *= std::abs(through);
+        }
         if (plant_.has_transfer_behaviour) {
             const double w = plant_.robot_w;
             height_m *= std::abs(w * w / (s_ * s_ + 2.0 * plant_.robot_z * w * s_ + w * w));

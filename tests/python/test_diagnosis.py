@@ -95,7 +95,8 @@ def test_of_the_rig_that_made_a_log_only_noise_is_left(log, tmp_path):
 
 
 @pytest.mark.parametrize("more", [
-    {}, {"robot.lag_ms": 15}, {"robot.lag_ms": 15, "robot.velocity_limit_m_per_s": 0.1}, {"robot.backlash_m": 2e-4},
+    {}, {"robot.lag_ms": 15}, {"robot.lag_ms": 15, "robot.velocity_limit_m_per_s": 0.1}, {"robot.velocity_limit_m_per_s": 0.1},
+    {"robot.backlash_m": 2e-4},
     {"robot.transfer_frequency_Hz": 12, "robot.transfer_damping_ratio": 0.6}, {"robot.dead_time_ms": 18.3}], ids=str)
 def test_of_a_robot_that_jumps_to_its_setpoints_only_noise_is_left(more, tmp_path):
     keys = [word for key, value in {"robot.interpolation": '"hold"', **more}.items() for word in ("--set", f"{key}={value}")]

@@ -111,6 +111,39 @@ TEST_CASE("robot: a velocity limit is within the lag")
     CHECK(largest_difference_m(slow.at_tick_m, never_limited.at_tick_m) < 1e-12);
 }
 
+/* r' = V towards u until there, then u': by steps of a thousandth of a tick. */
+TEST_CASE("robot: a velocity limit without a lag is on the reference between the ticks")
+{
+    for (const bool holds : {false, true}) {
+        for (const double limit_m_per_s : {0.03, 0.08, 0.15}) {
+            CAPTURE(holds);
+            CAPTURE(limit_m_per_s);
+            const robot_motion found =
+                replayed({"robot.dead_time_ms=2.5", holds ? "robot.interpolation=hold" : "robot.interpolation=linear",
+                          "robot.velocity_limit_m_per_s=" + std::to_string(limit_m_per_s)},
+                         motion_detail::at_ticks);
+            const record told = wandering_command(0.0025);
+            const std::vector<double> &u_m = told.command_position_m;
+            constexpr int steps = 1000;
+            const double reach_m = limit_m_per_s * told.period_s / steps;
+            double r_m = u_m[0];
+            double worst_m = 0.0;
+            /* With a dead time of one period the line to a setpoint begins where that is sent; the jump ends it. */
+            for (std::size_t n = 1; n + 1 < u_m.size(); n++) {
+                for (int i = 1; i <= steps; i++) {
+                    const double goal_m = holds ? u_m[n - 1] : u_m[n - 1] + (u_m[n] - u_m[n - 1]) * i / steps;
+                    r_m += std::clamp(goal_m - r_m, -reach_m, reach_m);
+                }
+                worst_m = std::max(worst_m, std::abs(r_m - found.at_tick_m[n + 1]));
+            }
+            CHECK(worst_m < 1e-6);
+        }
+    }
+    const auto free = replayed({}, motion_detail::at_ticks);
+    const auto never_limited = replayed({"robot.velocity_limit_m_per_s=5"}, motion_detail::at_ticks);
+    CHECK(largest_difference_m(free.at_tick_m, never_limited.at_tick_m) < 1e-12);
+}
+
 /* A step from where the robot stands, though the record begins with the setpoint already there. */
 TEST_CASE("robot: a part that begins where the robot stands elsewhere is replayed from there")
 {
