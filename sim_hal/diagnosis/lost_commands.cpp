@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "loss_settler.h"
+
 namespace berth
 {
 
 namespace
 {
 
-/* What the loss of one setpoint does to the output, for 1 m of way that the robot lacks: from the tick after the
- * setpoint on. */
-struct trace {
-    std::size_t first; /* ticks after the setpoint */
-    std::vector<double> values;
-    double square = 0.0;
-};
-
-trace trace_of_loss(block_model &model, const rig &rig)
+loss_trace trace_of_loss(block_model &model, const rig &rig)
 {
     const record &record = model.data();
     const double span_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)) +
@@ -32,7 +26,7 @@ trace trace_of_loss(block_model &model, const rig &rig)
             at = n;
         }
     }
-    trace made{0, {}};
+    loss_trace made{0, {}};
     if (way == 0.0) {
         return made;
     }
@@ -65,28 +59,6 @@ trace trace_of_loss(block_model &model, const rig &rig)
     return made;
 }
 
-/* Standard deviation of most of it. */
-double sigma_of(const std::vector<double> &error, const std::vector<row_use> &uses)
-{
-    std::vector<double> sizes;
-    for (std::size_t n = 0; n < error.size(); n++) {
-        if (uses[n] != row_use::none) {
-            sizes.push_back(std::abs(error[n]));
-        }
-    }
-    return 1.4826 * median_of(sizes);
-}
-
-/* Setpoints that the robot stands on in each row: of lost ones those before. */
-std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
-{
-    std::vector<double> taken = sent;
-    for (std::size_t n = 1; n < taken.size(); n++) {
-        taken[n] = lost[n] != 0 ? taken[n - 1] : sent[n];
-    }
-    return taken;
-}
-
 /* Chance does not care how far a setpoint leads: where nearly only the smallest steps are missing, it is a
  * threshold. */
 bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
@@ -108,134 +80,11 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
-/* Losses next to each other are not the sum of losses: of the second one the robot lacks the first one's way, too.
- * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with
- * one of its neighbours: a loss found one tick off is two mistakes. */
-class loss_settler
-{
-  public:
-    /* `error`: of a replay with the losses that were `known`. */
-    loss_settler(const block_model &model, const trace &loss, const std::vector<double> &error,
-                 const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> first_guess)
-        : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m),
-          rest_(error), end_(sent_.size() - std::min(sent_.size(), loss.first + loss.values.size()))
-    {
-        taken_ = taken_of(sent_, known);
-        const std::vector<double> taken = taken_of(sent_, lost);
-        for (std::size_t n = 0; n < end_; n++) {
-            put(n, taken[n]);
-        }
-    }
-
-    /* `least`: squares of sigma that a loss has to explain. */
-    void settle(double least)
-    {
-        constexpr int rounds = 8;
-        constexpr std::size_t apart_max = 3;
-        bool any = true;
-        for (int round = 0; round < rounds && any; round++) {
-            const double sigma = sigma_of(rest_, model_.uses());
-            any = false;
-            for (std::size_t n = 1; n + apart_max < end_; n++) {
-                for (std::size_t apart = 0; apart < apart_max; apart++) {
-                    any = try_flip(n, n + apart, least * sigma * sigma) || any;
-                }
-            }
-        }
-    }
-
-    /* Sum of squares that is left. */
-    double square() const { return square(0, rest_.size()); }
-
-    std::vector<std::uint8_t> lost;
-
-  private:
-    /* Where one in four is lost, the most that is looked at, 400 a second, once in a year more are lost in a
-     * row: what stands still for longer has another reason. */
-    static constexpr std::size_t run_max = 16;
-
-    double square(std::size_t begin, std::size_t end) const
-    {
-        double sum = 0.0;
-        for (std::size_t row = begin; row < end; row++) {
-            sum += model_.uses()[row] == row_use::none ? 0.0 : rest_[row] * rest_[row];
-        }
-        return sum;
-    }
-
-    bool try_flip(std::size_t first, std::size_t second, double least)
-    {
-        const int more = (lost[first] == 0 ? 1 : -1) + (second == first ? 0 : lost[second] == 0 ? 1 : -1);
-        const auto flip = [&] {
-            lost[first] = lost[first] == 0;
-            lost[second] = second == first ? lost[second] : lost[second] == 0;
-        };
-        flip();
-        std::size_t last = second + 1;
-        while (last < end_ && lost[last] != 0) {
-            last++;
-        }
-        if (more > 0 && longest_run(first, last) > run_max) {
-            flip();
-            return false;
-        }
-        const std::vector<double> before(taken_.begin() + static_cast<std::ptrdiff_t>(first),
-                                         taken_.begin() + static_cast<std::ptrdiff_t>(last));
-        const std::size_t to = last - 1 + loss_.first + loss_.values.size();
-        const double square_before = square(first + loss_.first, to);
-        double standing = taken_[first - 1];
-        for (std::size_t n = first; n < last; n++) {
-            standing = lost[n] != 0 ? standing : sent_[n];
-            put(n, standing);
-        }
-        if (square_before - square(first + loss_.first, to) > least * std::max(0, more)) {
-            return true;
-        }
-        flip();
-        for (std::size_t n = first; n < last; n++) {
-            put(n, before[n - first]);
-        }
-        return false;
-    }
-
-    /* Of losses one after the other, of which one is at `first` or later, up to `last`. */
-    std::size_t longest_run(std::size_t first, std::size_t last) const
-    {
-        while (first > 0 && lost[first - 1] != 0) {
-            first--;
-        }
-        std::size_t longest = 0;
-        std::size_t run = 0;
-        for (std::size_t n = first; n < last; n++) {
-            run = lost[n] != 0 ? run + 1 : 0;
-            longest = std::max(longest, run);
-        }
-        return longest;
-    }
-
-    /* The robot stands on this setpoint in tick n; the error is then another one. */
-    void put(std::size_t n, double taken)
-    {
-        const double way = taken_[n] - taken;
-        for (std::size_t k = 0; k < loss_.values.size() && way != 0.0; k++) {
-            rest_[n + loss_.first + k] -= way * loss_.values[k];
-        }
-        taken_[n] = taken;
-    }
-
-    const block_model &model_;
-    const trace &loss_;
-    const std::vector<double> &sent_;
-    std::vector<double> rest_;
-    std::vector<double> taken_;
-    std::size_t end_;
-};
-
 } // namespace
 
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
 {
-    const trace loss = trace_of_loss(force, rig);
+    const loss_trace loss = trace_of_loss(force, rig);
     std::vector<double> error;
     force.error(rig, error);
     const record &record = force.data();
@@ -259,7 +108,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     constexpr double like = 0.75;      /* share of a loss that the error must show */
     constexpr double nearly_all = 0.1; /* of the squares may be left where no loss is clear by itself */
     const record &record = model.data();
-    const trace loss = trace_of_loss(model, rig);
+    const loss_trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {
         return {};
     }

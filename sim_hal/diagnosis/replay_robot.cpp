@@ -53,8 +53,8 @@ void add_knot(std::vector<knot> &knots, double time_s, double position_m, double
     knots.push_back({time_s, position_m});
 }
 
-/* The reference through these knots as a limit of its velocity leaves it: lines between knots, whether that one jumps
- * at its own or not. */
+/* The reference through these knots as a limit of its velocity leaves it: lines between knots, whether that one
+ * jumps at its own or not. */
 std::vector<knot> with_limited_velocity(const std::vector<knot> &knots, bool holds, double velocity_max_m_per_s)
 {
     std::vector<knot> limited;
@@ -209,7 +209,8 @@ int steps_of_motion(const rig &rig, motion_detail detail)
     const std::size_t effects = active_stages(rig, &effect::on_motion).size();
     const std::size_t in_a_row = effects + (rig.has_transfer_behaviour() ? 1 : 0);
     const bool is_cornered = limits_reference(rig);
-    if ((in_a_row == 0 && !is_cornered) || (in_a_row + (is_cornered ? 1 : 0) == 1 && detail == motion_detail::at_ticks)) {
+    if ((in_a_row == 0 && !is_cornered) ||
+        (in_a_row + (is_cornered ? 1 : 0) == 1 && detail == motion_detail::at_ticks)) {
         return 1;
     }
     return effects > 0 || is_cornered ? cornered_steps_a_tick : fine_steps_a_tick;
@@ -277,7 +278,8 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
     motion.tick = divide_tick(rig, period_s, steps);
     motion.position_m.resize(record.size() * motion.tick.count() + record.segments.size());
     motion.at_tick_m.resize(record.size());
-    const bool has_late_knots = (knots_wander(rig) || is_limited) && !rig.has_transfer_behaviour() && !has_motion_effect;
+    const bool has_late_knots =
+        (knots_wander(rig) || is_limited) && !rig.has_transfer_behaviour() && !has_motion_effect;
     motion.bulge_m.assign(has_late_knots || has_motion_effect ? motion.position_m.size() : 0, 0.0);
 
     double *out = motion.position_m.data();

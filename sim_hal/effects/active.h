@@ -50,8 +50,8 @@ inline bool has_body_effects(const rig &rig, std::string_view block)
 }
 
 /* A robot that lags has a position controller, and a limit of its velocity is one of what that controller asks for:
- * tau r' = u - r within |r'| <= V. Without a lag the limit is on the reference: see velocity_follower. With a limit of
- * the acceleration beside it, both are on the setpoints that the reference runs between. */
+ * tau r' = u - r within |r'| <= V. Without a lag the limit is on the reference: see velocity_follower. With a limit
+ * of the acceleration beside it, both are on the setpoints that the reference runs between. */
 bool saturates_in_lag(const rig &rig);
 bool limits_reference(const rig &rig);
 

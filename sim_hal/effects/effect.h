@@ -119,7 +119,8 @@ struct effect {
     /* Whether it is seen in single samples rather than fitted: what was lost, repeated, thrown off. */
     bool is_of_single_samples = false;
 
-    /* Whether its error has several minima over the last parameter, a scale: from each a fit finds the next one only.
+    /* Whether its error has several minima over the last parameter, a scale: from each a fit finds the next one
+     * only.
      */
     bool has_minima_by_scale = false;
 

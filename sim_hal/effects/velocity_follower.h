@@ -1,5 +1,5 @@
-/* A reference of straight lines, followed as fast as |r'| <= V permits: at V towards it until there, then along it as
- * long as it is no faster. What comes out is straight lines, too: exact. */
+/* A reference of straight lines, followed as fast as |r'| <= V permits: at V towards it until there, then along it
+ * as long as it is no faster. What comes out is straight lines, too: exact. */
 #ifndef SIM_HAL_EFFECTS_VELOCITY_FOLLOWER_H
 #define SIM_HAL_EFFECTS_VELOCITY_FOLLOWER_H
 

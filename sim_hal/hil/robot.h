@@ -52,7 +52,8 @@ class robot
     /* The reference from `now_ns` on, until the next event. */
     reference_line line(std::int64_t now_ns) const
     {
-        return limits_reference_ ? on_line(limited_line_, limited_from_ns_, now_ns) : on_line(line_, start_ns_, now_ns);
+        return limits_reference_ ? on_line(limited_line_, limited_from_ns_, now_ns)
+                                 : on_line(line_, start_ns_, now_ns);
     }
 
     /* The line that the reference, before a limit of its velocity, is on or, where it rests, the place. */

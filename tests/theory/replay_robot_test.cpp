@@ -118,10 +118,10 @@ TEST_CASE("robot: a velocity limit without a lag is on the reference between the
         for (const double limit_m_per_s : {0.03, 0.08, 0.15}) {
             CAPTURE(holds);
             CAPTURE(limit_m_per_s);
-            const robot_motion found =
-                replayed({"robot.dead_time_ms=2.5", holds ? "robot.interpolation=hold" : "robot.interpolation=linear",
-                          "robot.velocity_limit_m_per_s=" + std::to_string(limit_m_per_s)},
-                         motion_detail::at_ticks);
+            const robot_motion found = replayed({"robot.dead_time_ms=2.5",
+                                                 holds ? "robot.interpolation=hold" : "robot.interpolation=linear",
+                                                 "robot.velocity_limit_m_per_s=" + std::to_string(limit_m_per_s)},
+                                                motion_detail::at_ticks);
             const record told = wandering_command(0.0025);
             const std::vector<double> &u_m = told.command_position_m;
             constexpr int steps = 1000;

@@ -1,0 +1,219 @@
+#include "loss_settler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noise.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Where one in four is lost, the most that is looked at, 400 a second, once in a year more are lost in a
+ * row: what stands still for longer has another reason. */
+constexpr std::size_t run_max = 16;
+constexpr std::size_t apart_max = 3; /* of two that are looked at together, one less */
+constexpr std::size_t seen_min = 6;  /* ticks of what it does before the record ends */
+constexpr std::size_t window = 12;   /* setpoints of which every combination is tried */
+constexpr int bursts_max = 200;      /* in which every combination is tried: more are no lost setpoints */
+
+} // namespace
+
+double sigma_of(const std::vector<double> &error, const std::vector<row_use> &uses)
+{
+    std::vector<double> sizes;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (uses[n] != row_use::none) {
+            sizes.push_back(std::abs(error[n]));
+        }
+    }
+    return 1.4826 * median_of(sizes);
+}
+
+std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
+{
+    std::vector<double> taken = sent;
+    for (std::size_t n = 1; n < taken.size(); n++) {
+        taken[n] = lost[n] != 0 ? taken[n - 1] : sent[n];
+    }
+    return taken;
+}
+
+loss_settler::loss_settler(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
+                           const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> first_guess)
+    : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m), rest_(error),
+      end_(sent_.size() - std::min(sent_.size(), loss.first + seen_min))
+{
+    taken_ = taken_of(sent_, known);
+    const std::vector<double> taken = taken_of(sent_, lost);
+    for (std::size_t n = 0; n < end_; n++) {
+        put(n, taken[n]);
+    }
+}
+
+void loss_settler::settle(double least)
+{
+    constexpr int rounds = 8;
+    std::vector<double> helps(end_ * apart_max, 0.0);
+    for (int round = 0; round < rounds; round++) {
+        const double sigma = sigma_of(rest_, model_.uses());
+        const double least_square = least * sigma * sigma;
+        bool any = take_best_first(helps, least_square);
+        any = search_bursts(least_square) || any;
+        if (!any) {
+            break;
+        }
+    }
+}
+
+double loss_settler::square(std::size_t begin, std::size_t end) const
+{
+    double sum = 0.0;
+    for (std::size_t row = begin; row < std::min(end, rest_.size()); row++) {
+        sum += model_.uses()[row] == row_use::none ? 0.0 : rest_[row] * rest_[row];
+    }
+    return sum;
+}
+
+bool loss_settler::take_best_first(std::vector<double> &helps, double least)
+{
+    find_help(helps, 1, end_, least);
+    auto best = std::max_element(helps.begin(), helps.end());
+    const bool any = best != helps.end() && *best > 0.0;
+    for (std::size_t i = 0; i < 2 * end_ && best != helps.end() && *best > 0.0; i++) {
+        const auto n = static_cast<std::size_t>(best - helps.begin()) / apart_max;
+        const auto apart = static_cast<std::size_t>(best - helps.begin()) % apart_max;
+        flip(n, n + apart);
+        const std::size_t reach = loss_.first + loss_.values.size() + 2 * run_max;
+        find_help(helps, n > reach ? n - reach : 1, std::min(end_, n + reach), least);
+        best = std::max_element(helps.begin(), helps.end());
+    }
+    return any;
+}
+
+bool loss_settler::search_bursts(double least)
+{
+    constexpr std::size_t before = 3;
+    constexpr double far = 4.0;  /* times what one loss has to explain */
+    constexpr double rise = 0.2; /* of it may have been there before */
+    bool any = false;
+    int tried = 0;
+    for (std::size_t n = 1 + before; n + window < end_ && tried < bursts_max; n++) {
+        const std::size_t from = n + loss_.first;
+        const double begins = square(from, from + before);
+        if (begins > far * least && square(from - before, from) < rise * begins) {
+            any = try_all(n - before, least) || any;
+            tried++;
+        }
+    }
+    return any;
+}
+
+bool loss_settler::try_all(std::size_t from, double least)
+{
+    const std::size_t begin = from + loss_.first;
+    const std::size_t end = begin + window + run_max + loss_.values.size();
+    const double before = square(begin, end);
+    const auto count = [&] {
+        return std::count(lost.begin() + static_cast<std::ptrdiff_t>(from),
+                          lost.begin() + static_cast<std::ptrdiff_t>(from + window), std::uint8_t{1});
+    };
+    const auto count_before = count();
+    double most = 0.0;
+    unsigned best = 0;
+    for (unsigned i = 1; i < 1U << window; i++) { /* Gray's code: from one combination to the next by one flip */
+        flip_one_of(from, i);
+        const auto more = static_cast<double>(count() - count_before);
+        const double help = before - square(begin, end) - least * std::max(0.0, more);
+        if (help > most && longest_run(from, from + window) <= run_max) {
+            most = help;
+            best = i ^ (i >> 1U);
+        }
+    }
+    flip_one_of(from, 1U << (window - 1)); /* the last one is the first bit alone */
+    for (std::size_t bit = 0; bit < window; bit++) {
+        if ((best >> bit & 1U) != 0) {
+            flip(from + bit, from + bit);
+        }
+    }
+    return best != 0;
+}
+
+void loss_settler::flip_one_of(std::size_t from, unsigned i)
+{
+    std::size_t bit = 0;
+    while ((i >> bit & 1U) == 0) {
+        bit++;
+    }
+    flip(from + bit, from + bit);
+}
+
+void loss_settler::find_help(std::vector<double> &helps, std::size_t from, std::size_t to, double least)
+{
+    for (std::size_t n = from; n < to; n++) {
+        for (std::size_t apart = 0; apart < apart_max; apart++) {
+            helps[n * apart_max + apart] = n + apart_max < end_ ? help_of(n, n + apart, least) : 0.0;
+        }
+    }
+}
+
+double loss_settler::help_of(std::size_t first, std::size_t second, double least)
+{
+    const int more = (lost[first] == 0 ? 1 : -1) + (second == first ? 0 : lost[second] == 0 ? 1 : -1);
+    const std::size_t last = flip(first, second);
+    double help = 0.0;
+    if (more <= 0 || longest_run(first, last) <= run_max) {
+        const std::size_t from = first + loss_.first;
+        const std::size_t to = last - 1 + loss_.first + loss_.values.size();
+        const double after = square(from, to);
+        flip(first, second);
+        help = square(from, to) - after - least * std::max(0, more);
+    } else {
+        flip(first, second);
+    }
+    return help;
+}
+
+std::size_t loss_settler::flip(std::size_t first, std::size_t second)
+{
+    lost[first] = lost[first] == 0;
+    lost[second] = second == first ? lost[second] : lost[second] == 0;
+    std::size_t last = second + 1;
+    while (last < end_ && lost[last] != 0) {
+        last++;
+    }
+    double standing = taken_[first - 1];
+    for (std::size_t n = first; n < last; n++) {
+        standing = lost[n] != 0 ? standing : sent_[n];
+        put(n, standing);
+    }
+    return last;
+}
+
+std::size_t loss_settler::longest_run(std::size_t first, std::size_t last) const
+{
+    while (first > 0 && lost[first - 1] != 0) {
+        first--;
+    }
+    std::size_t longest = 0;
+    std::size_t run = 0;
+    for (std::size_t n = first; n < last; n++) {
+        run = lost[n] != 0 ? run + 1 : 0;
+        longest = std::max(longest, run);
+    }
+    return longest;
+}
+
+void loss_settler::put(std::size_t n, double taken)
+{
+    const double way = taken_[n] - taken;
+    const std::size_t seen = std::min(loss_.values.size(), rest_.size() - (n + loss_.first));
+    for (std::size_t k = 0; k < seen && way != 0.0; k++) {
+        rest_[n + loss_.first + k] -= way * loss_.values[k];
+    }
+    taken_[n] = taken;
+}
+
+} // namespace berth

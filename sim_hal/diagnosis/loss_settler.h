@@ -1,0 +1,79 @@
+/* Which setpoints were lost, by all that their losses do together. */
+#ifndef SIM_HAL_DIAGNOSIS_LOSS_SETTLER_H
+#define SIM_HAL_DIAGNOSIS_LOSS_SETTLER_H
+
+#include <cstdint>
+#include <vector>
+
+#include "block_model.h"
+
+namespace berth
+{
+
+/* What the loss of one setpoint does to the output, for 1 m of way that the robot lacks: from the tick after the
+ * setpoint on. */
+struct loss_trace {
+    std::size_t first; /* ticks after the setpoint */
+    std::vector<double> values;
+    double square = 0.0;
+};
+
+/* Standard deviation of most of it. */
+double sigma_of(const std::vector<double> &error, const std::vector<row_use> &uses);
+
+/* Setpoints that the robot stands on in each row: of lost ones those before. */
+std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost);
+
+/* Losses next to each other are not the sum of losses: of the second one the robot lacks the first one's way, too.
+ * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with
+ * one of its neighbours: a loss found one tick off is two mistakes. */
+class loss_settler
+{
+  public:
+    /* `error`: of a replay with the losses that were `known`. */
+    loss_settler(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
+                 const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> first_guess);
+
+    /* `least`: squares of sigma that a loss has to explain. What helps most goes first: a loss that is missing makes
+     * the force ring, and others in a row would take the ringing away bit by bit. */
+    void settle(double least);
+
+    /* Sum of squares that is left. */
+    double square() const { return square(0, rest_.size()); }
+
+    std::vector<std::uint8_t> lost;
+
+  private:
+    double square(std::size_t begin, std::size_t end) const;
+    bool take_best_first(std::vector<double> &helps, double least);
+
+    /* Three losses within a few ticks may cancel each other so far that none of them, nor two, explains anything:
+     * where an error begins that is far above all before it, every combination is tried. */
+    bool search_bursts(double least);
+    bool try_all(std::size_t from, double least);
+    /* The bit in which the i-th number of Gray's code differs from the one before. */
+    void flip_one_of(std::size_t from, unsigned i);
+
+    /* By how much the sum of squares falls, beyond what a further loss has to explain, where a setpoint and one of
+     * its neighbours are taken for the opposite of what they were. */
+    void find_help(std::vector<double> &helps, std::size_t from, std::size_t to, double least);
+    double help_of(std::size_t first, std::size_t second, double least);
+
+    /* Returns the end of the setpoints that it has an influence on. */
+    std::size_t flip(std::size_t first, std::size_t second);
+    /* Of losses one after the other, of which one is at `first` or later, up to `last`. */
+    std::size_t longest_run(std::size_t first, std::size_t last) const;
+    /* The robot stands on this setpoint in tick n; the error is then another one. */
+    void put(std::size_t n, double taken);
+
+    const block_model &model_;
+    const loss_trace &loss_;
+    const std::vector<double> &sent_;
+    std::vector<double> rest_;
+    std::vector<double> taken_;
+    std::size_t end_;
+};
+
+} // namespace berth
+
+#endif
