@@ -16,8 +16,9 @@ namespace
 constexpr std::size_t run_max = 16;
 constexpr std::size_t apart_max = 3; /* of two that are looked at together, one less */
 constexpr std::size_t seen_min = 6;  /* ticks of what it does before the record ends */
-constexpr std::size_t window = 12;   /* setpoints of which every combination is tried */
-constexpr int bursts_max = 200;      /* in which every combination is tried: more are no lost setpoints */
+/* Setpoints of which every combination is tried: among fewer, one that is wrong may help as well. */
+constexpr std::size_t window = 12;
+constexpr int bursts_max = 2000; /* in which every combination is tried: more are no lost setpoints */
 
 } // namespace
 

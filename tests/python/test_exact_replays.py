@@ -14,15 +14,21 @@ from conftest import ROOT, command
 GENERATE = ROOT / "tests/hidden_effects/generate.py"
 
 
-def hidden_and_told(folder, seed, *arguments):
-    """The effects that the generator hides and what is told of the record."""
+def hidden_and_told(folder, seed, *arguments, rows=None, options=()):
+    """The effects that the generator hides and what is told of the record; with `rows`, of its beginning alone."""
     record, truth = folder / "record", folder / "truth"
     hide = [sys.executable, str(GENERATE), "--seed", str(seed), *arguments]
     print("again: python", *hide[1:], "--out A --truth B")
     subprocess.run([*hide, "--out", record, "--truth", truth], check=True, stdout=subprocess.DEVNULL)
+    if rows is not None:
+        lines = (record / "record.csv").read_text().splitlines(keepends=True)
+        (record / "record.csv").write_text("".join(lines[:rows + 1]))
+        for name in ("validate", "repeat", "standstill"):
+            (record / f"{name}.csv").unlink(missing_ok=True)
     more = [part for name in ("validate", "repeat", "standstill") if (record / f"{name}.csv").exists()
             for part in (f"--{name}", record / f"{name}.csv")]
-    done = command("diagnose", record / "record.csv", "--rig", record / "rig.toml", *more, "--out", folder / "out")
+    done = command("diagnose", record / "record.csv", "--rig", record / "rig.toml", *more, *options, "--out",
+                   folder / "out")
     assert done.returncode == 0, done.stderr.decode()
     return (json.loads((truth / "truth.json").read_text())["effects"],
             json.loads((folder / "out/diagnosis.json").read_text()))
@@ -76,6 +82,39 @@ def test_setpoints_lost_in_unseen_data_are_known_there_too(tmp_path):
     hidden_and_told(tmp_path, 7175, "--kind", "single", "--effect", "robot.lost_commands", "--size", "tiny")
     told = json.loads((tmp_path / "out/diagnosis.json").read_text())["residual"]["force_N"]["held_out"]
     assert told["after"] < 0.002 * told["before"]
+
+
+@pytest.mark.parametrize("seed, size", [(115151, "large"), (115284, "small")])
+def test_lost_setpoints_that_ring_together_are_told_apart(seed, size, tmp_path):
+    """Three within a few ticks cancel each other in a stiff contact, and others in a row would stand in for them."""
+    _, told = hidden_and_told(tmp_path, seed, "--kind", "single", "--effect", "robot.lost_commands", "--size", size)
+    floor_N = json.loads((tmp_path / "truth/truth.json").read_text())["floor_rms"]["force_N"]
+    assert told["verdict"] == "named" and [cause["effect"] for cause in told["causes"]] == ["robot.lost_commands"]
+    for part in ("fit", "held_out"):
+        assert told["residual"]["force_N"][part]["after"] < 1.1 * floor_N, part
+
+
+def test_a_velocity_limit_acts_between_the_ticks(tmp_path):
+    """Of a robot whose way is known to a micrometre, ticks of a limit on its setpoints leave thirty."""
+    [hidden], told = hidden_and_told(tmp_path, 115264, "--kind", "single", "--effect", "robot.velocity_limit", "--size", "large")
+    floor_m = json.loads((tmp_path / "truth/truth.json").read_text())["floor_rms"]["robot_position_m"]
+    [cause] = told["causes"]
+    assert told["verdict"] == "named" and cause["effect"] == "robot.velocity_limit"
+    assert cause["parameters"][0]["value"] == pytest.approx(hidden["parameters"]["velocity_limit_m_per_s"], rel=1e-4)
+    assert told["residual"]["robot_position_m"]["held_out"]["after"] < 1.1 * floor_m
+
+
+def test_friction_is_found_at_another_presliding_way_once_its_asymmetry_is_known(tmp_path):
+    """Alone it fits best at a way that is wrong by half, and with the asymmetry beside it stayed there."""
+    friction = ("manipulator.coulomb_friction", "manipulator.gravity_offset", "manipulator.asymmetric_friction")
+    others = [one["effect"] for one in json.loads(command("effects", "--json").stdout) if one["effect"] not in friction]
+    [hidden], told = hidden_and_told(tmp_path, 115037, "--kind", "single", "--effect", friction[2], "--size", "large",
+                                     rows=4000, options=[word for name in others for word in ("--without", name)])
+    found = {one["name"]: one["value"] for cause in told["causes"] for one in cause["parameters"]}
+    for name in ("coulomb_friction_N", "damping_asymmetry_N_s_per_m"):
+        assert found[name] == pytest.approx(hidden["parameters"][name], rel=0.15), name
+    left = told["residual"]["command_position_m"]["fit"]
+    assert left["after"] < 0.02 * left["before"]
 
 
 @pytest.mark.parametrize("seed, effect, size", [
