@@ -180,48 +180,59 @@ joint_vector rates_of_joints(const guidance<Space> &guidance, const arm_config &
 }
 
 /* No joint so fast that it could not be at rest at the end of its range. By itself, not by a factor for all: what
- * another joint needs must not keep this one from braking. */
+ * another joint needs must not keep this one from braking, and one that rests at its end holds no other back. */
 template <class Space>
-void hold_angles(guidance<Space> &guidance, const arm_config &config, double period_s)
+void hold_angles(guidance<Space> &guidance, const arm_config &config, double period_s, joint_vector &rates)
 {
     for (int i = 0; i < static_cast<int>(config.joint_count); i++) {
         const arm_joint &joint = config.joints[i];
         const double motor_rad = guidance.motor_rad(i);
-        const double rate = guidance.motor_rad_per_s(i);
-        const double allowed = std::clamp(rate, -rate_to_rest(motor_rad - joint.angle_min_rad, joint, period_s),
+        const double allowed = std::clamp(rates(i), -rate_to_rest(motor_rad - joint.angle_min_rad, joint, period_s),
                                           rate_to_rest(joint.angle_max_rad - motor_rad, joint, period_s));
-        guidance.motor_rad_per_s(i) = allowed;
-        if (std::abs(allowed - rate) > rounding_rad_per_s) {
+        if (std::abs(allowed - rates(i)) > rounding_rad_per_s) {
             guidance.active |= GUIDANCE_ANGLE;
         }
+        rates(i) = allowed;
     }
 }
 
-/* No joint faster, no joint harder than it may, all by one factor; none beyond its angles. */
+/* By which each joint is slowed so that none of `sizes` exceeds its limit: where they lead the tool together all by
+ * the same, so that a line stays straight; else each by itself, so that a move can count on its joint's braking. */
+joint_vector shares_within(const joint_vector &sizes, const joint_vector &limits, int count, bool are_led_together)
+{
+    joint_vector shares = joint_vector::Ones();
+    double least = 1.0;
+    for (int i = 0; i < count; i++) {
+        shares(i) = sizes(i) > limits(i) ? limits(i) / sizes(i) : 1.0;
+        least = std::min(least, shares(i));
+    }
+    if (are_led_together) {
+        shares.setConstant(least);
+    }
+    return shares;
+}
+
+/* No joint faster, no joint harder than it may; none beyond its angles. */
 template <class Space>
 void set_rates(guidance<Space> &guidance, const arm_config &config, joint_vector rates, double period_s)
 {
     const auto count = static_cast<int>(config.joint_count);
-    double factor = 1.0;
+    const bool are_led_together = guidance.mode != ARM_ORDER_JOINT_RATE && guidance.mode != ARM_ORDER_JOINT_MOVE;
+    joint_vector fastest = joint_vector::Zero();
+    joint_vector hardest = joint_vector::Zero();
     for (int i = 0; i < count; i++) {
-        const double limit = config.joints[i].rate_limit_rad_per_s;
-        factor = std::abs(rates(i)) * factor > limit ? limit / std::abs(rates(i)) : factor;
+        fastest(i) = config.joints[i].rate_limit_rad_per_s;
+        hardest(i) = config.joints[i].acceleration_limit_rad_per_s2 * period_s;
     }
-    if (factor < 1.0) {
-        guidance.active |= GUIDANCE_RATE;
-    }
-    rates *= factor;
-    double change = 1.0;
-    for (int i = 0; i < count; i++) {
-        const double limit = config.joints[i].acceleration_limit_rad_per_s2 * period_s;
-        const double step = std::abs(rates(i) - guidance.motor_rad_per_s(i));
-        change = step * change > limit ? limit / step : change;
-    }
-    if (change < 1.0) {
-        guidance.active |= GUIDANCE_ACCELERATION;
-    }
-    guidance.motor_rad_per_s += change * (rates - guidance.motor_rad_per_s);
-    hold_angles(guidance, config, period_s);
+    const joint_vector slower = shares_within(rates.cwiseAbs(), fastest, count, are_led_together);
+    rates = rates.cwiseProduct(slower);
+    hold_angles(guidance, config, period_s, rates);
+    const joint_vector change = rates - guidance.motor_rad_per_s;
+    const joint_vector softer = shares_within(change.cwiseAbs(), hardest, count, are_led_together);
+    guidance.active |= slower.minCoeff() < 1.0 ? GUIDANCE_RATE : 0;
+    guidance.active |= softer.minCoeff() < 1.0 ? GUIDANCE_ACCELERATION : 0;
+    guidance.motor_rad_per_s += softer.cwiseProduct(change);
+    hold_angles(guidance, config, period_s, guidance.motor_rad_per_s);
 }
 
 } // namespace

@@ -3,7 +3,8 @@
  * drifts is the dynamics' business, so guidance closes no loop.
  *
  * Near singular poses the rates are damped least squares (Nakamura and Hanafusa 1986): the tool falls behind there
- * and the joints stay slow. Rate and acceleration limits slow all joints alike, so a line stays straight. */
+ * and the joints stay slow. Rate and acceleration limits slow all joints alike where they lead the tool together, so
+ * that a line stays straight, and each by itself where they have orders of their own. */
 #ifndef FIRMWARE_ARM_GUIDANCE_H
 #define FIRMWARE_ARM_GUIDANCE_H
 

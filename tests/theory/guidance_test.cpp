@@ -249,3 +249,50 @@ TEST_CASE("guidance: dexterity is the least pivot of J J^T; a stretched arm has 
     arm.guide.motor_rad(0) = 0.0;
     CHECK(guidance_dexterity(arm.body, arm.guide.motor_rad) == doctest::Approx(0.125));
 }
+
+/* A move counts on all of its joint's braking, whatever the other is told meanwhile. */
+TEST_CASE("guidance: what one joint is ordered keeps no other from ending its move at its angle")
+{
+    for (int i = 0; i < 60; i++) {
+        CAPTURE(i);
+        led_arm arm;
+        const double to_rad = arm.guide.motor_rad(1) - 0.3;
+        arm.take(joint_order(ARM_ORDER_JOINT_RATE, 0, 0.1));
+        arm.take(joint_order(ARM_ORDER_JOINT_MOVE, 1, 0.0, to_rad));
+        double least_rad = 10.0;
+        for (int tick = 0; tick < 3000; tick++) {
+            if (tick == 20 * i) {
+                arm.take(joint_order(ARM_ORDER_JOINT_RATE, 0, -0.1));
+            }
+            arm.step();
+            least_rad = std::min(least_rad, arm.guide.motor_rad(1));
+        }
+        CHECK(least_rad >= to_rad - 1e-12);
+        CHECK(std::abs(arm.guide.motor_rad(1) - to_rad) < 1e-12);
+        CHECK(arm.guide.motor_rad_per_s(0) == doctest::Approx(-0.1));
+        CHECK(arm.hardest_rad_per_s2 <= arm.config.joints[0].acceleration_limit_rad_per_s2 * (1.0 + 1e-9));
+        CHECK(arm.fastest_rad_per_s <= 0.1 * (1.0 + 1e-12));
+    }
+}
+
+TEST_CASE("guidance: a joint that is ordered on while it rests at its end of range slows no other")
+{
+    for (const double into : {0.05, 8.3}) {
+        CAPTURE(into);
+        led_arm arm;
+        arm.config.joints[0].angle_max_rad = arm.guide.motor_rad(0) + 0.02;
+        arm.take(joint_order(ARM_ORDER_JOINT_RATE, 0, into));
+        arm.run(2.0);
+        CHECK(arm.guide.motor_rad(0) == doctest::Approx(arm.config.joints[0].angle_max_rad));
+        const double to_rad = arm.guide.motor_rad(1) + 0.2;
+        arm.take(joint_order(ARM_ORDER_JOINT_MOVE, 1, 0.05, to_rad));
+        int ticks = 0;
+        while (std::abs(arm.guide.motor_rad(1) - to_rad) > 1e-9 && ticks < 40000) {
+            arm.step();
+            ticks++;
+        }
+        /* s / v + v / a, and two periods: the same as alone */
+        CHECK(ticks * tick_s == doctest::Approx(0.2 / 0.05 + 0.05 / 0.2).epsilon(0.003));
+        CHECK(arm.guide.motor_rad(0) <= arm.config.joints[0].angle_max_rad + 1e-12);
+    }
+}
