@@ -79,9 +79,18 @@ static int receive_joint(const struct operator_channel *channel, const struct ha
         .rate_rad_per_s = berth_can_operator_joint_rate_rad_per_s_decode(raw.rate_rad_per_s),
         .angle_rad = berth_can_operator_joint_angle_rad_decode(raw.angle_rad),
     };
-    return order->kind != ARM_ORDER_JOINT_MOVE ||
-           (order->angle_rad >= joint->angle_min_rad && order->angle_rad <= joint->angle_max_rad &&
-            order->rate_rad_per_s >= 0.0);
+    if (order->kind != ARM_ORDER_JOINT_MOVE) {
+        return 1;
+    }
+    /* The end of a joint's range may lie between two angles that the wire has, or its decoding round beside it. */
+    const double half_step_rad = 0.5 * berth_can_operator_joint_angle_rad_decode(1);
+    if (!(order->angle_rad >= joint->angle_min_rad - half_step_rad &&
+          order->angle_rad <= joint->angle_max_rad + half_step_rad && order->rate_rad_per_s >= 0.0)) {
+        return 0;
+    }
+    order->angle_rad = order->angle_rad < joint->angle_min_rad ? joint->angle_min_rad : order->angle_rad;
+    order->angle_rad = order->angle_rad > joint->angle_max_rad ? joint->angle_max_rad : order->angle_rad;
+    return 1;
 }
 
 static int receive_line(const struct hal_frame *frame, struct arm_order *order)

@@ -20,14 +20,19 @@ int32_t whole(double value)
     return value - below < 0.5 ? below : below + 1;
 }
 
-/* Torque on the base; the wheel takes the opposite, as far as its speed allows. */
-double wheel_torque(const attitude_config &config, double error_rad, double rate, double momentum_N_m_s)
+/* Torque on the base that the law asks for. */
+double wanted_torque(const attitude_config &config, double error_rad, double rate)
 {
-    const double torque = limited(-config.stiffness_N_m_per_rad * error_rad - config.damping_N_m_s_per_rad * rate,
-                                  config.torque_limit_N_m);
-    const bool is_full = momentum_N_m_s * torque < 0.0 && (momentum_N_m_s >= config.momentum_limit_N_m_s ||
-                                                           momentum_N_m_s <= -config.momentum_limit_N_m_s);
-    return is_full ? 0.0 : torque;
+    return limited(-config.stiffness_N_m_per_rad * error_rad - config.damping_N_m_s_per_rad * rate,
+                   config.torque_limit_N_m);
+}
+
+/* The wheel takes the opposite, as far as it has room for a tick of it. */
+double within_room(const attitude_config &config, double wanted_N_m, double momentum_N_m_s, double period_s)
+{
+    const double least = std::min((momentum_N_m_s - config.momentum_limit_N_m_s) / period_s, 0.0);
+    const double most = std::max((momentum_N_m_s + config.momentum_limit_N_m_s) / period_s, 0.0);
+    return std::clamp(wanted_N_m, least, most);
 }
 
 } // namespace
@@ -37,6 +42,7 @@ attitude_control<Space> attitude_control_at(const chain_state<Space> &start)
 {
     attitude_control<Space> control = {};
     control.wanted = start.attitude();
+    control.wheel_wanted_N_m.setZero();
     control.wheel_torque_N_m.setZero();
     control.thruster_torque_N_m.setZero();
     return control;
@@ -56,8 +62,10 @@ void attitude_control_step(attitude_control<Space> &control, const attitude_conf
         const double rate = state.turn_rate()(axis);
         if (config.actuator == ATTITUDE_WHEEL) {
             if (is_due) {
-                control.wheel_torque_N_m(axis) = wheel_torque(config, error_rad(axis), rate, state.wheel()(axis));
+                control.wheel_wanted_N_m(axis) = wanted_torque(config, error_rad(axis), rate);
             }
+            control.wheel_torque_N_m(axis) =
+                within_room(config, control.wheel_wanted_N_m(axis), state.wheel()(axis), period_s);
             continue;
         }
         int32_t &ticks = control.pulse_ticks[axis];

@@ -15,7 +15,8 @@ struct attitude_control {
     int32_t ticks_to_next;  /* until the law is evaluated again */
     int32_t pulse_sign[3];  /* thrusters: -1, 0, 1 */
     int32_t pulse_ticks[3]; /* that the pulse has yet to last */
-    typename Space::angular wheel_torque_N_m;
+    typename Space::angular wheel_wanted_N_m; /* of the law, held until it is evaluated again */
+    typename Space::angular wheel_torque_N_m; /* of that, what the wheel has room for */
     typename Space::angular thruster_torque_N_m;
 };
 

@@ -42,12 +42,6 @@ bool is_multiple(double value, double step)
     return std::abs(steps - std::round(steps)) <= 1e-6;
 }
 
-/* The wire rounds it to 0. */
-bool is_lost(double part_m)
-{
-    return part_m != 0.0 && std::abs(part_m) <= 0.499999 * way_step_m;
-}
-
 /* What would be passed over in silence. */
 void check_keys(const toml::table &table, std::string_view kind, const std::string &origin)
 {
@@ -71,11 +65,6 @@ void read_way(arm_order &order, const toml::node &node, const std::string &origi
     }
     for (std::size_t i = 0; i < way->size(); i++) {
         order.way_m[i] = number("orders.line_m", *way->get(i), origin, ordered_way_max_m);
-        if (is_lost(order.way_m[i])) {
-            fail(place(origin, way->get(i)->source()),
-                 {"orders.line_m", "goes over the wire in steps of 0.0002 m, and nothing is left of " +
-                                       number_text(order.way_m[i]) + " m; make it 0 or longer"});
-        }
     }
     if (std::all_of(std::begin(order.way_m), std::end(order.way_m), [](double part_m) { return part_m == 0.0; })) {
         fail(place(origin, node.source()),
@@ -135,9 +124,59 @@ operator_order read_order(const toml::table &table, const std::string &origin)
     return made;
 }
 
+/* `last_s`: of the order before. */
+std::optional<rig_error> check_order(const arm_config &arm, const operator_order &timed, double last_s)
+{
+    const arm_order &order = timed.order;
+    const bool is_joint = order.kind == ARM_ORDER_JOINT_RATE || order.kind == ARM_ORDER_JOINT_MOVE;
+    if (arm.kind == ARM_NONE) {
+        return rig_error{"orders", "need an arm: manipulator.arm"};
+    }
+    if (!(timed.at_s > 0.0 && timed.at_s >= last_s)) {
+        return rig_error{"orders.at_s", "counts from run.release_s, when the loop begins to run: it must be greater "
+                                        "than 0 and not earlier than the order before"};
+    }
+    if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
+        return rig_error{"orders.joint", "must be from 1 to " + std::to_string(arm.joint_count)};
+    }
+    if (order.kind == ARM_ORDER_JOINT_MOVE) {
+        const arm_joint &joint = arm.joints[order.joint];
+        if (order.angle_rad < joint.angle_min_rad || order.angle_rad > joint.angle_max_rad) {
+            return rig_error{"orders.move_to_rad", "must be an angle that joint " + std::to_string(order.joint + 1) +
+                                                       " can have, from " + number_text(joint.angle_min_rad) +
+                                                       " to " + number_text(joint.angle_max_rad) + " rad (is " +
+                                                       number_text(order.angle_rad) + ")"};
+        }
+        if (order.rate_rad_per_s < 0.0) {
+            return rig_error{"orders.rate_rad_per_s", "of a move must be 0 (as fast as it may) or more"};
+        }
+    }
+    if (is_joint && !is_multiple(order.rate_rad_per_s, rate_step_rad_per_s)) {
+        return rig_error{"orders.rate_rad_per_s",
+                         "goes over the wire in steps of 0.000001 rad/s and must be a multiple of that"};
+    }
+    if (order.kind != ARM_ORDER_LINE) {
+        return {};
+    }
+    if (!is_multiple(order.speed_m_per_s, speed_step_m_per_s)) {
+        return rig_error{"orders.speed_m_per_s",
+                         "goes over the wire in steps of 0.001 m/s and must be a multiple of that"};
+    }
+    if (arm.kind == ARM_PLANAR && order.way_m[2] != 0.0) {
+        return rig_error{"orders.line_m", "must have two numbers: the arm is planar"};
+    }
+    for (const double part_m : order.way_m) {
+        if (!is_multiple(part_m, way_step_m)) {
+            return rig_error{"orders.line_m", "goes over the wire in steps of 0.0002 m and must be a multiple of "
+                                              "that (is " + number_text(part_m) + ")"};
+        }
+    }
+    return {};
+}
+
 } // namespace
 
-void read_orders(rig &rig, const toml::node &node, const std::string &origin)
+void read_orders(rig &rig, const toml::node &node, const std::string &origin, key_places &places)
 {
     const toml::array *const orders = node.as_array();
     if (orders == nullptr) {
@@ -148,6 +187,7 @@ void read_orders(rig &rig, const toml::node &node, const std::string &origin)
             fail(place(origin, order.source()), {"orders", "must be sections [[orders]]"});
         }
         rig.orders.push_back(read_order(*order.as_table(), origin));
+        places[place_key_of_order(rig.orders.size())] = place(origin, order.source());
     }
 }
 
@@ -175,44 +215,20 @@ void print_orders(const rig &rig, std::ostream &text)
     }
 }
 
+std::string place_key_of_order(std::size_t number)
+{
+    return "orders." + std::to_string(number);
+}
+
 std::optional<rig_error> check_orders(const rig &rig)
 {
-    const arm_config &arm = rig.firmware.arm;
     double last_s = 0.0;
-    for (const operator_order &timed : rig.orders) {
-        const arm_order &order = timed.order;
-        const bool is_joint = order.kind == ARM_ORDER_JOINT_RATE || order.kind == ARM_ORDER_JOINT_MOVE;
-        if (arm.kind == ARM_NONE) {
-            return rig_error{"orders", "need an arm: manipulator.arm"};
+    for (std::size_t i = 0; i < rig.orders.size(); i++) {
+        if (auto error = check_order(rig.firmware.arm, rig.orders[i], last_s)) {
+            error->order = i + 1;
+            return error;
         }
-        if (!(timed.at_s > 0.0 && timed.at_s >= last_s)) {
-            return rig_error{"orders.at_s",
-                             "counts from run.release_s, when the loop begins to run: it must be greater "
-                             "than 0 and not earlier than the order before"};
-        }
-        last_s = timed.at_s;
-        if (is_joint && (order.joint < 0 || order.joint >= arm.joint_count)) {
-            return rig_error{"orders.joint", "must be from 1 to " + std::to_string(arm.joint_count)};
-        }
-        if (order.kind == ARM_ORDER_JOINT_MOVE && (order.angle_rad < arm.joints[order.joint].angle_min_rad ||
-                                                   order.angle_rad > arm.joints[order.joint].angle_max_rad)) {
-            return rig_error{"orders.move_to_rad",
-                             "must be an angle that joint " + std::to_string(order.joint + 1) + " can have"};
-        }
-        if (order.kind == ARM_ORDER_JOINT_MOVE && order.rate_rad_per_s < 0.0) {
-            return rig_error{"orders.rate_rad_per_s", "of a move must be 0 (as fast as it may) or more"};
-        }
-        if (is_joint && !is_multiple(order.rate_rad_per_s, rate_step_rad_per_s)) {
-            return rig_error{"orders.rate_rad_per_s",
-                             "goes over the wire in steps of 0.000001 rad/s and must be a multiple of that"};
-        }
-        if (order.kind == ARM_ORDER_LINE && !is_multiple(order.speed_m_per_s, speed_step_m_per_s)) {
-            return rig_error{"orders.speed_m_per_s",
-                             "goes over the wire in steps of 0.001 m/s and must be a multiple of that"};
-        }
-        if (order.kind == ARM_ORDER_LINE && arm.kind == ARM_PLANAR && order.way_m[2] != 0.0) {
-            return rig_error{"orders.line_m", "must have two numbers: the arm is planar"};
-        }
+        last_s = rig.orders[i].at_s;
     }
     return {};
 }

@@ -15,7 +15,10 @@ namespace berth
 {
 
 /* Throws input_error. */
-void read_orders(rig &rig, const toml::node &node, const std::string &origin);
+void read_orders(rig &rig, const toml::node &node, const std::string &origin, key_places &places);
+
+/* Under which the place of an order, counted from 1, stands among the places. */
+std::string place_key_of_order(std::size_t number);
 
 void print_orders(const rig &rig, std::ostream &text);
 

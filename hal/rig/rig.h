@@ -260,6 +260,7 @@ std::int64_t event_ns(double time_s);
 struct rig_error {
     std::string key;
     std::string message;
+    std::size_t order = 0; /* which of [[orders]], from 1 on; 0: none of them */
 };
 
 /* Checks ranges and relations of all values, the firmware's included; fills in what the firmware has to know of

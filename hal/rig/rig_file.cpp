@@ -76,8 +76,7 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                      {section, "unknown section; the nearest known one is " + std::string(nearest)});
             }
         } else if (section == "orders") {
-            read_orders(rig, value, origin);
-            places["orders"] = place(origin, name.source());
+            read_orders(rig, value, origin, places);
         } else {
             read_top_level(rig, section, value, place(origin, name.source()));
         }
@@ -140,13 +139,15 @@ void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
     }
 }
 
-/* A section that is read as a whole has one place. */
-std::string place_of(const std::string &key)
+/* A section that is read as a whole has one place, and so has each order. */
+std::string place_of(const rig_error &error)
 {
-    for (const char *const section : {"orders.", "wrench."}) {
-        if (key.rfind(section, 0) == 0) {
-            return key.substr(0, key.find('.'));
-        }
+    if (error.order > 0) {
+        return place_key_of_order(error.order);
+    }
+    const std::string &key = error.key;
+    if (key.rfind("wrench.", 0) == 0) {
+        return "wrench";
     }
     return key.rfind("axis.", 0) == 0 ? key.substr(0, key.find('.', 5)) : key;
 }
@@ -155,7 +156,7 @@ std::string place_of(const std::string &key)
 void check(rig &rig, const std::string &origin, const key_places &places, const std::string &context)
 {
     if (auto error = complete_and_check(rig)) {
-        const auto found = places.find(place_of(error->key));
+        const auto found = places.find(place_of(*error));
         error->message += context;
         fail(found == places.end() ? origin + " (default value)" : found->second, *error);
     }

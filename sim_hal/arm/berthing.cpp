@@ -177,6 +177,25 @@ class manoeuvre
     }
 };
 
+template <class Space>
+std::vector<joint_demand> find_demands(const arm_config &arm, const berthing_plan &plan)
+{
+    const manoeuvre<Space> task(arm, plan);
+    std::vector<joint_demand> demands;
+    for (int i = 0; i < task.chain.joint_count; i++) {
+        joint_demand demand = {0.0, task.commands.front()(i), task.commands.front()(i)};
+        for (std::size_t row = 1; row < task.commands.size(); row++) {
+            const double angle_rad = task.commands[row](i);
+            demand.rate_rad_per_s = std::max(
+                demand.rate_rad_per_s, std::abs(angle_rad - task.commands[row - 1](i)) / plan.command_period_s);
+            demand.least_rad = std::min(demand.least_rad, angle_rad);
+            demand.most_rad = std::max(demand.most_rad, angle_rad);
+        }
+        demands.push_back(demand);
+    }
+    return demands;
+}
+
 /* States of the truth: those of the arm, the object's, and the impulse of the force. */
 template <class Space>
 struct true_state {
@@ -384,6 +403,11 @@ momentum_drift drift_of(const arm_config &arm, const berthing_plan &plan, arm_in
 }
 
 } // namespace
+
+std::vector<joint_demand> berthing_demands(const arm_config &arm, const berthing_plan &plan)
+{
+    return arm.kind == ARM_PLANAR ? find_demands<plane>(arm, plan) : find_demands<space>(arm, plan);
+}
 
 berthing_truth true_berthing(const arm_config &arm, const berthing_plan &plan, double relative_tolerance)
 {

@@ -50,6 +50,14 @@ struct berthing_truth {
     int events = 0; /* touches and releases at which the solver was stopped and started again */
 };
 
+/* What the manoeuvre asks of a joint: its motor is led past the limits of guidance, which the plan knows nothing of. */
+struct joint_demand {
+    double rate_rad_per_s; /* the largest */
+    double least_rad;
+    double most_rad;
+};
+std::vector<joint_demand> berthing_demands(const arm_config &arm, const berthing_plan &plan);
+
 /* Throws input_error where the tool cannot be led along the direction. */
 berthing_truth true_berthing(const arm_config &arm, const berthing_plan &plan, double relative_tolerance);
 

@@ -156,6 +156,7 @@ arm_description arm_from_urdf(const std::string &text, const std::string &origin
     config.kind = choice.is_planar ? ARM_PLANAR : ARM_SPATIAL;
     config.base_attitude[0] = choice.is_planar ? 0.0 : 1.0;
     urdf_body body = with_fixed(model, base, chain);
+    std::vector<const urdf_joint *> turning; /* those of the arm */
     bool leaves_dynamics = false;
     urdf_frame from_body; /* of the link reached, in the body that it belongs to */
     const auto close_body = [&] {
@@ -182,16 +183,20 @@ arm_description arm_from_urdf(const std::string &text, const std::string &origin
             arm.description += "; <dynamics> of its joints is left out";
         }
         arm.joint_names.push_back(joint->name);
+        turning.push_back(joint);
         body = with_fixed(model, joint->child, chain);
         from_body = urdf_frame();
     }
     close_body();
     write_frame(from_body, config.tool);
     if (const arm_error error = arm_validate(&config); error.key != nullptr) {
-        const std::string name =
-            arm.joint_names.empty() ? "" : " (" + arm.joint_names[static_cast<std::size_t>(error.joint)] + ")";
-        model.fail(std::string(error.section) + name + (*error.key != '\0' ? "." : "") + error.key + ": " +
-                   error.message);
+        const std::string section = error.section;
+        const std::string message = (*error.key != '\0' ? error.key + std::string(": ") : "") + error.message;
+        if (section.rfind("joint", 0) == 0 && !turning.empty()) {
+            model.fail(turning[static_cast<std::size_t>(error.joint)]->xml,
+                       (section == "joint.link" ? "the link on it, with what is fixed to it: " : "") + message);
+        }
+        model.fail(section + (section == "base" ? " (link \"" + base + "\")" : "") + ": " + message);
     }
     return arm;
 }

@@ -33,6 +33,28 @@ const char *name_of(arm_integrator integrator)
     return integrator_names[static_cast<std::size_t>(integrator)];
 }
 
+/* The manoeuvre is one of steps, not of guidance: which joints it leads past their limits, so that a run would not. */
+std::vector<std::string> beyond_limits(const arm_config &arm, const berthing_plan &plan)
+{
+    std::vector<std::string> beyond;
+    const std::vector<joint_demand> demands = berthing_demands(arm, plan);
+    for (std::size_t i = 0; i < demands.size(); i++) {
+        const arm_joint &joint = arm.joints[i];
+        char text[160];
+        if (demands[i].rate_rad_per_s > joint.rate_limit_rad_per_s) {
+            std::snprintf(text, sizeof text, "joint %zu turns at %.3g rad/s, its rate_limit_rad_per_s is %g", i + 1,
+                          demands[i].rate_rad_per_s, joint.rate_limit_rad_per_s);
+            beyond.emplace_back(text);
+        }
+        if (demands[i].least_rad < joint.angle_min_rad || demands[i].most_rad > joint.angle_max_rad) {
+            std::snprintf(text, sizeof text, "joint %zu goes from %.4g to %.4g rad, its range is %g to %g", i + 1,
+                          demands[i].least_rad, demands[i].most_rad, joint.angle_min_rad, joint.angle_max_rad);
+            beyond.emplace_back(text);
+        }
+    }
+    return beyond;
+}
+
 /* JSON has no infinity. */
 nlohmann::json finite(double value)
 {
@@ -92,7 +114,8 @@ nlohmann::json as_json(const measured_arm &measured, const accuracy &found, cons
             {"largest_force_N", found.force_N},
             {"largest_energy_J", found.energy_J},
             {"rows", rows},
-            {"momentum_drift", drifts}};
+            {"momentum_drift", drifts},
+            {"beyond_limits", beyond_limits(arm.config, measured.plan)}};
 }
 
 void print_error(double tool_m)
@@ -224,6 +247,9 @@ void print_report(const measured_arm &measured, const accuracy &found, double re
         print_table(measured, found, force);
     }
     print_drifts(measured, found);
+    for (const std::string &beyond : beyond_limits(measured.arm.config, measured.plan)) {
+        std::printf("\nlimits are left out here, and a run would keep them: %s\n", beyond.c_str());
+    }
     print_verdict(measured, found, repeatability_um);
 }
 

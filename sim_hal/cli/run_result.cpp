@@ -214,6 +214,7 @@ void note_tick(run_result &result, const rig &rig, const tick_record &record, co
         result.energy.note_tick(record);
         result.guidance.note_tick(record.index, arm);
         result.motors.note_tick(record.index, arm);
+        result.wheel.note_tick(record.index, arm, rig.firmware.arm.attitude);
         result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
     }
     if (record.state == SUPERVISOR_RUNNING && record.limits == 0 && !is_let_go(rig, record.index)) {
@@ -278,6 +279,7 @@ void print_summary(const run_result &result, const rig &rig)
     if (has_arm(rig)) {
         result.guidance.print(config_period_s(&rig.firmware));
         result.motors.print(config_period_s(&rig.firmware));
+        result.wheel.print(config_period_s(&rig.firmware), rig.firmware.arm.attitude);
     }
     if (!result.predicted.growth_per_s) {
         std::printf("  %-14s %s\n", "not predicted", result.predicted.why_not.c_str());
@@ -329,6 +331,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"limit_ticks", limits},
         {"guidance", nullptr},
         {"motors", nullptr},
+        {"wheel", nullptr},
         {"frames_accepted", result.frames_accepted},
         {"frames_rejected", result.frames_rejected},
         {"frames_lost", result.frames_lost},
@@ -343,6 +346,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     if (has_arm(rig)) {
         json["guidance"] = result.guidance.as_json(config_period_s(&rig.firmware));
         json["motors"] = result.motors.as_json(config_period_s(&rig.firmware), rig.firmware.arm.joint_count);
+        json["wheel"] = result.wheel.as_json(config_period_s(&rig.firmware), rig.firmware.arm.attitude);
     }
     if (result.is_stable) {
         json["stable"] = *result.is_stable;

@@ -17,6 +17,7 @@
 #include "guidance_report.h"
 #include "motor_report.h"
 #include "run_prediction.h"
+#include "wheel_report.h"
 
 namespace berth
 {
@@ -62,6 +63,7 @@ struct run_result {
     energy_report energy;
     guidance_report guidance; /* of a rig with an arm */
     motor_report motors;      /* of the same */
+    wheel_report wheel;       /* of the same */
     std::string log;
     std::string robot = "null"; /* its preset, see robot_as_text() */
     std::string version;        /* of the program that ran the loop */

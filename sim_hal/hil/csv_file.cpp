@@ -115,9 +115,9 @@ std::size_t column_of(const std::vector<std::string_view> &header, const std::st
 
 } // namespace
 
-void read_csv_columns(const std::string &path, const std::string &column, std::vector<double> &times_s,
-                      std::vector<double> &values)
+csv_columns read_csv_columns(const std::string &path, const std::string &column)
 {
+    csv_columns read;
     const std::string text = read_whole(path);
     std::istringstream lines(text);
     std::string line;
@@ -143,15 +143,17 @@ void read_csv_columns(const std::string &path, const std::string &column, std::v
             throw input_error(where + ": has " + std::to_string(cells.size()) + " cells, too few");
         }
         const double time_s = number(cells[time_at], where);
-        if (!times_s.empty() && time_s <= times_s.back()) {
+        if (!read.times_s.empty() && time_s <= read.times_s.back()) {
             throw input_error(where + ": t_s does not increase");
         }
-        times_s.push_back(time_s);
-        values.push_back(number(cells[value_at], where));
+        read.times_s.push_back(time_s);
+        read.values.push_back(number(cells[value_at], where));
+        read.lines.push_back(number_of_line);
     }
-    if (times_s.size() < 2) {
+    if (read.times_s.size() < 2) {
         throw input_error(path + ": needs at least two rows");
     }
+    return read;
 }
 
 } // namespace berth

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "../../firmware/pi.h"
+#include "../../hal/rig/rig_file.h"
 #include "random.h"
 
 namespace berth
@@ -50,6 +52,36 @@ profile_point pulses(const profile_rig &rig, double time_s)
     return phase < 0.5 * two_pi ? profile_point{std::sin(phase), w * std::cos(phase)} : profile_point{0.0, 0.0};
 }
 
+/* The loop would reject such commands one by one, and stop for want of any. */
+void refuse_beyond_limits(const rig &rig, const csv_columns &read, double offset)
+{
+    const operator_config &limits = rig.firmware.operator_command;
+    const bool is_motion = limits.interface == OPERATOR_INTERFACE_MOTION;
+    const double most = is_motion ? limits.position_limit_m : limits.force_limit_N;
+    const auto refuse = [&](std::size_t row, const char *what, double value, const char *unit, const char *key,
+                            double limit) {
+        char text[240];
+        std::snprintf(text, sizeof text, "%s of %g %s is beyond %s = %g: the loop would reject it; make it smaller, "
+                                         "perhaps by profile.scale (is %g)",
+                      what, value, unit, key, limit, rig.profile.scale);
+        throw input_error(rig.profile.file + ":" + std::to_string(read.lines[row]) + ": " + text);
+    };
+    for (std::size_t i = 0; i < read.values.size(); i++) {
+        const double value = offset + rig.profile.scale * read.values[i];
+        if (std::abs(value) > most) {
+            refuse(i, is_motion ? "a position" : "a force", value, is_motion ? "m" : "N",
+                   is_motion ? "operator.position_limit_m" : "operator.force_limit_N", most);
+        }
+        const double rate = i == 0 ? 0.0
+                                   : rig.profile.scale * (read.values[i] - read.values[i - 1]) /
+                                         (read.times_s[i] - read.times_s[i - 1]);
+        if (is_motion && std::abs(rate) > limits.velocity_limit_m_per_s) {
+            refuse(i, "the way from the row before to this one, at a velocity", rate, "m/s",
+                   "operator.velocity_limit_m_per_s", limits.velocity_limit_m_per_s);
+        }
+    }
+}
+
 } // namespace
 
 profile::profile(const rig &rig)
@@ -59,7 +91,10 @@ profile::profile(const rig &rig)
                                                                                      : rig.profile.amplitude_m)
 {
     if (rig_.kind == profile_kind::file) {
-        read_csv_columns(rig_.file, rig_.column, times_s_, values_);
+        csv_columns read = read_csv_columns(rig_.file, rig_.column);
+        refuse_beyond_limits(rig, read, offset_);
+        times_s_ = std::move(read.times_s);
+        values_ = std::move(read.values);
     }
     if (rig_.kind == profile_kind::multisine) {
         /* Whole periods in the duration, evenly spaced in frequency, random phases: repeats without a step. */

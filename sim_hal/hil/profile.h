@@ -42,8 +42,12 @@ class profile
 
 /* Columns `t_s` and `column` (may be empty if there is only one other) of a CSV file with a header; .gz is read
  * through zlib. Throws input_error with file and line. */
-void read_csv_columns(const std::string &path, const std::string &column, std::vector<double> &times_s,
-                      std::vector<double> &values);
+struct csv_columns {
+    std::vector<double> times_s;
+    std::vector<double> values;
+    std::vector<int> lines; /* of the file, from 1 on */
+};
+csv_columns read_csv_columns(const std::string &path, const std::string &column);
 
 } // namespace berth
 

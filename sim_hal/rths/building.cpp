@@ -77,7 +77,9 @@ building read_building(const std::string &path)
 
 ground_motion::ground_motion(const std::string &path, double scale)
 {
-    read_csv_columns(path, "ground_acceleration_m_per_s2", times_s_, values_m_per_s2_);
+    csv_columns read = read_csv_columns(path, "ground_acceleration_m_per_s2");
+    times_s_ = std::move(read.times_s);
+    values_m_per_s2_ = std::move(read.values);
     if (times_s_.size() < 2) {
         throw input_error(path + ": an earthquake takes two samples or more");
     }

@@ -191,3 +191,14 @@ def test_a_held_base_keeps_no_momentum():
     text = done.stdout.decode()
     assert "momentum: not kept, for the base is held" in text and "comes of nothing" not in text
     assert "the integrator alone" in text
+
+
+def test_joints_that_the_manoeuvre_leads_past_their_limits_are_told(found, tmp_path):
+    assert found["beyond_limits"] == []
+    arm = command("arm", "ess").stdout.decode()
+    assert arm.count("rate_limit_rad_per_s = 0.1") == 2
+    file = tmp_path / "slow.toml"
+    file.write_text(arm.replace("rate_limit_rad_per_s = 0.1", "rate_limit_rad_per_s = 0.001", 1))
+    done = command("accuracy", file)
+    [told] = [line for line in done.stdout.decode().splitlines() if "limits are left out" in line]
+    assert re.search(r"a run would keep them: joint 1 turns at 0\.0\d+ rad/s, its rate_limit_rad_per_s is 0\.001$", told)

@@ -50,6 +50,14 @@ def test_urdf_errors(tmp_path, change, line, says):
         assert f"arm.urdf:{line}:" in done.stderr.decode()
 
 
+def test_an_axis_that_no_planar_arm_has_is_refused_with_its_joint_and_line(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF.format(**GOOD | {"axis": "1 0 0"}))
+    done = command("arm", file, "--planar")
+    assert done.returncode == EXIT_INPUT
+    assert 'arm.urdf:4: <joint> "j": axis: of a planar arm must be [0, 0, 1]' in done.stderr.decode()
+
+
 @pytest.mark.parametrize("name", ["two&#10;lines", "a/b", ".hidden"])
 def test_a_urdf_name_that_cannot_name_an_arm_file_is_refused(tmp_path, name):
     file = tmp_path / "arm.urdf"

@@ -146,9 +146,10 @@ def test_the_resolved_rig_reads_back(tmp_path):
     ("speed_m_per_s = 0.03", "speed_m_per_s = 0.0016", "steps of 0.001 m/s"),
     ("rate_rad_per_s = -0.001", "rate_rad_per_s = 4e-7", "steps of 0.000001 rad/s"),
     ("rate_rad_per_s = -0.001", "move_to_rad = -1.6\nrate_rad_per_s = 4e-7", "steps of 0.000001 rad/s"),  # 0: any rate
-    ("line_m = [0.3, 0.0]", "line_m = [0.00009, -0.00004]", "steps of 0.0002 m, and nothing is left"),
-    ("line_m = [0.3, 0.0]", "line_m = [0.3, 0.00009]", "orders.line_m: goes over the wire in steps of 0.0002 m, and nothing "
-     "is left of 9e-05"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.00009, -0.00004]", "steps of 0.0002 m and must be a multiple of that (is 9e-05)"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.3, 0.00009]", "orders.line_m: goes over the wire in steps of 0.0002 m and must "
+     "be a multiple of that (is 9e-05)"),
+    ("line_m = [0.3, 0.0]", "line_m = [0.30011, 0.0]", "wrong.toml:40: orders.line_m: goes over the wire"),  # the order's line
     ("line_m = [0.3, 0.0]", "line_m = [0.0, 0.0]", "wrong.toml:42: orders.line_m: goes nowhere; an arm that is to stand "
      "still has joint = 1 and rate_rad_per_s = 0"),
     ("grip_close_s = 20.0", "grip_close_s = 20.0\ngrip_release_s = 10", "later than run.grip_close_s"),
@@ -163,6 +164,42 @@ def test_what_is_wrong_is_said(tmp_path, old, new, says):
     message = done.stderr.decode()
     assert done.returncode == EXIT_INPUT, message
     assert says in message and message.count("\n") == 1, message
+
+
+def with_range(folder, joint_range, order):
+    """A satellite's arm whose first joint has ends, with one order after three harmless ones."""
+    arm = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
+    assert arm.count("[[joint]]") == 2
+    before, first, second = arm.split("[[joint]]")
+    least, most = joint_range
+    (folder / "ends.toml").write_text(f"{before}[[joint]]\nangle_min_rad = {least}\nangle_max_rad = {most}{first}[[joint]]{second}")
+    text = BERTHING.read_text()
+    text = text[:text.index("[[orders]]")].replace('arm = "ess"', f'arm = "{folder}/ends.toml"')
+    for at_s in (1, 2, 3):
+        text += f"[[orders]]\nat_s = {at_s}\njoint = 2\nrate_rad_per_s = 0.001\n"
+    file = folder / "ends-rig.toml"
+    file.write_text(f"{text}[[orders]]\nat_s = 4\n{order}\n")
+    return file
+
+
+@pytest.mark.parametrize("end_rad", [0.9, 0.8, 1.1, 1.0])  # as the wire has them, three are below themselves
+def test_a_move_to_the_end_of_a_joints_range_is_carried_out(tmp_path, end_rad):
+    rig = with_range(tmp_path, (end_rad, 1.6), f"joint = 1\nmove_to_rad = {end_rad}")
+    found = run_json(rig, tmp_path, "--set", "run.duration_s=20", "--set", "run.grip_close_s=19",
+                     "--set", "limits.position_min_m=-5.3", "--set", "limits.position_max_m=5.3",
+                     "--set", "limits.velocity_m_per_s=5", "--set", "limits.acceleration_m_per_s2=100")
+    at_end = topic(found["log"], "arm")["motor_0_rad"][7000]  # 17.5 s
+    assert found["frames_rejected"] == 0
+    assert at_end == pytest.approx(end_rad, abs=1e-3)
+
+
+def test_a_move_beyond_a_joints_range_is_refused_with_the_orders_line_and_the_range(tmp_path):
+    rig = with_range(tmp_path, (0.9, 1.6), "joint = 1\nmove_to_rad = 1.7")
+    line = rig.read_text()[:rig.read_text().index("at_s = 4")].count("\n")
+    done = command("run", rig, "--no-log")
+    assert done.returncode == EXIT_INPUT
+    assert (f"ends-rig.toml:{line}: orders.move_to_rad: must be an angle that joint 1 can have, from 0.9 to 1.6 rad (is 1.7)"
+            in done.stderr.decode())
 
 
 @pytest.mark.parametrize("rig", ["concept-foam", "concept-copper"])

@@ -228,6 +228,8 @@ PROFILES = {
     "decreasing time": ("t_s,x\n0,0\n2,1\n1,1\n", ":4", ["t_s", "increase"]),
     "repeated time": ("t_s,x\n0,0\n0,1\n", ":3", ["t_s", "increase"]),
     "missing cell": ("t_s,x\n0,0\n1\n", ":3", ["too few"]),
+    "beyond what the loop takes": ("t_s,x\n0,0\n\n9,1e9\n", ":4", ["a position of 1e+09 m is beyond operator.position_limit_m = 2"]),
+    "faster than the loop takes": ("t_s,x\n0,0\n0.001,1\n", ":3", ["1000 m/s is beyond operator.velocity_limit_m_per_s = 2"]),
     "one row": ("t_s,x\n0,0\n", "", ["two rows"]),
     "header only": ("t_s,x\n", "", ["two rows"]),
     "empty": ("", ":1", ["t_s"]),

@@ -28,6 +28,9 @@
 
 #include <Eigen/Core>
 
+#include "../../hal/rig/arm_file.h"
+#include "../../hal/rig/rig_file.h"
+#include "../../sim_hal/arm/urdf.h"
 #include "../support/sanitized.h"
 #include "tick_builder.h"
 
@@ -127,6 +130,8 @@ constexpr int hooks_installed = 1;
 
 #endif
 
+using namespace berth;
+
 namespace
 {
 
@@ -184,7 +189,16 @@ struct named_config {
     app_config config;
 };
 
-/* Every integrator, with and without the inverse filter. */
+/* An arm in the manipulator's place. */
+app_config with_arm(app_config config, const arm_config &arm, int integrator)
+{
+    config.arm = arm;
+    config.arm.integrator = integrator;
+    config.manipulator.direction_x = 1.0;
+    return config;
+}
+
+/* Every integrator, with and without the inverse filter; arms in the plane and in space. */
 std::vector<named_config> configs()
 {
     app_config exact = bench::moving_config(), rk4 = exact, euler = exact;
@@ -192,7 +206,18 @@ std::vector<named_config> configs()
     rk4.manipulator.substeps = 2;
     rk4.inverse_filter = {1, 12.0, 0.5, 40.0};
     euler.manipulator.integrator = INTEGRATOR_SEMI_IMPLICIT_EULER;
-    return {{"exact", exact}, {"rk4 and inverse filter", rk4}, {"semi-implicit Euler", euler}};
+    const arm_config planar = load_arm("ess").config;
+    const std::string urdf = "tests/arms/seven.urdf";
+    arm_config spatial = arm_from_urdf(read_file(urdf), urdf, {"", "gripper", false}).config;
+    for (int i = 0; i < spatial.joint_count; i++) {
+        spatial.joints[i].initial_rad = 0.4 + 0.2 * i; /* away from singular poses */
+    }
+    return {{"exact", exact},
+            {"rk4 and inverse filter", rk4},
+            {"semi-implicit Euler", euler},
+            {"planar arm, implicit midpoint", with_arm(exact, planar, ARM_IMPLICIT_MIDPOINT)},
+            {"planar arm, rk4", with_arm(exact, planar, ARM_RK4)},
+            {"spatial arm, implicit midpoint", with_arm(exact, spatial, ARM_IMPLICIT_MIDPOINT)}};
 }
 
 void check_went_through_states(const stepper &stepper)
