@@ -5,6 +5,7 @@
 #include "block_search.h"
 #include "clock_slips.h"
 #include "floor.h"
+#include "right_history.h"
 
 namespace berth
 {
@@ -41,6 +42,9 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     }
     incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
     incumbent_.rows = rows_under(noise_);
+    if (best.effect->is_rough) {
+        fit_where_right(model_, noise_, best.effect->parameters[0].key, incumbent_, input_.options.replays_max);
+    }
     start_over_from_given();
     start_over_from_other_scales();
     drop_stand_ins(result);
@@ -90,7 +94,7 @@ void block_search::start_over_from_other_scales()
         }
         const std::string_view scale = known->parameters.back().key;
         const double found = value_of(incumbent_.rig, scale);
-        for (const double factor : {0.15, 0.4, 2.5, 6.0}) {
+        for (const double factor : {0.1, 0.35, 3.0, 10.0}) {
             rig again = incumbent_.rig;
             set_number(again, scale, factor * found);
             fit_result other = fit(model_, noise_, again, incumbent_.parameters, input_.options.replays_max);

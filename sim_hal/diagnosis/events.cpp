@@ -173,6 +173,20 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
     return found;
 }
 
+/* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike. */
+bool is_calm(const record &record, std::size_t n, double off_N)
+{
+    return std::abs(record.force_N[n + 1] - record.force_N[n - 1]) < std::abs(off_N);
+}
+
+/* On how many sides of row n the neighbour sees half of what is off: of the sample itself, where its neighbours see
+ * half of it each; of a step, which has a second half, on none. */
+int spike_sides(const std::vector<double> &off, std::size_t n)
+{
+    const auto is_half = [&](double neighbour) { return std::abs(neighbour / off[n] + 0.5) < 0.25; };
+    return is_half(off[n - 1]) + is_half(off[n + 1]);
+}
+
 } // namespace
 
 std::vector<event_finding> find_repeats(const record &record, const rig &given, sample_events &events)
@@ -240,16 +254,24 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
     std::vector<std::uint8_t> rows(error.size(), 0);
     std::vector<double> amplitudes;
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
-        /* The sample itself, not its neighbours, which see half of it; and not a step, which has a second half. */
-        const auto is_half = [&](double neighbour) { return std::abs(neighbour / off[n] + 0.5) < 0.25; };
-        /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks alike.
-         */
-        const std::vector<double> &force_N = model.data().force_N;
-        const bool is_calm = std::abs(force_N[n + 1] - force_N[n - 1]) < std::abs(off[n]);
-        const bool is_single = is_calm && is_half(off[n - 1]) && is_half(off[n + 1]);
-        if (std::abs(off[n]) > far_N && is_single) {
+        if (std::abs(off[n]) > far_N && is_calm(model.data(), n, off[n]) && spike_sides(off, n) == 2) {
             rows[n] = 1;
             amplitudes.push_back(std::abs(off[n]));
+        }
+    }
+    if (amplitudes.size() >= events_min) {
+        /* Two samples apart, two hide each other's half; once spikes are known, those as large are some too. */
+        const auto [least, largest] = std::minmax_element(amplitudes.begin(), amplitudes.end());
+        const double least_N = *least - 4.0 * sigma;
+        const double largest_N = *largest + 4.0 * sigma;
+        for (std::size_t n = 2; n + 2 < error.size(); n++) {
+            const double size_N = std::abs(off[n]);
+            const bool is_level = std::abs(error[n + 1] - error[n - 1]) < 0.25 * size_N;
+            if (rows[n] == 0 && size_N > std::max(far_N, least_N) && size_N < largest_N && is_level &&
+                is_calm(model.data(), n, off[n]) && spike_sides(off, n) == 1) {
+                rows[n] = 1;
+                amplitudes.push_back(size_N);
+            }
         }
     }
     if (amplitudes.size() < events_min || amplitudes.size() * 10 > sizes.size()) {

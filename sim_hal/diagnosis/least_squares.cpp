@@ -99,11 +99,18 @@ class marquardt
         now_.evaluations++;
     }
 
+    /* Far from the minimum a difference as small as the noise sees the corners of the error, a reversal in the sub-step
+     * before or after, rather than its slope: it moves the residual by a share of what that is. */
     void renew_column(Eigen::Index i)
     {
+        constexpr double share = 0.05; /* of the residual; 0.03 and 0.3 lead as far */
+        constexpr double widest = 0.05;
+        const double most = std::max(problem_.change_max, share * now_.residual.norm());
         const double change = difference(i);
-        if (change > problem_.change_max && std::isfinite(change)) {
-            step_(i) *= 0.3 * problem_.change_max / change;
+        const bool is_narrow = most > problem_.change_max && change > 0.0 && change < 0.1 * most;
+        if ((change > most || is_narrow) && std::isfinite(change)) {
+            step_(i) = std::min(std::max(step_(i), widest * (problem_.high(i) - problem_.low(i))),
+                                step_(i) * 0.3 * most / change);
             difference(i);
         }
     }

@@ -23,6 +23,27 @@ struct start_point {
 
 } // namespace
 
+double width_of_size(block_model &model, const noise_model &noise, const fit_result &fitted, std::string_view key)
+{
+    constexpr double certain = 3.84; /* 19 times in 20 */
+    const double size = value_of(fitted.rig, key);
+    const double cost = cost_of(model, noise, fitted.rig);
+    double share = 0.0;
+    for (int i = 0; i < 20; i++) { /* up to a fifth */
+        share = 1e-4 * std::pow(1.5, i);
+        double least_rise = unlimited;
+        for (const double sign : {-1.0, 1.0}) {
+            rig moved = fitted.rig;
+            set_number(moved, key, size * (1.0 + sign * share));
+            least_rise = std::min(least_rise, cost_of(model, noise, moved) - cost);
+        }
+        if (least_rise > certain * std::max(1.0, cost / static_cast<double>(fitted.rows))) {
+            break;
+        }
+    }
+    return size * share;
+}
+
 fit_result fit_rough(block_model &model, const noise_model &noise, const effect &effect, const rig &start,
                      const fit_result &incumbent, const search_options &options, double factor)
 {
@@ -48,23 +69,8 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const effect 
         cost = fitted.cost;
         factor = std::pow(factor, 0.4);
     }
-    /* How far the size may be off while the error stays the same. */
-    double width = best * (factor - 1.0);
-    for (int i = 0; i < 20; i++) { /* up to a fifth */
-        const double share = 1e-4 * std::pow(1.5, i);
-        double least_rise = unlimited;
-        for (const double sign : {-1.0, 1.0}) {
-            rig moved = fitted.rig;
-            set_number(moved, key, best * (1.0 + sign * share));
-            least_rise = std::min(least_rise, cost_of(model, noise, moved) - cost);
-        }
-        width = best * share;
-        if (least_rise > 3.84 * std::max(1.0, cost / static_cast<double>(fitted.rows))) {
-            break;
-        }
-    }
     fitted.parameters.push_back({find_key(key), 0.5 * best, 2.0 * best});
-    fitted.ci95.push_back(width);
+    fitted.ci95.push_back(width_of_size(model, noise, fitted, key));
     return fitted;
 }
 

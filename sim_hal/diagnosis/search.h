@@ -50,6 +50,9 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
 fit_result fit_rough(block_model &model, const noise_model &noise, const effect &effect, const rig &start,
                      const fit_result &incumbent, const search_options &options, double factor = 1.3);
 
+/* Of an effect whose error jumps with its size: how far that may be off while the error stays the same. */
+double width_of_size(block_model &model, const noise_model &noise, const fit_result &fitted, std::string_view key);
+
 /* An effect fitted anew, beginning where it was `found`, together with the incumbent's parameters. */
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
                       const fit_result &incumbent, const search_options &options);
