@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <Eigen/QR>
 
 #include "acceptance.h"
 #include "block_search.h"
 #include "floor.h"
+#include "response.h"
 #include "spectrum_lines.h"
 
 namespace berth
@@ -156,10 +158,40 @@ void block_search::drop_those_unseen(std::vector<candidate> &candidates)
     model_.error(incumbent_.rig, error);
     const record_scales scales = scales_of(model_, incumbent_.rig, error, input_.options);
     const auto is_none = [&](const candidate &one) {
-        const bool is_seen = one.effect->is_seen == nullptr || one.effect->is_seen(one.fitted.rig, scales);
+        const bool is_seen = one.effect->is_seen == nullptr || one.effect->is_seen(one.fitted.rig, scales) ||
+                             (one.effect->is_curve && is_no_plain_curve(one));
         return size_may_be_zero(one) || !is_seen;
     };
     candidates.erase(std::remove_if(candidates.begin(), candidates.end(), is_none), candidates.end());
+}
+
+bool block_search::is_no_plain_curve(const candidate &one)
+{
+    constexpr int degree = 4;
+    if (model_.which() != block::robot) {
+        return false;
+    }
+    const Eigen::VectorXd left = white_error(model_, metric_, incumbent_.rig);
+    const known_slopes slopes = slopes_at(model_, metric_, incumbent_, left);
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error); /* and the motion with it */
+    const std::vector<double> &place = model_.motion().at_tick_m;
+    const auto [least, most] = std::minmax_element(place.begin(), place.end());
+    const double middle_m = 0.5 * (*least + *most);
+    const double half_m = std::max(0.5 * (*most - *least), 1e-300);
+    Eigen::MatrixXd curves(left.size(), slopes.white.cols() + degree + 1);
+    curves.leftCols(slopes.white.cols()) = slopes.white;
+    std::vector<double> power(place.size(), 1.0);
+    std::vector<double> white;
+    for (int i = 0; i <= degree; i++) {
+        whiten(metric_, power, model_.uses(), row_use::fit, white);
+        curves.col(slopes.white.cols() + i) = Eigen::Map<const Eigen::VectorXd>(white.data(), left.size());
+        for (std::size_t n = 0; n < place.size(); n++) {
+            power[n] *= (place[n] - middle_m) / half_m;
+        }
+    }
+    const Eigen::VectorXd shares = curves.colPivHouseholderQr().solve(left);
+    return (left - curves * shares).squaredNorm() - one.fitted.cost > bic_unseen;
 }
 
 gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)

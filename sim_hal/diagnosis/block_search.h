@@ -52,6 +52,9 @@ class block_search
      */
     void fit_incumbent_from(const candidate &best);
     void drop_those_unseen(std::vector<candidate> &candidates);
+    /* Whether a curve over the robot's position is clearly better than a polynomial of the fourth degree with the
+     * base's parameters. */
+    bool is_no_plain_curve(const candidate &one);
     /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
     gain gain_of(const candidate &best, bool may_act_in_one_stretch);

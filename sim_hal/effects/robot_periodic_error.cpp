@@ -40,7 +40,11 @@ effect robot_periodic_error()
                        {"robot.periodic_error_phase_rad", -7.0, 7.0, "phi"}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
-        for (const double pitch_m : scales.residual_pitch_m) {
+        std::vector<double> pitches_m = scales.residual_pitch_m;
+        if (!pitches_m.empty()) { /* of so few periods no line tells */
+            pitches_m.insert(pitches_m.end(), {1.4 * scales.position_m, 2.0 * scales.position_m});
+        }
+        for (const double pitch_m : pitches_m) {
             for (const double phase_rad : {-2.356, -0.785, 0.785, 2.356}) {
                 all.push_back({1.4 * scales.residual_m, pitch_m, phase_rad});
             }
@@ -54,9 +58,10 @@ effect robot_periodic_error()
     };
     made.reach = 3.0;
     made.is_seen = [](const rig &fitted, const record_scales &scales) {
-        /* One and a half periods on the path: less is the bend of some other curve. */
+        /* One and a half periods on the path: less may be the bend of some other curve. */
         return 1.5 * value_of(fitted, "robot.periodic_error_pitch_m") < 2.0 * scales.position_m;
     };
+    made.is_curve = true;
     made.is_proportional = true;
     made.hides_in_reports = true;
     made.generalises = "robot.gain";
