@@ -98,6 +98,10 @@ class block_search
 
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
+    /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out than
+     * in the middle of the way, or fast than slow: the most of all causes. */
+    using forms = std::array<double, 3>;
+    forms improved_by_other_forms();
     struct remains {
         bool has_causes;
         bool has_thresholds; /* the causes' own, or of a fault upstream */
@@ -105,6 +109,7 @@ class block_search
         bool are_only_moments; /* what causes, or one upstream, may leave in a few moments */
         double bad_moments;    /* share of half seconds with an error well above the floor */
         double share;          /* of the explainable error, as far as it depends on something */
+        forms improved_by;
     };
     remains what_remains(const block_diagnosis &result);
     /* What speaks against a full explanation: each by itself makes `named` partly_explained, and a block without a
@@ -129,6 +134,11 @@ class block_search
     bool has_suspect(const remains &left);
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
+    /* A cause acts otherwise than it is modelled, see forms. */
+    bool changes_over_time(const remains &left) { return is_more_than_chance(left.improved_by[0]); }
+    bool changes_over_way(const remains &left) { return is_more_than_chance(left.improved_by[1]); }
+    bool changes_with_velocity(const remains &left) { return is_more_than_chance(left.improved_by[2]); }
+    static bool is_more_than_chance(double improved);
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */

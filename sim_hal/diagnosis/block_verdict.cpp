@@ -87,6 +87,8 @@ block_search::remains block_search::what_remains(const block_diagnosis &result)
     left.are_only_moments = (left.has_causes || input_.has_cause_upstream) &&
                             left.bad_moments < (is_behind_thresholds ? moments_behind_thresholds : moments_bearable);
     left.share = share_left();
+    /* Behind thresholds, and beside them, an error in a few moments passes for any form. */
+    left.improved_by = left.has_causes && !left.has_thresholds ? improved_by_other_forms() : forms{};
     return left;
 }
 
@@ -101,6 +103,9 @@ const block_search::doubt block_search::doubts[] = {
     {"what is left is above the floor", &block_search::is_above_floor},
     {"an effect that is not believed would lower the error", &block_search::has_suspect},
     {"a good part of the explainable error is left", &block_search::leaves_much},
+    {"what is named acts otherwise early than late", &block_search::changes_over_time},
+    {"what is named acts otherwise far out than in the middle of the way", &block_search::changes_over_way},
+    {"what is named acts otherwise fast than slow", &block_search::changes_with_velocity},
 };
 
 verdict block_search::verdict_of(block_diagnosis &result)

@@ -57,6 +57,13 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (120004, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
     # The robot's reports fit a dead time as well; the force does not.
     (7134, ("--kind", "two"), ["object.quadratic_stiffness", "robot.lag"]),
+    # Two spikes with a sample between them, which hide each other's half.
+    (126103, ("--kind", "single", "--effect", "sensor.spikes", "--size", "medium"), ["sensor.spikes"]),
+    # A limit, and a grip, that act a tick late somewhere when their size is a little off, and spoil all other slopes.
+    (126220, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "large"), ["robot.acceleration_limit"]),
+    (126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
+    # A path of one period.
+    (126306, ("--kind", "single", "--effect", "robot.periodic_error", "--size", "medium"), ["robot.periodic_error"]),
     # What a dead band of the robot does to the force is thirty times what the sensor adds.
     (7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
 ])
@@ -104,6 +111,20 @@ def test_a_velocity_limit_acts_between_the_ticks(tmp_path):
     assert told["residual"]["robot_position_m"]["held_out"]["after"] < 1.1 * floor_m
 
 
+def test_friction_is_fitted_with_slopes_as_wide_as_the_error_is_far(tmp_path):
+    """With a presliding way of 0.1 um, each reversal falls into another sub-step: slopes over less say nothing."""
+    others = [one["effect"] for one in json.loads(command("effects", "--json").stdout)
+              if one["effect"] not in ("manipulator.coulomb_friction", "object.parameters")]
+    hidden, told = hidden_and_told(tmp_path, 126204, "--kind", "two", rows=8000,
+                                   options=[word for name in others for word in ("--without", name)])
+    [friction_N] = [one["parameters"]["coulomb_friction_N"] for one in hidden if one["effect"] == "manipulator.coulomb_friction"]
+    found = {one["name"]: one["value"] for cause in told["causes"] for one in cause["parameters"]}
+    left = told["residual"]["command_position_m"]["fit"]
+    print(friction_N, found, left)
+    assert found["coulomb_friction_N"] == pytest.approx(friction_N, rel=1e-3)
+    assert left["after"] < 1.2 * left["floor"]
+
+
 def test_friction_is_found_at_another_presliding_way_once_its_asymmetry_is_known(tmp_path):
     """Alone it fits best at a way that is wrong by half, and with the asymmetry beside it stayed there."""
     friction = ("manipulator.coulomb_friction", "manipulator.gravity_offset", "manipulator.asymmetric_friction")
@@ -139,6 +160,9 @@ def test_intervals_hold_what_slips_and_what_is_lost(seed, effect, size, tmp_path
     (31257, "outside.object_softening", "medium", "object.cubic_stiffness"),
     (31157, "outside.object_softening", "medium", "object.cubic_stiffness"),
     (31077, "outside.sensor_curvature", "small", "object.cubic_stiffness"),
+    # One that acts otherwise far out, and two that act otherwise early than late.
+    (126167, "outside.object_softening", "large", "object.cubic_stiffness"),
+    (126307, "outside.robot_gain_drift", "tiny", "robot.gain"), (126197, "outside.sensor_warming", "tiny", "sensor.bias"),
 ])
 def test_a_neighbour_of_what_the_library_lacks_is_told_as_a_part(seed, effect, size, neighbour, tmp_path):
     _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", effect, "--size", size)

@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <Eigen/QR>
+
+#include "block_search.h"
+#include "response.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* What a cause's share in the error is multiplied by: from -1 to 1 over the record; from 0 in the middle of the way to
+ * 1 at its ends; from 0 at rest to 1 where it is fastest. */
+std::array<std::vector<double>, 3> modulations_of(const block_model &model)
+{
+    const record &data = model.data();
+    const std::vector<double> &x = !data.command_position_m.empty() ? data.command_position_m : data.robot_position_m;
+    const auto [least, most] = std::minmax_element(x.begin(), x.end());
+    const double middle_m = 0.5 * (*least + *most);
+    const double half_m = std::max(0.5 * (*most - *least), 1e-300);
+    std::array<std::vector<double>, 3> made;
+    made.fill(std::vector<double>(x.size(), 0.0));
+    double fastest = 1e-300;
+    for (std::size_t n = 0; n < x.size(); n++) {
+        made[0][n] = 2.0 * static_cast<double>(n) / static_cast<double>(x.size()) - 1.0;
+        made[1][n] = std::pow((x[n] - middle_m) / half_m, 2);
+        made[2][n] = n == 0 ? 0.0 : std::abs(x[n] - x[n - 1]);
+        fastest = std::max(fastest, made[2][n]);
+    }
+    for (double &rate : made[2]) {
+        rate /= fastest;
+    }
+    return made;
+}
+
+} // namespace
+
+block_search::forms block_search::improved_by_other_forms()
+{
+    forms improved{};
+    const Eigen::VectorXd left = white_error(model_, noise_, incumbent_.rig);
+    const known_slopes slopes = slopes_at(model_, noise_, incumbent_, left);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(slopes.white);
+    const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(slopes.white.rows(), qr.rank());
+    const auto beside_parameters = [&](const Eigen::VectorXd &x) {
+        return Eigen::VectorXd(x - basis * (basis.transpose() * x));
+    };
+    const Eigen::VectorXd rest = beside_parameters(left);
+    const std::array<std::vector<double>, 3> modulations = modulations_of(model_);
+    std::vector<double> here;
+    model_.error(incumbent_.rig, here);
+    for (const effect *const cause : found_) {
+        if (cause->switch_on != nullptr) {
+            continue; /* slopes mean little there */
+        }
+        rig smaller = incumbent_.rig;
+        const std::string_view key = cause->parameters[0].key;
+        set_number(smaller, key, 0.999 * value_of(smaller, key));
+        std::vector<double> there;
+        model_.error(smaller, there);
+        std::vector<double> change(here.size());
+        std::vector<double> white;
+        for (std::size_t i = 0; i < modulations.size(); i++) {
+            for (std::size_t n = 0; n < change.size(); n++) {
+                change[n] = modulations[i][n] * (there[n] - here[n]);
+            }
+            whiten(noise_, change, model_.uses(), row_use::fit, white);
+            const Eigen::VectorXd more =
+                beside_parameters(Eigen::Map<const Eigen::VectorXd>(white.data(), left.size()));
+            const double one = std::pow(more.dot(rest), 2) / std::max(more.squaredNorm(), 1e-300);
+            improved[i] = std::max(improved[i], one);
+        }
+    }
+    return improved;
+}
+
+bool block_search::is_more_than_chance(double improved)
+{
+    /* By one parameter more: one in 600 by chance. Of 240 beside 80 right names in hidden records two had more than
+     * 7.3; beside neighbours of causes that the library lacks 10.9, 20 and 41 were seen. */
+    constexpr double bearable = 10.0;
+    return improved > bearable;
+}
+
+} // namespace berth
