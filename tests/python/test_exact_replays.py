@@ -115,7 +115,7 @@ def test_friction_is_fitted_with_slopes_as_wide_as_the_error_is_far(tmp_path):
     """With a presliding way of 0.1 um, each reversal falls into another sub-step: slopes over less say nothing."""
     others = [one["effect"] for one in json.loads(command("effects", "--json").stdout)
               if one["effect"] not in ("manipulator.coulomb_friction", "object.parameters")]
-    hidden, told = hidden_and_told(tmp_path, 126204, "--kind", "two", rows=8000,
+    hidden, told = hidden_and_told(tmp_path, 126204, "--kind", "two",
                                    options=[word for name in others for word in ("--without", name)])
     [friction_N] = [one["parameters"]["coulomb_friction_N"] for one in hidden if one["effect"] == "manipulator.coulomb_friction"]
     found = {one["name"]: one["value"] for cause in told["causes"] for one in cause["parameters"]}
