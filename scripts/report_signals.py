@@ -352,6 +352,15 @@ def motors(summary):
              "ticks" if ticks else "")]
 
 
+def wheel(summary):
+    """How often the satellite's wheel was full, as a fact; none without a wheel."""
+    if summary["wheel"] is None:
+        return []
+    ticks = summary["wheel"]["full_ticks"]
+    return [("wheel full", f"{ticks}, from {summary['wheel']['first_s']:.2f} s on" if ticks else "never",
+             "ticks: the satellite's attitude was not held" if ticks else "")]
+
+
 def nothing_moved(log):
     """The manipulator kept within the setpoint's step of 10 pm."""
     return np.ptp(log.tick["manipulator_position_m"][log.tick["state"] == STATES.index("running")]) <= 1e-11
@@ -441,6 +450,7 @@ def facts(log, summary):
         ("limits acted", limit_words(summary), "ticks" if any(summary["limit_ticks"].values()) else ""),
         *guidance(summary),
         *motors(summary),
+        *wheel(summary),
         ("frames", f"{summary['frames_accepted']:,} taken".replace(",", " "),
          f"{summary['frames_rejected']} rejected, {summary['frames_lost']} lost, {summary['error_frames']} error "
          f"frames; {summary['saturated_setpoints']} setpoints saturated"),

@@ -1,8 +1,11 @@
 """A reaction wheel holds no more than it can, however seldom its law is evaluated, and a run tells when it is full."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from conftest import RIG_FOLDER, STATE_RUNNING, command, one_json_object, run_json, topic
+from test_report import made
 
 LIMIT_N_m_s = 5.0
 ORDERS = """
@@ -58,6 +61,9 @@ def test_the_wheel_never_holds_more_than_its_limit_and_is_told_to_be_full(tmp_pa
     assert line_of_wheel(shown) == (f"  {'wheel':14} full (5 N m s) in {full.sum()} ticks, first at {first_s:.2f} s (z in "
                                     f"{full.sum()}): it held the satellite's attitude no longer")
     assert one_json_object(command("summary", found["log"], "--json").stdout)["wheel"] == found["wheel"]
+    if period_ticks == 1:
+        page, _ = made(Path(found["log"]))
+        assert f"wheel full {full.sum()}, from {first_s:.2f} s on" in page.text
 
 
 def test_a_wheel_with_room_is_told_as_such_and_a_rig_without_one_says_nothing(tmp_path):
