@@ -168,7 +168,8 @@ std::optional<rig_error> check_order(const arm_config &arm, const operator_order
     for (const double part_m : order.way_m) {
         if (!is_multiple(part_m, way_step_m)) {
             return rig_error{"orders.line_m", "goes over the wire in steps of 0.0002 m and must be a multiple of "
-                                              "that (is " + number_text(part_m) + ")"};
+                                              "that (is " +
+                                                  number_text(part_m) + ")"};
         }
     }
     return {};

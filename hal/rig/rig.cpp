@@ -245,10 +245,11 @@ std::optional<rig_error> check_arm(const rig &rig)
                                                "satellite goes unstable with it; use extrapolation or force_lead"};
     }
     if (arm.joint_count < (is_planar ? 2 : 3)) {
-        return rig_error{"manipulator.arm", is_planar ? "needs two joints at least, or its tool cannot be led in the "
-                                                        "plane"
-                                                      : "needs three joints at least, or its tool cannot be led in "
-                                                        "every direction"};
+        return rig_error{"manipulator.arm", is_planar
+                                                ? "needs two joints at least, or its tool cannot be led in the "
+                                                  "plane"
+                                                : "needs three joints at least, or its tool cannot be led in "
+                                                  "every direction"};
     }
     if (arm_start_dexterity(&arm) < 1.0) {
         return rig_error{"manipulator.arm",

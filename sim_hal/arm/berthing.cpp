@@ -186,8 +186,8 @@ std::vector<joint_demand> find_demands(const arm_config &arm, const berthing_pla
         joint_demand demand = {0.0, task.commands.front()(i), task.commands.front()(i)};
         for (std::size_t row = 1; row < task.commands.size(); row++) {
             const double angle_rad = task.commands[row](i);
-            demand.rate_rad_per_s = std::max(
-                demand.rate_rad_per_s, std::abs(angle_rad - task.commands[row - 1](i)) / plan.command_period_s);
+            demand.rate_rad_per_s = std::max(demand.rate_rad_per_s, std::abs(angle_rad - task.commands[row - 1](i)) /
+                                                                        plan.command_period_s);
             demand.least_rad = std::min(demand.least_rad, angle_rad);
             demand.most_rad = std::max(demand.most_rad, angle_rad);
         }

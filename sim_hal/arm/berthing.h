@@ -50,7 +50,8 @@ struct berthing_truth {
     int events = 0; /* touches and releases at which the solver was stopped and started again */
 };
 
-/* What the manoeuvre asks of a joint: its motor is led past the limits of guidance, which the plan knows nothing of. */
+/* What the manoeuvre asks of a joint: its motor is led past the limits of guidance, which the plan knows nothing of.
+ */
 struct joint_demand {
     double rate_rad_per_s; /* the largest */
     double least_rad;

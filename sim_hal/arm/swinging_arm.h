@@ -153,7 +153,8 @@ class swinging_arm
             const double torque_N_m = input_at(at).wheel_torque_N_m.cwiseAbs().maxCoeff();
             const double momentum_N_m_s = at.wheel().cwiseAbs().maxCoeff();
             limits.wheel = limits.wheel || torque_N_m >= config.attitude.torque_limit_N_m;
-            limits.wheel_momentum = limits.wheel_momentum || momentum_N_m_s >= (1.0 - 1e-9) * config.attitude.momentum_limit_N_m_s;
+            limits.wheel_momentum =
+                limits.wheel_momentum || momentum_N_m_s >= (1.0 - 1e-9) * config.attitude.momentum_limit_N_m_s;
         }
     }
 

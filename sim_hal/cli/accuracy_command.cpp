@@ -33,7 +33,8 @@ const char *name_of(arm_integrator integrator)
     return integrator_names[static_cast<std::size_t>(integrator)];
 }
 
-/* The manoeuvre is one of steps, not of guidance: which joints it leads past their limits, so that a run would not. */
+/* The manoeuvre is one of steps, not of guidance: which joints it leads past their limits, so that a run would not.
+ */
 std::vector<std::string> beyond_limits(const arm_config &arm, const berthing_plan &plan)
 {
     std::vector<std::string> beyond;

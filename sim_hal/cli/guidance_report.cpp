@@ -31,7 +31,9 @@ void guidance_report::print(double period_s) const
         }
     }
     std::printf("  %-14s %s%s%s\n", "guidance", acted.empty() ? "never acted" : "acted: ", acted.c_str(),
-                (limit & GUIDANCE_SINGULAR) != 0 ? ": near a singular pose the tool falls behind its order, and may stop short of it" : "");
+                (limit & GUIDANCE_SINGULAR) != 0
+                    ? ": near a singular pose the tool falls behind its order, and may stop short of it"
+                    : "");
 }
 
 nlohmann::json guidance_report::as_json(double period_s) const

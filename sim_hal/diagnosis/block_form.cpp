@@ -12,12 +12,13 @@ namespace berth
 namespace
 {
 
-/* What a cause's share in the error is multiplied by: from -1 to 1 over the record; from 0 in the middle of the way to
- * 1 at its ends; from 0 at rest to 1 where it is fastest. */
+/* What a cause's share in the error is multiplied by: from -1 to 1 over the record; from 0 in the middle of the way
+ * to 1 at its ends; from 0 at rest to 1 where it is fastest. */
 std::array<std::vector<double>, 3> modulations_of(const block_model &model)
 {
     const record &data = model.data();
-    const std::vector<double> &x = !data.command_position_m.empty() ? data.command_position_m : data.robot_position_m;
+    const std::vector<double> &x =
+        !data.command_position_m.empty() ? data.command_position_m : data.robot_position_m;
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
     const double middle_m = 0.5 * (*least + *most);
     const double half_m = std::max(0.5 * (*most - *least), 1e-300);

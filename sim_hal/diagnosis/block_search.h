@@ -98,8 +98,8 @@ class block_search
 
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
-    /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out than
-     * in the middle of the way, or fast than slow: the most of all causes. */
+    /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out
+     * than in the middle of the way, or fast than slow: the most of all causes. */
     using forms = std::array<double, 3>;
     forms improved_by_other_forms();
     struct remains {

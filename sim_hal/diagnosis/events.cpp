@@ -173,7 +173,8 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
     return found;
 }
 
-/* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike. */
+/* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike.
+ */
 bool is_calm(const record &record, std::size_t n, double off_N)
 {
     return std::abs(record.force_N[n + 1] - record.force_N[n - 1]) < std::abs(off_N);

@@ -99,8 +99,8 @@ class marquardt
         now_.evaluations++;
     }
 
-    /* Far from the minimum a difference as small as the noise sees the corners of the error, a reversal in the sub-step
-     * before or after, rather than its slope: it moves the residual by a share of what that is. */
+    /* Far from the minimum a difference as small as the noise sees the corners of the error, a reversal in the
+     * sub-step before or after, rather than its slope: it moves the residual by a share of what that is. */
     void renew_column(Eigen::Index i)
     {
         constexpr double share = 0.05; /* of the residual; 0.03 and 0.3 lead as far */

@@ -68,7 +68,9 @@ double truncated_cost(block_model &model, double noise_rms, const rig &rig)
 double search_size(block_model &model, double noise_rms, rig &at, std::string_view key)
 {
     double least = truncated_cost(model, noise_rms, at);
-    for (double spread = 0.02; spread > 1e-6; spread *= 0.35) {
+    constexpr int rounds = 10; /* down to a millionth of the size */
+    double spread = 0.02;
+    for (int round = 0; round < rounds; round++) {
         const double middle = value_of(at, key);
         double best = middle;
         for (const double place : {-1.0, -0.7, -0.4, 0.4, 0.7, 1.0}) {
@@ -80,6 +82,7 @@ double search_size(block_model &model, double noise_rms, rig &at, std::string_vi
             }
         }
         set_number(at, key, best);
+        spread *= 0.35;
     }
     return least;
 }

@@ -84,8 +84,8 @@ struct effect {
     /* Whether the record spans enough for what was fitted to be this effect; nullptr: it does. */
     bool (*is_seen)(const rig &fitted, const record_scales &scales) = nullptr;
 
-    /* Of a robot: whether it is a curve over the position, so that on a path too short for is_seen it is still seen if
-     * no plain curve will do. */
+    /* Of a robot: whether it is a curve over the position, so that on a path too short for is_seen it is still seen
+     * if no plain curve will do. */
     bool is_curve = false;
 
     /* Whether twice the first parameter does about twice as much: then the best of all sizes follows from one. */

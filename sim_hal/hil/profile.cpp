@@ -61,8 +61,9 @@ void refuse_beyond_limits(const rig &rig, const csv_columns &read, double offset
     const auto refuse = [&](std::size_t row, const char *what, double value, const char *unit, const char *key,
                             double limit) {
         char text[240];
-        std::snprintf(text, sizeof text, "%s of %g %s is beyond %s = %g: the loop would reject it; make it smaller, "
-                                         "perhaps by profile.scale (is %g)",
+        std::snprintf(text, sizeof text,
+                      "%s of %g %s is beyond %s = %g: the loop would reject it; make it smaller, "
+                      "perhaps by profile.scale (is %g)",
                       what, value, unit, key, limit, rig.profile.scale);
         throw input_error(rig.profile.file + ":" + std::to_string(read.lines[row]) + ": " + text);
     };
