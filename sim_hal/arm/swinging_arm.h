@@ -266,12 +266,15 @@ class swinging_arm
         return {all.head<Space::turns>(), all.tail<Space::dimension>()};
     }
 
-    /* Commands stand still; the wheel's control as if it had no period. */
+    /* Commands stand still; the wheel's control as if it had no period, but for the last millisecond before it is
+     * full.
+     */
     chain_input<Space> input_at(const state_type &at) const
     {
+        constexpr double short_s = 1e-3;
         attitude_control<Space> control = attitude_control_at(rest);
         if (config.attitude.actuator == ATTITUDE_WHEEL) {
-            attitude_control_step(control, config.attitude, 1.0, at);
+            attitude_control_step(control, config.attitude, short_s, at);
         }
         return {wrench_of<Space>::zero(), control.wheel_torque_N_m, Space::angular::Zero(),
                 joint_vector(rest.motor_rad()), joint_vector::Zero()};

@@ -28,7 +28,7 @@ void motor_report::print(double period_s) const
     std::string joints;
     for (std::size_t i = 0; i < joint_ticks_.size(); i++) {
         if (joint_ticks_[i] > 0) {
-            joints += (joints.empty() ? "joint " : ", joint ") + std::to_string(i) + " in " +
+            joints += (joints.empty() ? "joint " : ", joint ") + std::to_string(i + 1) + " in " +
                       std::to_string(joint_ticks_[i]);
         }
     }

@@ -25,6 +25,17 @@ double range(std::vector<double>::const_iterator from, std::vector<double>::cons
     return *high - *low;
 }
 
+/* What fell may level out and rise again, slowly: to its end it falls, or is at rest. */
+bool falls_on(const std::vector<double> &signal, double at_first)
+{
+    constexpr double falls = 0.9;
+    constexpr double at_rest = 0.02; /* of the height at first: noise */
+    const auto eighth = static_cast<std::ptrdiff_t>(signal.size() / 8);
+    const double before = range(signal.end() - 2 * eighth, signal.end() - eighth);
+    const double last = range(signal.end() - eighth, signal.end());
+    return last <= falls * before || last <= at_rest * at_first;
+}
+
 bool nothing_moved(const run_result &result)
 {
     return result.running_m.empty() || range(result.running_m.begin(), result.running_m.end()) <= stands_still_m;
@@ -151,7 +162,8 @@ std::optional<bool> judge(const run_result &result, double period_s, double half
     if (second > first) {
         return false;
     }
-    return second <= comes_to_rest * first ? std::optional<bool>(true) : std::nullopt;
+    return second <= comes_to_rest * first && falls_on(result.running_m, first) ? std::optional<bool>(true)
+                                                                                : std::nullopt;
 }
 
 void print_verdict(const run_result &result, const rig &rig)

@@ -343,3 +343,13 @@ def test_what_knows_one_mode_only_says_so(tmp_path, what):
     done = command(*words)
     assert done.returncode == EXIT_INPUT, done.stdout.decode()
     assert "object.modes: this reckons with an object of one degree of freedom" in done.stderr.decode()
+
+
+def test_what_fell_at_first_and_then_grows_slowly_is_not_called_stable():
+    """Eight modes: what the release left falls twenty-fold within the run, what grows hides below it."""
+    words = ("--no-log", "--json", "--set", "object.modes=8", "--set", "object.beam_root_stiffness_N_m_per_rad=1e5",
+             "--set", "object.beam_damping_ratio=0.06")
+    short = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=20").stdout)
+    long = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=120").stdout)
+    assert short["growth_per_s"] is None and short["predicted_growth_per_s"] > 0
+    assert short["stable"] is None and long["stable"] is False

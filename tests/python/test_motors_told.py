@@ -49,7 +49,7 @@ def test_the_log_has_a_bit_for_every_joint_and_the_ticks_are_counted(told):
                                "joint_limit_ticks": joints}
     assert line_of(shown, "motors") == (
         f"  {'motors':14} at their torque limit in {np.sum(at_limit != 0)} ticks, first at {first_s:.2f} s "
-        f"(joint 0 in {joints[0]}, joint 1 in {joints[1]})")
+        f"(joint 1 in {joints[0]}, joint 2 in {joints[1]})")
 
 
 def test_a_growth_beside_motors_at_their_limits_says_so(told):
