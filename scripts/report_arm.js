@@ -1,5 +1,7 @@
-// The arm as a moving picture. Force is drawn where it acts, an arrow a metre long for the largest of the run.
+// The arm as a moving picture, in metres; what is not to scale (joints, arrow, letters) goes by the width of the view.
 "use strict";
+
+const ASPECT = 2.4; // of the picture, width over height
 
 (() => {
   const scene = JSON.parse(document.getElementById("arm-data").textContent);
@@ -11,36 +13,86 @@
   const section = document.getElementById("arm");
   section.hidden = false;
   const get = (id) => document.getElementById(id);
-  const [left, bottom] = scene.low;
-  const [right, top] = scene.high;
   const svg = get("arm-view");
-  svg.setAttribute("viewBox", `${left} ${-top} ${right - left} ${top - bottom}`);
+  svg.style.aspectRatio = ASPECT;
   const slider = get("arm-time");
   slider.max = scene.frames - 1;
   get("arm-plane").textContent = scene.plane;
+  const target = svg.querySelector(scene.is_block ? "polygon.object" : "polyline.object");
+  const has_target = "object" in scene.parts;
+  get("arm-object").hidden = !has_target;
+  for (const shape of svg.querySelectorAll(".object")) shape.style.display = has_target && shape === target ? "" : "none";
+  let view = null;
 
   function at(frame, point) {
     const place = 2 * (frame * scene.count + point);
     return [points[place], -points[place + 1]];
   }
 
-  function path(frame, from, to) {
+  function path(frame, part) {
     const places = [];
+    const [from, to] = scene.parts[part];
     for (let i = from; i < to; i++) places.push(at(frame, i).join(","));
     return places.join(" ");
   }
 
+  function line(x1, y1, x2, y2) {
+    const drawn = document.createElementNS(svg.namespaceURI, "line");
+    for (const [name, value] of Object.entries({ x1, y1, x2, y2 })) drawn.setAttribute(name, value);
+    return drawn;
+  }
+
+  function label(x, y, text, anchor) {
+    const drawn = document.createElementNS(svg.namespaceURI, "text");
+    for (const [name, value] of Object.entries({ x, y, "text-anchor": anchor, "font-size": 0.016 * view.width }))
+      drawn.setAttribute(name, value);
+    drawn.textContent = text;
+    return drawn;
+  }
+
+  // The box, made as wide as the picture is, and lines a round number of metres apart.
+  function look(box) {
+    const [left, low] = box.low;
+    const [right, high] = box.high;
+    const width = 1.1 * Math.max(right - left, ASPECT * (high - low));
+    const height = width / ASPECT;
+    view = { left: (left + right - width) / 2, top: (low + high + height) / 2, width };
+    const bottom = view.top - height;
+    svg.setAttribute("viewBox", `${view.left} ${-view.top} ${width} ${height}`);
+    const rough_m = width / 12;
+    const power_m = 10 ** Math.floor(Math.log10(rough_m));
+    const gap_m = power_m * [1, 2, 5, 10].find((many) => many * power_m >= rough_m);
+    const digits = Math.max(0, -Math.floor(Math.log10(gap_m) + 1e-9));
+    const lines = [];
+    const labels = [];
+    for (let i = Math.ceil(view.left / gap_m); i * gap_m < view.left + width; i++) {
+      const x = i * gap_m;
+      lines.push(line(x, -view.top, x, -bottom));
+      if (x > view.left + 0.06 * width) labels.push(label(x, -bottom - 0.008 * width, x.toFixed(digits), "middle"));
+    }
+    for (let i = Math.ceil(bottom / gap_m); i * gap_m < view.top; i++) {
+      const y = i * gap_m;
+      lines.push(line(view.left, -y, view.left + width, -y));
+      if (y > bottom + 0.04 * width) labels.push(label(view.left + 0.005 * width, -y, `${y.toFixed(digits)} m`, "start"));
+    }
+    get("arm-grid").replaceChildren(...lines);
+    get("arm-labels").replaceChildren(...labels);
+    for (const circle of get("arm-joints").children) circle.setAttribute("r", 0.008 * width);
+  }
+
   function draw(frame) {
-    get("arm-base").setAttribute("points", path(frame, 0, 4));
-    get("arm-links").setAttribute("points", path(frame, 4, scene.count));
+    for (const part of ["base", "mount", "links"]) get(`arm-${part}`).setAttribute("points", path(frame, part));
+    if (has_target) target.setAttribute("points", path(frame, "object"));
+    const [first, end] = scene.parts.links;
     for (const [i, circle] of [...get("arm-joints").children].entries()) {
-      const [x, y] = at(frame, 4 + i);
+      const [x, y] = at(frame, first + i);
       circle.setAttribute("cx", x);
       circle.setAttribute("cy", y);
     }
-    const [x, y] = at(frame, scene.count - 1);
-    const length = largest_N > 0 ? -force[frame] / largest_N : 0;
+    const [x, y] = at(frame, end - 1);
+    const length = largest_N > 0 ? (-0.12 * view.width * force[frame]) / largest_N : 0;
     const arrow = get("arm-force");
+    arrow.style.display = Math.abs(length) > 0.001 * view.width ? "" : "none";
     arrow.setAttribute("x1", x);
     arrow.setAttribute("y1", y);
     arrow.setAttribute("x2", x + length * scene.direction[0]);
@@ -51,7 +103,8 @@
   }
 
   const joint = get("arm-joints").firstElementChild;
-  for (let i = 5; i < scene.count; i++) get("arm-joints").append(joint.cloneNode());
+  const [first, end] = scene.parts.links;
+  for (let i = first + 1; i < end; i++) get("arm-joints").append(joint.cloneNode());
   let playing = false;
   let shown = 0;
   let last_ms = null; // of the picture before; none yet
@@ -79,5 +132,10 @@
     shown = Number(slider.value);
     draw(shown);
   });
+  get("arm-box").addEventListener("change", () => {
+    look(scene.boxes[get("arm-box").value]);
+    draw(Math.floor(shown));
+  });
+  look(scene.boxes.whole);
   draw(0);
 })();

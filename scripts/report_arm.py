@@ -3,6 +3,7 @@ import base64
 import json
 
 import numpy as np
+import report_object
 
 # Pictures a second that a page keeps: what moves is slow.
 FRAMES_PER_s = 20.0
@@ -49,14 +50,49 @@ def places(config, arm):
     return np.stack(found, axis=1), base
 
 
-def side_view(points, is_planar):
-    """x and y of a planar arm, x and z of one in space."""
-    return points[..., [0, 1]] if is_planar else points[..., [0, 2]]
+def view_of(is_planar, direction):
+    """Coordinates that go to the right and up: those of a planar arm's plane; of one in space the vertical plane that shows
+    more of the direction."""
+    if is_planar:
+        return [0, 1]
+    return [0, 2] if abs(direction[0]) >= abs(direction[1]) else [1, 2]
 
 
 def direction_of(manipulator):
     way = np.array([manipulator[f"direction_{part}"] for part in "xyz"], float)
     return way / np.linalg.norm(way)
+
+
+def square_of(base_m, axes, view):
+    """Corners of the square that stands for the satellite, (n, 4, 2)."""
+    corners = np.zeros((4, 3))
+    corners[:, view] = BASE_HALF_m * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    return (base_m[:, None] + np.einsum("nij,kj->nki", axes, corners))[..., view]
+
+
+def box(points, margin_m):
+    """Lowest and highest corner round (n, points, 2)."""
+    return {"low": (points.min(axis=(0, 1)) - margin_m).tolist(), "high": (points.max(axis=(0, 1)) + margin_m).tolist()}
+
+
+def parts_of(log):
+    """What is drawn, in the plane of the picture, each (n, points, 2), and the direction there."""
+    config = log.config["manipulator"]["arm"]
+    is_planar = config["kind"] == "planar"
+    direction = direction_of(log.config["manipulator"])
+    view = view_of(is_planar, direction)
+    points, axes = places(config, log.arm)
+    arm = points[..., view]
+    parts = {"base": square_of(points[:, 0], axes, view), "mount": arm[:, :2], "links": arm[:, 1:]}
+    target = report_object.in_picture(log, arm[:, -1], direction[view])
+    if target is not None:
+        parts["object"] = target
+    whole = min(map(len, parts.values()))  # of a log that was cut between two of its records
+    return {name: part[:whole] for name, part in parts.items()}, direction[view], view
+
+
+def encoded(values):
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
 
 
 def scene(log):
@@ -65,21 +101,14 @@ def scene(log):
     if not isinstance(config, dict) or not log.arm or len(log.tick_s) == 0:
         return "null"
     step = max(1, round(1.0 / (FRAMES_PER_s * log.period_s)), -(-len(log.tick_s) // FRAMES_MAX))
-    arm = {name: values[::step] for name, values in log.arm.items()}
-    is_planar = config["kind"] == "planar"
-    points, base = places(config, arm)
-    corners = BASE_HALF_m * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
-    if not is_planar:
-        corners = corners[:, [0, 2, 1]]
-    square = points[:, :1] + np.einsum("nij,kj->nki", base, corners)
-    drawn = side_view(np.concatenate((square, points[:, 1:]), axis=1), is_planar)
-    low, high = drawn.min(axis=(0, 1)) - 0.5, drawn.max(axis=(0, 1)) + 0.5
-    way = direction_of(log.config["manipulator"])
+    parts, direction, view = parts_of(log)
+    tool = parts["links"][:, -1:]
+    drawn = np.concatenate(list(parts.values()), axis=1)[::step]
+    ends = np.cumsum([part.shape[1] for part in parts.values()]).tolist()
     return json.dumps({
-        "step_s": step * log.period_s, "start_s": float(log.tick_s[0]), "frames": len(drawn),
-        "points": base64.b64encode(np.ascontiguousarray(drawn, dtype="<f4").tobytes()).decode(),
-        "count": drawn.shape[1], "low": low.tolist(), "high": high.tolist(),
-        "force": base64.b64encode(np.ascontiguousarray(log.tick["used_force_N"][::step], dtype="<f4").tobytes()).decode(),
-        "direction": side_view(way, is_planar).tolist(),
-        "plane": "x to the right, y up" if is_planar else "x to the right, z up",
+        "step_s": step * log.period_s, "start_s": float(log.tick_s[0]), "frames": len(drawn), "points": encoded(drawn),
+        "count": drawn.shape[1], "parts": dict(zip(parts, zip([0, *ends], ends))), "is_block": log.is_contact,
+        "boxes": {"whole": box(drawn, 0.3), "tool": box(tool, 0.5 * max(1e-3, np.ptp(tool, axis=(0, 1)).max()))},
+        "force": encoded(log.tick["used_force_N"][::step]), "direction": direction.tolist(),
+        "plane": "{} to the right, {} up".format(*("xyz"[axis] for axis in view)),
     }, separators=(",", ":"), allow_nan=False)

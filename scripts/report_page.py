@@ -212,6 +212,13 @@ def height_range(height_mm, used):
     return [float(np.log10(shown.min())) - 0.2, float(np.log10(shown.max())) + 0.2] if shown.size else [-3, 0]
 
 
+def height_ticks(low, high):
+    """An axis from one power of ten to another: labels at whole powers, or where plotly likes them if there are too few."""
+    decades = high - low
+    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {}
+    return {"range": [low, high], "exponentformat": "power"} | ticks
+
+
 def add_envelope(page, summary):
     envelope = summary["envelope"]
     time_s = np.array(envelope["time_s"])
@@ -240,10 +247,8 @@ def add_envelope(page, summary):
                for name, chosen, symbol in (("used by the fit", used, "circle"),
                                            ("left out of the fit", ~used, "circle-open"))
                if chosen.any()]
-    powers = height_range(height_mm, used)
-    layout = {"yaxis": AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log", "range": powers,
-                               "exponentformat": "power", "dtick": max(1, round((powers[1] - powers[0]) / 6))}}
-    page.add("envelope", "Envelope and growth", note, heights + fit, layout)
+    axis = AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log"} | height_ticks(*height_range(height_mm, used))
+    page.add("envelope", "Envelope and growth", note, heights + fit, {"yaxis": axis})
 
 
 def merged(bars, shortest_gap_s):

@@ -9,10 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
+from browser import Browser
+from plotly.offline import get_plotlyjs
 from test_summary import BERTH, CASES, run, summary
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from report_page import height_ticks  # noqa: E402
+
 SIZE_MAX_BYTES = 8e6
 CASES = CASES | {"concept-foam": ("concept-foam", []), "force interface": ("ess", ["operator.interface=force",
                                                                                   "run.duration_s=10"])}
@@ -301,3 +305,15 @@ def test_without_compensation_there_are_no_panels_of_it(tmp_path):
     log, _ = run(tmp_path, "ess", ["run.duration_s=3"])
     names = {panel["name"] for panel in made(log)[0].data["panels"]}
     assert not names & {"prediction", "identified", "tracked", "inverse", "lead", "passivity"}
+
+
+@pytest.mark.parametrize("low, high", [(1.2, 1.5), (0.0, 1.9), (-6.0, 1.0)])
+def test_an_envelope_has_labels_however_flat_it_is(tmp_path, low, high):
+    """Whole powers of ten may all lie outside an axis of less than a decade."""
+    axis = json.dumps({"yaxis": {"type": "log"} | height_ticks(low, high)})
+    page = tmp_path / "axis.html"
+    page.write_text(f'<div id="plot"></div><script>{get_plotlyjs()}</script><script>'
+                    f'Plotly.newPlot("plot", [{{"y": [{10**low}, {10**high}]}}], {axis});</script>')
+    with Browser(page, tmp_path / "profile") as browser:
+        labels = browser.evaluate("[...document.querySelectorAll('.ytick text')].map((text) => text.textContent)")
+    assert len(labels) >= 2, labels
