@@ -1,9 +1,13 @@
-"""Can this record tell the true effect from another one? Asked only where a diagnosis has named another one.
+"""Can this record tell the true effect from another one? Asked only where a diagnosis has named another one, or several
+that together do what the true one does: a late start and a drift of the lateness are a clock of another period that does
+not slip within the record.
 
-The other effect's parameters, and the base within its tolerances, are fitted to the true blocks' noise-free answer.
+The other effects' parameters, and the base within its tolerances, are fitted to the true blocks' noise-free answer.
 If what is left has chi2 <= 10 (in units of the noise, as in detectability), no method can hold the two apart on this
 record: the names are then a documented pair, and no wrong name.
 """
+
+import itertools
 
 import numpy as np
 from detectability import Tuning, stacked, with_effects
@@ -65,59 +69,79 @@ BEGINNINGS = {"sensor.gain": {"gain": 1.001}, "robot.gain": {"gain": 1.001}, "ro
 OF_THE_BASE = {"robot.dead_time", "sensor.delay", "object.parameters", "manipulator.parameters"}
 
 
-def lateness_of_clocks(scenario, effect):
-    """What makes the lateness drift as it truly does, as the clock that does not slip: the dead time's own drift, or
-    an uneven clock."""
-    true, period_s = scenario.true, scenario.base["period_s"]
-    slope = true["robot_dead_time_drift"] or true["clock_drift"]
-    if slope == 0.0:
-        return {}
+def lateness_of_clocks(scenario, effect, slope):
+    """What makes the lateness drift by so much, as the clock that does not slip: the dead time's own drift, or an uneven
+    clock."""
+    period_s = scenario.base["period_s"]
     way_s = slope * len(scenario.runs["record"].result["force_N"]) * period_s
     return {"robot.dead_time_drift": {"dead_time_drift_ms_per_s": 1e3 * slope},
             "loop.clock_drift": {"clock_drift_ppm": 1e6 * slope,
                                  "clock_phase_ms": 1e3 * (0.02 * period_s - min(way_s, 0.0))}}[effect]
 
 
-def beginning(scenario, effect):
-    """Parameters to begin with."""
+def beginnings(scenario, effect, told):
+    """Parameters to begin with, one set after the other; `told`: {effect: parameters} of the whole diagnosis."""
+    first = told.get(effect, {})
     if effect in ("robot.dead_time_drift", "loop.clock_drift"):
-        return lateness_of_clocks(scenario, effect)
+        slopes = [scenario.true["robot_dead_time_drift"] or scenario.true["clock_drift"],
+                  1e-3 * told.get("robot.dead_time_drift", {}).get("dead_time_drift_ms_per_s", 0.0),
+                  1e-6 * told.get("loop.clock_drift", {}).get("clock_drift_ppm", 0.0)]
+        return ([first] if first else []) + [lateness_of_clocks(scenario, effect, slope)
+                                             for slope in slopes if slope != 0.0]
+    if first:
+        return [first]
     if effect in OF_THE_BASE:
-        return {name: scenario.base[field] / factor for name, (field, factor) in FIELDS[effect].items()}
-    return BEGINNINGS.get(effect, {})
+        return [{name: scenario.base[field] / factor for name, (field, factor) in FIELDS[effect].items()}]
+    return [BEGINNINGS.get(effect, {})]
 
 
-def chi2_between(scenario, effect, start, beside=()):
-    """What is left of the true record when `effect` stands in for the truth; `start`: parameters to begin with;
-    `beside`: changes of the truth that it does not stand in for.
+def chi2_between(scenario, stand_ins, beside=()):
+    """What is left of the true record when these effects together stand in for the truth. `stand_ins`: {effect:
+    parameters to begin with}; `beside`: changes of the truth that they do not stand in for.
 
     None where the question cannot be asked: a random effect, a parameter that is missing, a block that overflows.
     """
-    table = FIELDS.get(effect)
-    start = start or beginning(scenario, effect)
-    if table is None or not set(start) & set(table):
+    fields = [(*FIELDS[effect][name], value) for effect, start in stand_ins.items() if effect in FIELDS
+              for name, value in start.items() if name in FIELDS[effect]]
+    if any(not set(start) & set(FIELDS.get(effect, ())) for effect, start in stand_ins.items()):
         return None
+    switches = {name: value for effect in stand_ins for name, value in SWITCHES.get(effect, {}).items()}
     run, tuning = scenario.runs["record"], Tuning(scenario)
     truth = with_effects(scenario, run, [change for _, _, change in scenario.effects])
-    names = [name for name in table if name in start]
-    scale = np.array([abs(start[name] * table[name][1]) or 1e-12 for name in names])
+    begin = np.array([value * factor for _, factor, value in fields])
+    scale = np.where(begin != 0.0, np.abs(begin), 1e-12)
 
     def left(x):
-        values = {table[name][0]: float(value) for name, value in zip(names, x * scale)} | SWITCHES.get(effect, {})
+        values = {field: float(value) for (field, _, _), value in zip(fields, x * scale)} | switches
         return stacked(scenario, tuning.absorb(truth, [Change(values, {}), *beside])[1])
 
-    first = np.array([start[name] * table[name][1] for name in names]) / scale
-    if not np.all(np.isfinite(left(first))):
+    if not np.all(np.isfinite(left(begin / scale))):
         return None
-    found = least_squares(left, first, diff_step=1e-3, max_nfev=12)  # passes over what is not finite
+    found = least_squares(left, begin / scale, diff_step=1e-3, max_nfev=12)  # passes over what is not finite
     return 2.0 * float(found.cost)
 
 
-def indistinguishable(scenario, effect, start):
-    """This record cannot tell `effect` from the truth, or from one of several effects that are true."""
-    changes = [change for _, _, change in scenario.effects]
-    for replaced in changes:
-        chi2 = chi2_between(scenario, effect, start, [change for change in changes if change is not replaced])
+def stand_in(scenario, effects, told, beside=()):
+    """These effects together leave nothing of the truth that the record could show, from one of their beginnings."""
+    for starts in itertools.product(*(beginnings(scenario, effect, told) for effect in effects)):
+        chi2 = chi2_between(scenario, dict(zip(effects, starts)), beside)
         if chi2 is not None and chi2 <= CHI2_APART:
             return True
     return False
+
+
+def inseparable_alone(scenario, names, told):
+    """Those of the names that this record cannot tell from the truth, or from one of several effects that are true."""
+    changes = [change for _, _, change in scenario.effects]
+    return [name for name in names if any(
+        stand_in(scenario, [name], told, [change for change in changes if change is not replaced])
+        for replaced in changes)]
+
+
+def inseparable_together(scenario, causes, alternatives, told):
+    """Causes that this record cannot tell from the truth if all of them are true together, and the alternatives that
+    could replace one of them."""
+    if not stand_in(scenario, causes, told):
+        return []
+    return [*causes, *(other for other in alternatives if other not in causes and any(
+        stand_in(scenario, [other, *(kept for kept in causes if kept != cause)], told) for cause in causes))]

@@ -24,7 +24,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import diagnosis  # noqa: E402
 import tally  # noqa: E402
 from effects import LIBRARY, SIZES  # noqa: E402
-from equivalents import indistinguishable  # noqa: E402
+from equivalents import inseparable_alone, inseparable_together  # noqa: E402
 from generate import write  # noqa: E402
 from judge import admits_ignorance, detectable, is_confident, judge, names_nothing, offered  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
@@ -76,15 +76,19 @@ def diagnose(program, folder, out, without=None):
 
 
 def inseparable_names(scenario, found, true):
-    """The wrong names that this record cannot tell from the truth, of a cause named outright or of several offered."""
-    decided = is_confident(found) or found.verdict == "one_of"
-    if not decided or len(found.causes) != len(scenario.effects):
+    """The wrong names that this record cannot tell from the truth, of causes named outright or of several offered."""
+    if not (is_confident(found) or found.verdict == "one_of"):
         return []
+    told = {effect: {name: value for name, (value, _, _) in parameters.items()}
+            for effect, parameters in found.parameters.items()}
     try:
-        return [name for name in sorted(offered(found)) if name not in true and indistinguishable(
-            scenario, name, {p: value for p, (value, _, _) in found.parameters.get(name, {}).items()})]
-    except Unstable:  # the loop with the other effect is none
-        return []
+        if len(found.causes) == len(scenario.effects):
+            return inseparable_alone(scenario, sorted(offered(found) - set(true)), told)
+        if not set(found.causes) & set(true):
+            return inseparable_together(scenario, found.causes, found.alternatives, told)
+    except Unstable:  # the loop with the other effects is none
+        pass
+    return []
 
 
 def reproduction(seed, effect, size, kind):

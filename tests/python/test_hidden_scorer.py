@@ -185,13 +185,28 @@ def test_which_names_a_record_cannot_tell_apart():
 
     made = scenario.draw(21, "robot.gain", "large")
     gain = made.effects[0][2].parameters["gain"]
-    found = equivalents.chi2_between(made, "robot.gain", {"gain": 1.0 + 0.9 * (gain - 1.0)})
+    found = equivalents.chi2_between(made, {"robot.gain": {"gain": 1.0 + 0.9 * (gain - 1.0)}})
     assert found < equivalents.CHI2_APART, "itself, from a start that is a tenth off"
-    assert equivalents.chi2_between(made, "robot.dead_time", {"dead_time_ms": 10.0}) > 1000.0
-    assert equivalents.chi2_between(made, "sensor.spikes", {"spike_N": 1.0}) is None
-    assert not equivalents.indistinguishable(made, "robot.backlash", {"backlash_m": 1e-4})
+    assert equivalents.chi2_between(made, {"robot.dead_time": {"dead_time_ms": 10.0}}) > 1000.0
+    assert equivalents.chi2_between(made, {"sensor.spikes": {"spike_N": 1.0}}) is None
+    assert not equivalents.inseparable_alone(made, ["robot.backlash"], {"robot.backlash": {"backlash_m": 1e-4}})
     made = scenario.draw(22, "sensor.lag", "tiny", noise="high")  # 0.15 ms: the low-pass within its tolerance
-    assert equivalents.indistinguishable(made, "sensor.delay", {"delay_ms": made.rig.values["sensor.delay_ms"] + 0.1})
+    told = {"sensor.delay": {"delay_ms": made.rig.values["sensor.delay_ms"] + 0.1}}
+    assert equivalents.inseparable_alone(made, ["sensor.delay"], told) == ["sensor.delay"]
+
+
+def test_which_names_together_do_what_the_truth_does():
+    """A clock that does not slip within the record is a dead time that is off and drifts, not either of them alone; and a
+    lag that is not there does not stand in for the dead time."""
+    import equivalents
+    import scenario
+
+    made = scenario.draw(137127, "loop.clock_drift", "small", "single")
+    told = {"robot.dead_time": {"dead_time_ms": 16.72}, "robot.dead_time_drift": {"dead_time_drift_ms_per_s": 0.016}}
+    names = list(told)
+    assert equivalents.inseparable_alone(made, names, told) == []
+    found = equivalents.inseparable_together(made, names, ["robot.gain"], told)
+    assert found == names
 
 
 def test_few_records_fail_a_bound_only_if_that_is_improbable():
