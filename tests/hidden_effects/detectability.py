@@ -6,7 +6,8 @@ base leaves, whitened by the noise's own spectrum,
 
     chi2 = min_d sum_channels sum_f |S(d)|^2 / (N * noise(f)),
 
-is twice the logarithm of the likelihood ratio against it; by Gauss-Newton with the sensitivities J at the truth. "Detectable" asks for
+is twice the logarithm of the likelihood ratio against it: least squares within bounds, from a first step with the
+sensitivities over the whole tolerances. "Detectable" asks for
 
     chi2 - p ln N >= 100   and   rms of what is left >= 0.2 of the floor's rms in one channel,
 
@@ -17,7 +18,7 @@ import numpy as np
 from physics import Disturbance, replay_manipulator, simulate
 from rigs import FIELD_OF_KEY
 from scenario import apply
-from scipy.optimize import lsq_linear
+from scipy.optimize import least_squares, lsq_linear
 
 CHI2_MARGIN = 100.0
 LEAST_SHARE = 0.2  # of the floor's rms
@@ -95,6 +96,9 @@ class Tuning:
     """What re-tuning the base within its tolerances can do to a record."""
 
     ROUNDS = 5
+    LITTLE = 1e4  # chi2; from 631 on it was seen to go to nothing
+    STEP = 1e-3  # of a tolerance's width, or of a further parameter: for slopes
+    FURTHER_MAX = 1e3  # times where it begins
 
     def __init__(self, scenario):
         self.scenario = scenario
@@ -116,26 +120,57 @@ class Tuning:
         return self.scenario.base | {name: value + share * width
                                      for share, (name, value, width) in zip(d, self.fields)}
 
-    def step(self, s, d):
-        """The change of d that takes most of a whitened signal away, to first order."""
-        return lsq_linear(self.J, s, (np.subtract(self.low, d) - 1e-12, np.subtract(self.high, d) + 1e-12)).x
+    def left(self, truth, changes, d):
+        """{channel: truth less the replay} with these changes and the base tuned by d."""
+        other = with_effects(self.scenario, self.scenario.runs["record"], changes, self.base(d))
+        return {c: truth[c] - other[c] for c in measured_channels(self.scenario)}
+
+    def step(self, rest, d):
+        """The change of d that takes most of a whitened signal away if the sensitivities hold."""
+        return lsq_linear(self.J, rest, (np.subtract(self.low, d) - 1e-12, np.subtract(self.high, d) + 1e-12)).x
 
     def absorb(self, truth, changes):
         """(chi2, {channel: what is left}) of a record after the best re-tuning of the base with these changes; not finite
-        where they let a block overflow."""
-        scenario, d, best = self.scenario, np.zeros(len(self.fields)), None
+        where they let a block overflow. First with the sensitivities, and exactly where that leaves little."""
+        d, best = np.zeros(len(self.fields)), None
         for _ in range(self.ROUNDS):
-            other = with_effects(scenario, scenario.runs["record"], changes, self.base(d))
-            left = {c: truth[c] - other[c] for c in measured_channels(scenario)}
-            s = stacked(scenario, left)
-            chi2 = float(np.sum(s**2))
+            left = self.left(truth, changes, d)
+            rest = stacked(self.scenario, left)
+            chi2 = float(np.sum(rest**2))
             if best and not chi2 < 0.999 * best[0]:
                 break
             best = (chi2, left)
             if not np.isfinite(chi2):
                 break
-            d = np.clip(d + self.step(s, d), self.low, self.high)
-        return best
+            d = np.clip(d + self.step(rest, d), self.low, self.high)
+        return self.fit(truth, lambda _: changes, 0) if 1e-3 < best[0] < self.LITTLE else best
+
+    def fit(self, truth, changes_at, count):
+        """The same by least squares within bounds, with the best of `count` further parameters x too, for which there are
+        changes_at(x); they begin at 1."""
+        low = np.concatenate([np.full(count, -self.FURTHER_MAX), self.low])
+        high = np.concatenate([np.full(count, self.FURTHER_MAX), self.high])
+
+        def rest(z):
+            return stacked(self.scenario, self.left(truth, changes_at(z[:count]), z[count:]))
+
+        def slopes(z):
+            here, made = rest(z), []
+            for i, value in enumerate(z):
+                step = self.STEP * (1 if value + self.STEP < high[i] else -1)
+                made.append((rest(np.where(np.arange(len(z)) == i, z + step, z)) - here) / step)
+            return np.nan_to_num(np.column_stack(made), posinf=0.0, neginf=0.0)
+
+        begin = np.concatenate([np.ones(count), np.zeros(len(self.fields))])
+        before = rest(begin)
+        if not np.all(np.isfinite(before)):
+            return float(np.sum(before**2)), self.left(truth, changes_at(begin[:count]), begin[count:])
+        stepped = np.concatenate([begin[:count], np.clip(self.step(before, begin[count:]), self.low, self.high)])
+        starts = sorted((begin, stepped), key=lambda z: np.nan_to_num(np.sum(rest(z) ** 2), nan=np.inf))
+        inside = np.clip(starts[0], low + 1e-10, high - 1e-10)
+        found = least_squares(rest, inside, slopes, (low, high), ftol=1e-5, x_scale="jac", max_nfev=25)
+        best = min((found.x, starts[0]), key=lambda z: np.sum(rest(z) ** 2))
+        return float(np.sum(rest(best) ** 2)), self.left(truth, changes_at(best[:count]), best[count:])
 
 
 def assess(scenario):

@@ -10,9 +10,8 @@ record: the names are then a documented pair, and no wrong name.
 import itertools
 
 import numpy as np
-from detectability import Tuning, stacked, with_effects
+from detectability import Tuning, with_effects
 from effects import Change
-from scipy.optimize import least_squares
 
 CHI2_APART = 10.0
 
@@ -99,7 +98,8 @@ def chi2_between(scenario, stand_ins, beside=()):
     """What is left of the true record when these effects together stand in for the truth. `stand_ins`: {effect:
     parameters to begin with}; `beside`: changes of the truth that they do not stand in for.
 
-    None where the question cannot be asked: a random effect, a parameter that is missing, a block that overflows.
+    None where the question cannot be asked: a random effect, a parameter that is missing, a block that overflows at the
+    start.
     """
     fields = [(*FIELDS[effect][name], value) for effect, start in stand_ins.items() if effect in FIELDS
               for name, value in start.items() if name in FIELDS[effect]]
@@ -109,16 +109,14 @@ def chi2_between(scenario, stand_ins, beside=()):
     run, tuning = scenario.runs["record"], Tuning(scenario)
     truth = with_effects(scenario, run, [change for _, _, change in scenario.effects])
     begin = np.array([value * factor for _, factor, value in fields])
-    scale = np.where(begin != 0.0, np.abs(begin), 1e-12)
+    scale = np.where(begin != 0.0, begin, 1e-12)
 
-    def left(x):
+    def changes_at(x):
         values = {field: float(value) for (field, _, _), value in zip(fields, x * scale)} | switches
-        return stacked(scenario, tuning.absorb(truth, [Change(values, {}), *beside])[1])
+        return [Change(values, {}), *beside]
 
-    if not np.all(np.isfinite(left(begin / scale))):
-        return None
-    found = least_squares(left, begin / scale, diff_step=1e-3, max_nfev=12)  # passes over what is not finite
-    return 2.0 * float(found.cost)
+    chi2, _ = tuning.fit(truth, changes_at, len(fields))
+    return chi2 if np.isfinite(chi2) else None
 
 
 def stand_in(scenario, effects, told, beside=()):
