@@ -135,10 +135,10 @@ class block_search
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     /* A cause acts otherwise than it is modelled, see forms. */
-    bool changes_over_time(const remains &left) { return is_more_than_chance(left.improved_by[0]); }
-    bool changes_over_way(const remains &left) { return is_more_than_chance(left.improved_by[1]); }
-    bool changes_with_velocity(const remains &left) { return is_more_than_chance(left.improved_by[2]); }
-    static bool is_more_than_chance(double improved);
+    bool changes_over_time(const remains &left) { return acts_otherwise(left, 0); }
+    bool changes_over_way(const remains &left) { return acts_otherwise(left, 1); }
+    bool changes_with_velocity(const remains &left) { return acts_otherwise(left, 2); }
+    bool acts_otherwise(const remains &left, std::size_t form);
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */
@@ -152,6 +152,7 @@ class block_search
     /* All that is left may be the rounding of what was measured: it follows the motion, and proves nothing. */
     bool is_within_rounding() const;
     /* Of the explainable error of the base. */
+    double explainable(); /* what the error as re-tuned has above the floor: a white sum of squares */
     double share_left();
     /* Of the incumbent, over all rows. */
     std::vector<double> error_left();

@@ -255,11 +255,14 @@ bool block_search::is_rest_of_switching()
            left_full * (cost_of(without_losses, noise_, *input_.without_switching_fault) - rows);
 }
 
+double block_search::explainable()
+{
+    return std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(rows_under(noise_)), 1e-9);
+}
+
 double block_search::share_left()
 {
-    const double total =
-        std::max(cost_of(model_, noise_, base_.rig) - static_cast<double>(rows_under(noise_)), 1e-9);
-    return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(total, leftover_.explained));
+    return std::min(1.0, std::max(0.0, leftover_.explained) / std::max(explainable(), leftover_.explained));
 }
 
 bool block_search::is_pressed(const remains &)

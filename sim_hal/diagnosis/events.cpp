@@ -150,8 +150,11 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
 {
     whole_ticks found{std::vector<std::uint8_t>(record.size(), 0)};
     double ticks = 0.0;
-    double robot_alone = 0.0; /* one channel may stand still by itself: chance, its resolution, a fault of its own */
-    double force_alone = 0.0;
+    /* One channel may stand still by itself: chance, its resolution, a fault of its own. Begun at one: none seen in
+     * few rows is no proof that there are none. */
+    double robot_alone = 1.0;
+    double force_alone = 1.0;
+    double neither = 1.0;
     for (const record_segment &part : record.segments) {
         for (std::size_t n = part.begin + 1; n < part.end; n++) {
             const bool robot = record.robot_position_m[n] == record.robot_position_m[n - 1];
@@ -164,10 +167,12 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
             ticks += 1.0;
             robot_alone += robot && !force;
             force_alone += force && !robot;
+            neither += !force && !robot;
         }
     }
     found.chances = static_cast<std::size_t>(ticks);
-    if (!are_more(found.count, robot_alone * force_alone / std::max(1.0, ticks))) {
+    /* Of channels that know nothing of each other; whole ticks do not add to the three others. */
+    if (!are_more(found.count, robot_alone * force_alone / neither)) {
         found.count = 0;
     }
     return found;

@@ -6,6 +6,7 @@
 #include "../effects/velocity_follower.h"
 #include "../solver/object_steps.h"
 #include "replay.h"
+#include "robot_start.h"
 
 namespace berth
 {
@@ -19,13 +20,28 @@ struct knot {
     double position_m;
 };
 
+/* The setpoint that a robot with a dead band stands on; without, the first one. */
+double start_in_deadband_m(const rig &rig, const record &record, const record_segment &part)
+{
+    const double *wanted_m = record.command_position_m.data();
+    const double deadband_m = value_of_effect(rig, "robot.deadband_m");
+    if (deadband_m == 0.0) {
+        return wanted_m[part.begin];
+    }
+    std::size_t end = part.begin + 1;
+    while (end < part.end && std::abs(wanted_m[end] - wanted_m[part.begin]) <= 2.0 * deadband_m) {
+        end++;
+    }
+    return seen_before_it_moves_m(record, part, {wanted_m + part.begin, wanted_m + end}, deadband_m);
+}
+
 /* Setpoints of one segment as the robot takes them; of a lost one the place before it. */
 std::vector<double> taken_setpoints(const rig &rig, const record &record, const record_segment &part,
                                     const sample_events &events)
 {
     setpoint_path path(rig);
     std::vector<double> taken(part.end - part.begin);
-    double newest_m = path.start(part.stands_m.value_or(record.command_position_m[part.begin]));
+    double newest_m = path.start(part.stands_m.value_or(start_in_deadband_m(rig, record, part)));
     for (std::size_t n = 0; n < taken.size(); n++) {
         if (events.lost_command.empty() || events.lost_command[part.begin + n] == 0) {
             newest_m = path.take(record.command_position_m[part.begin + n]);
@@ -190,6 +206,21 @@ class reference
     std::size_t next_ = 0;
 };
 
+/* Where a robot with play begins; without, where the reference does. */
+double start_in_play_m(const rig &rig, const record &record, const record_segment &part, reference line)
+{
+    const double begin_m = line.at(0.0);
+    const double gap_m = 0.5 * value_of_effect(rig, "robot.backlash_m");
+    if (gap_m == 0.0 || part.stands_m) {
+        return begin_m;
+    }
+    std::vector<double> goal_m = {begin_m};
+    for (std::size_t n = part.begin + 1; n < part.end && std::abs(goal_m.back() - begin_m) <= 2.0 * gap_m; n++) {
+        goal_m.push_back(line.at(record.period_s * static_cast<double>(n - part.begin)));
+    }
+    return seen_before_it_moves_m(record, part, goal_m, gap_m);
+}
+
 /* Within the ticks, so that they cannot be the ends of steps. */
 bool knots_wander(const rig &rig)
 {
@@ -294,7 +325,7 @@ void replay_robot(const rig &rig, const record &record, const sample_events &eve
         reference line(knots, holds && !is_limited);
         robot_drive drive(rig);
         double goal_m = knots.front().position_m;
-        double position_m = drive.start(goal_m);
+        double position_m = drive.start(goal_m, start_in_play_m(rig, record, part, line));
         *out++ = position_m;
         for (std::size_t n = part.begin; n < part.end; n++) {
             motion.at_tick_m[n] = position_m;

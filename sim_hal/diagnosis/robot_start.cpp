@@ -51,4 +51,24 @@ void find_starts_elsewhere(record &made)
     }
 }
 
+double seen_before_it_moves_m(const record &record, const record_segment &part, const std::vector<double> &goal_m,
+                              double gap_m)
+{
+    if (record.robot_position_m.empty()) {
+        return goal_m[0];
+    }
+    const auto mean_while_near = [&](double centre_m, double near_m) {
+        double sum_m = 0.0;
+        std::size_t n = 0;
+        while (n < goal_m.size() && (n == 0 || std::abs(goal_m[n] - centre_m) <= near_m)) {
+            sum_m += record.robot_position_m[part.begin + n];
+            n++;
+        }
+        return sum_m / static_cast<double>(n);
+    };
+    /* Wherever in the gap it begins, then where it was seen; short of the gap's ends, which noise moves. */
+    const double about_m = mean_while_near(goal_m[0], 0.1 * gap_m);
+    return mean_while_near(about_m, 0.9 * gap_m);
+}
+
 } // namespace berth

@@ -13,7 +13,12 @@ class play final : public motion_stage
 {
   public:
     explicit play(double half_m) : half_m_(half_m) {}
-    void start(double value) override { held_m_ = driven_m_ = value; }
+    void start(double value) override { start_seen(value, value); }
+    void start_seen(double value, double seen) override
+    {
+        driven_m_ = value;
+        held_m_ = std::min(std::max(seen, value - half_m_), value + half_m_);
+    }
     double advance(double value, double) override
     {
         const double before_m = held_m_;

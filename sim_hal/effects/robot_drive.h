@@ -80,11 +80,14 @@ class robot_drive
     }
 
     /* At rest with the reference at goal_m; each returns the position of the tool. */
-    double start(double goal_m)
+    double start(double goal_m) { return start(goal_m, goal_m); }
+
+    /* The same of a tool that was seen at seen_m. */
+    double start(double goal_m, double seen_m)
     {
         transfer_.start(goal_m);
         for (auto &stage : stages_) {
-            stage->start(goal_m);
+            stage->start_seen(goal_m, seen_m);
             goal_m = stage->jump(goal_m);
         }
         return goal_m;

@@ -22,6 +22,8 @@ class motion_stage
   public:
     virtual ~motion_stage() = default;
     virtual void start(double value) = 0;
+    /* The same of one that may stand elsewhere: it was seen at `seen`. */
+    virtual void start_seen(double value, double) { start(value); }
     virtual double advance(double value, double step_s) = 0;
 
     /* Where it turned off a straight line on the last step: by how much it passed beside that line on average. */

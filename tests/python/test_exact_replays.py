@@ -64,6 +64,10 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # A path of one period.
     (126306, ("--kind", "single", "--effect", "robot.periodic_error", "--size", "medium"), ["robot.periodic_error"]),
+    # A robot that begins somewhere in its play.
+    (137060, ("--kind", "two"), ["manipulator.gravity_offset", "robot.backlash"]),
+    # What the replay of a contact is off by is no other form of the bias.
+    (137106, ("--kind", "single", "--effect", "sensor.bias", "--size", "medium"), ["sensor.bias"]),
     # What a dead band of the robot does to the force is thirty times what the sensor adds.
     (7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
 ])

@@ -174,3 +174,36 @@ TEST_CASE("robot: a part that begins where the robot stands elsewhere is replaye
     find_starts_elsewhere(made);
     CHECK_FALSE(made.segments[0].stands_m.has_value());
 }
+
+/* A robot that came from elsewhere stands anywhere in its gap, seen with noise: against the play operator, and against
+ * the last setpoint that was taken. */
+TEST_CASE("robot: what moves only beyond a gap is replayed from where it was seen in it")
+{
+    constexpr int late_ticks = 7; /* the rig's dead time of 17.5 ms */
+    constexpr double gap_m = 5e-4;
+    for (const bool has_play : {true, false}) {
+        const rig rig = load_rig("ess", {has_play ? "robot.backlash_m=1e-3" : "robot.deadband_m=5e-4"});
+        for (const double start_m : {-4e-4, 1e-4, 3e-4}) {
+            CAPTURE(has_play);
+            CAPTURE(start_m);
+            record made = wandering_command(config_period_s(&rig.firmware));
+            std::vector<double> true_m;
+            double robot_m = start_m;
+            for (std::size_t n = 0; n < made.size(); n++) {
+                const double at_rest = n < 30 ? 0.0 : 1.0 - std::exp(-1e-4 * std::pow(static_cast<double>(n) - 30.0, 2));
+                made.command_position_m[n] *= at_rest;
+                const double goal_m = n < late_ticks ? 0.0 : made.command_position_m[n - late_ticks];
+                if (has_play) {
+                    robot_m = std::min(std::max(robot_m, goal_m - gap_m), goal_m + gap_m);
+                } else if (std::abs(goal_m - robot_m) > gap_m) {
+                    robot_m = goal_m;
+                }
+                true_m.push_back(robot_m);
+                made.robot_position_m.push_back(robot_m + (n % 2 == 0 ? 2e-6 : -2e-6));
+            }
+            robot_motion motion;
+            replay_robot(rig, made, {}, motion_detail::at_ticks, 1, motion);
+            CHECK(largest_difference_m(motion.at_tick_m, true_m) < 1e-6);
+        }
+    }
+}

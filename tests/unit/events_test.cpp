@@ -74,6 +74,22 @@ TEST_CASE("events: the share of forces that were lost is told without bias, and 
     }
 }
 
+TEST_CASE("events: a force that stands on coarse steps most of the time makes no lost ticks of a robot's repetitions")
+{
+    SEEDED(random, "events: a force that stands on coarse steps*");
+    const channel robot{2e-3, 7e-6, 5.1e-6};
+    const channel force{20.0, 0.23, 6.2};
+    for (int i = 0; i < 60; i++) {
+        berth::record record = empty_record(13000);
+        for (std::size_t n = 0; n < record.size(); n++) {
+            record.robot_position_m.push_back(robot.at(random, n));
+            record.force_N.push_back(force.at(random, n));
+        }
+        berth::sample_events events;
+        CHECK(find(berth::find_repeats(record, berth::rig{}, events), "loop.lost_samples") == nullptr);
+    }
+}
+
 TEST_CASE("events: a few ticks lost as a whole show by both channels, where a coarse force alone hides them")
 {
     SEEDED(random, "events: a few ticks lost*");
