@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace berth
 {
@@ -26,6 +27,11 @@ bool goes_to_its_setpoint(const record &made, const record_segment &part)
         }
     }
     return false;
+}
+
+double mean_of(const std::vector<double> &values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 } // namespace
@@ -57,18 +63,25 @@ double seen_before_it_moves_m(const record &record, const record_segment &part, 
     if (record.robot_position_m.empty()) {
         return goal_m[0];
     }
-    const auto mean_while_near = [&](double centre_m, double near_m) {
-        double sum_m = 0.0;
-        std::size_t n = 0;
-        while (n < goal_m.size() && (n == 0 || std::abs(goal_m[n] - centre_m) <= near_m)) {
-            sum_m += record.robot_position_m[part.begin + n];
-            n++;
-        }
-        return sum_m / static_cast<double>(n);
+    const auto rows_near = [&](double centre_m, double near_m) {
+        const auto leaves = [&](double goal_m_n) { return std::abs(goal_m_n - centre_m) > near_m; };
+        const auto end = std::find_if(goal_m.begin() + 1, goal_m.end(), leaves);
+        return std::vector<double>(record.robot_position_m.begin() + static_cast<std::ptrdiff_t>(part.begin),
+                                   record.robot_position_m.begin() + static_cast<std::ptrdiff_t>(part.begin) +
+                                       (end - goal_m.begin()));
     };
     /* Wherever in the gap it begins, then where it was seen; short of the gap's ends, which noise moves. */
-    const double about_m = mean_while_near(goal_m[0], 0.1 * gap_m);
-    return mean_while_near(about_m, 0.9 * gap_m);
+    const std::vector<double> seen_m = rows_near(mean_of(rows_near(goal_m[0], 0.1 * gap_m)), 0.9 * gap_m);
+    const double mean_m = mean_of(seen_m);
+    double square_m2 = 0.0;
+    for (const double position_m : seen_m) {
+        square_m2 += std::pow(position_m - mean_m, 2);
+    }
+    /* Most records begin at rest on the setpoint: what is seen there but for noise is not moved by it. */
+    constexpr double clearly = 4.0; /* standard deviations of the mean */
+    const auto rows = static_cast<double>(seen_m.size());
+    const bool is_beside = std::pow(mean_m - goal_m[0], 2) * rows * std::max(1.0, rows - 1.0) > clearly * clearly * square_m2;
+    return is_beside ? mean_m : goal_m[0];
 }
 
 } // namespace berth
