@@ -47,6 +47,9 @@ loss_settler::loss_settler(const block_model &model, const loss_trace &loss, con
     : lost(std::move(first_guess)), model_(model), loss_(loss), sent_(model.data().command_position_m), rest_(error),
       end_(sent_.size() - std::min(sent_.size(), loss.first + seen_min))
 {
+    for (const row_use use : model.uses()) {
+        counts_.push_back(use == row_use::none ? 0.0 : 1.0);
+    }
     taken_ = taken_of(sent_, known);
     const std::vector<double> taken = taken_of(sent_, lost);
     for (std::size_t n = 0; n < end_; n++) {
@@ -57,7 +60,7 @@ loss_settler::loss_settler(const block_model &model, const loss_trace &loss, con
 void loss_settler::settle(double least)
 {
     constexpr int rounds = 8;
-    std::vector<double> helps(end_ * apart_max, 0.0);
+    largest_of helps(end_ * apart_max);
     for (int round = 0; round < rounds; round++) {
         const double sigma = sigma_of(rest_, model_.uses());
         const double least_square = least * sigma * sigma;
@@ -73,23 +76,25 @@ double loss_settler::square(std::size_t begin, std::size_t end) const
 {
     double sum = 0.0;
     for (std::size_t row = begin; row < std::min(end, rest_.size()); row++) {
-        sum += model_.uses()[row] == row_use::none ? 0.0 : rest_[row] * rest_[row];
+        sum += counts_[row] * rest_[row] * rest_[row];
     }
     return sum;
 }
 
-bool loss_settler::take_best_first(std::vector<double> &helps, double least)
+bool loss_settler::take_best_first(largest_of &helps, double least)
 {
+    if (end_ <= 1) {
+        return false;
+    }
     find_help(helps, 1, end_, least);
-    auto best = std::max_element(helps.begin(), helps.end());
-    const bool any = best != helps.end() && *best > 0.0;
-    for (std::size_t i = 0; i < 2 * end_ && best != helps.end() && *best > 0.0; i++) {
-        const auto n = static_cast<std::size_t>(best - helps.begin()) / apart_max;
-        const auto apart = static_cast<std::size_t>(best - helps.begin()) % apart_max;
-        flip(n, n + apart);
+    std::size_t best = helps.place();
+    const bool any = helps[best] > 0.0;
+    for (std::size_t i = 0; i < 2 * end_ && helps[best] > 0.0; i++) {
+        const std::size_t n = best / apart_max;
+        flip(n, n + best % apart_max);
         const std::size_t reach = loss_.first + loss_.values.size() + 2 * run_max;
         find_help(helps, n > reach ? n - reach : 1, std::min(end_, n + reach), least);
-        best = std::max_element(helps.begin(), helps.end());
+        best = helps.place();
     }
     return any;
 }
@@ -114,9 +119,6 @@ bool loss_settler::search_bursts(double least)
 
 bool loss_settler::try_all(std::size_t from, double least)
 {
-    const std::size_t begin = from + loss_.first;
-    const std::size_t end = begin + window + run_max + loss_.values.size();
-    const double before = square(begin, end);
     const auto count = [&] {
         return std::count(lost.begin() + static_cast<std::ptrdiff_t>(from),
                           lost.begin() + static_cast<std::ptrdiff_t>(from + window), std::uint8_t{1});
@@ -124,10 +126,14 @@ bool loss_settler::try_all(std::size_t from, double least)
     const auto count_before = count();
     double most = 0.0;
     unsigned best = 0;
+    changed_ = 0.0;
     for (unsigned i = 1; i < 1U << window; i++) { /* Gray's code: from one combination to the next by one flip */
         flip_one_of(from, i);
+        if (-changed_ <= most) {
+            continue;
+        }
         const auto more = static_cast<double>(count() - count_before);
-        const double help = before - square(begin, end) - least * std::max(0.0, more);
+        const double help = -changed_ - least * std::max(0.0, more);
         if (help > most && longest_run(from, from + window) <= run_max) {
             most = help;
             best = i ^ (i >> 1U);
@@ -151,29 +157,22 @@ void loss_settler::flip_one_of(std::size_t from, unsigned i)
     flip(from + bit, from + bit);
 }
 
-void loss_settler::find_help(std::vector<double> &helps, std::size_t from, std::size_t to, double least)
+void loss_settler::find_help(largest_of &helps, std::size_t from, std::size_t to, double least)
 {
-    for (std::size_t n = from; n < to; n++) {
-        for (std::size_t apart = 0; apart < apart_max; apart++) {
-            helps[n * apart_max + apart] = n + apart_max < end_ ? help_of(n, n + apart, least) : 0.0;
-        }
-    }
+    helps.renew(from * apart_max, to * apart_max, [&](std::size_t i) {
+        const std::size_t n = i / apart_max;
+        return n + apart_max < end_ ? help_of(n, n + i % apart_max, least) : 0.0;
+    });
 }
 
 double loss_settler::help_of(std::size_t first, std::size_t second, double least)
 {
     const int more = (lost[first] == 0 ? 1 : -1) + (second == first ? 0 : lost[second] == 0 ? 1 : -1);
+    changed_ = 0.0;
     const std::size_t last = flip(first, second);
-    double help = 0.0;
-    if (more <= 0 || longest_run(first, last) <= run_max) {
-        const std::size_t from = first + loss_.first;
-        const std::size_t to = last - 1 + loss_.first + loss_.values.size();
-        const double after = square(from, to);
-        flip(first, second);
-        help = square(from, to) - after - least * std::max(0, more);
-    } else {
-        flip(first, second);
-    }
+    const bool is_possible = more <= 0 || longest_run(first, last) <= run_max;
+    const double help = is_possible ? -changed_ - least * std::max(0, more) : 0.0;
+    flip(first, second);
     return help;
 }
 
@@ -210,9 +209,16 @@ std::size_t loss_settler::longest_run(std::size_t first, std::size_t last) const
 void loss_settler::put(std::size_t n, double taken)
 {
     const double way = taken_[n] - taken;
+    if (way == 0.0) {
+        return;
+    }
     const std::size_t seen = std::min(loss_.values.size(), rest_.size() - (n + loss_.first));
-    for (std::size_t k = 0; k < seen && way != 0.0; k++) {
-        rest_[n + loss_.first + k] -= way * loss_.values[k];
+    double *const rest = &rest_[n + loss_.first];
+    const double *const counts = &counts_[n + loss_.first];
+    for (std::size_t k = 0; k < seen; k++) {
+        const double before = rest[k];
+        rest[k] -= way * loss_.values[k];
+        changed_ += counts[k] * (rest[k] - before) * (rest[k] + before);
     }
     taken_[n] = taken;
 }

@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_DIAGNOSIS_LOSS_SETTLER_H
 #define SIM_HAL_DIAGNOSIS_LOSS_SETTLER_H
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,42 @@ double sigma_of(const std::vector<double> &error, const std::vector<row_use> &us
 /* Setpoints that the robot stands on in each row: of lost ones those before. */
 std::vector<double> taken_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost);
 
+/* Numbers of which the largest is asked for again and again while few of them change. */
+class largest_of
+{
+  public:
+    explicit largest_of(std::size_t count) : values_(count, 0.0), of_block_(count / block + 1, 0.0) {}
+
+    /* values(i) for each i in [from, to). */
+    template <typename function>
+    void renew(std::size_t from, std::size_t to, function values)
+    {
+        for (std::size_t i = from; i < to; i++) {
+            values_[i] = values(i);
+        }
+        for (std::size_t b = from / block; b * block < to; b++) {
+            const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(b * block);
+            const auto end = values_.begin() + static_cast<std::ptrdiff_t>(std::min(values_.size(), (b + 1) * block));
+            of_block_[b] = *std::max_element(begin, end);
+        }
+    }
+
+    /* Its place, the first one of several. */
+    std::size_t place() const
+    {
+        const auto best = std::max_element(of_block_.begin(), of_block_.end());
+        const auto begin = values_.begin() + (best - of_block_.begin()) * static_cast<std::ptrdiff_t>(block);
+        return static_cast<std::size_t>(std::find(begin, values_.end(), *best) - values_.begin());
+    }
+
+    double operator[](std::size_t i) const { return values_[i]; }
+
+  private:
+    static constexpr std::size_t block = 256;
+    std::vector<double> values_;
+    std::vector<double> of_block_;
+};
+
 /* Losses next to each other are not the sum of losses: of the second one the robot lacks the first one's way, too.
  * So each setpoint is taken for lost, or for not lost after all, where the error is smaller for it, alone or with
  * one of its neighbours: a loss found one tick off is two mistakes. */
@@ -45,7 +82,7 @@ class loss_settler
 
   private:
     double square(std::size_t begin, std::size_t end) const;
-    bool take_best_first(std::vector<double> &helps, double least);
+    bool take_best_first(largest_of &helps, double least);
 
     /* Three losses within a few ticks may cancel each other so far that none of them, nor two, explains anything:
      * where an error begins that is far above all before it, every combination is tried. */
@@ -56,10 +93,10 @@ class loss_settler
 
     /* By how much the sum of squares falls, beyond what a further loss has to explain, where a setpoint and one of
      * its neighbours are taken for the opposite of what they were. */
-    void find_help(std::vector<double> &helps, std::size_t from, std::size_t to, double least);
+    void find_help(largest_of &helps, std::size_t from, std::size_t to, double least);
     double help_of(std::size_t first, std::size_t second, double least);
 
-    /* Returns the end of the setpoints that it has an influence on. */
+    /* Returns the end of the setpoints that it has an influence on; changed_ has what it does to the sum of squares. */
     std::size_t flip(std::size_t first, std::size_t second);
     /* Of losses one after the other, of which one is at `first` or later, up to `last`. */
     std::size_t longest_run(std::size_t first, std::size_t last) const;
@@ -70,7 +107,9 @@ class loss_settler
     const loss_trace &loss_;
     const std::vector<double> &sent_;
     std::vector<double> rest_;
+    std::vector<double> counts_; /* 1: the row is compared; 0 */
     std::vector<double> taken_;
+    double changed_ = 0.0; /* of the sum of squares, by what was put since it was set to nought */
     std::size_t end_;
 };
 
