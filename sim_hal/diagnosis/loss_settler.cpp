@@ -11,9 +11,7 @@ namespace berth
 namespace
 {
 
-/* Where one in four is lost, the most that is looked at, 400 a second, once in a year more are lost in a
- * row: what stands still for longer has another reason. */
-constexpr std::size_t run_max = 16;
+constexpr std::size_t run_max = losses_in_a_row_max;
 constexpr std::size_t apart_max = 3; /* of two that are looked at together, one less */
 constexpr std::size_t seen_min = 6;  /* ticks of what it does before the record ends */
 /* Setpoints of which every combination is tried: among fewer, one that is wrong may help as well. */

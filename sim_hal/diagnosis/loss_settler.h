@@ -19,6 +19,10 @@ struct loss_trace {
     double square = 0.0;
 };
 
+/* Where one in four is lost, the most that is looked at, 400 a second, once in a year more are lost in a row: what
+ * stands still for longer has another reason. */
+constexpr int losses_in_a_row_max = 16;
+
 /* Standard deviation of most of it. */
 double sigma_of(const std::vector<double> &error, const std::vector<row_use> &uses);
 
@@ -75,8 +79,10 @@ class loss_settler
      * the force ring, and others in a row would take the ringing away bit by bit. */
     void settle(double least);
 
-    /* Sum of squares that is left. */
+    /* Sum of squares that is left, of rows whose count is 1. */
     double square() const { return square(0, rest_.size()); }
+    const std::vector<double> &rest() const { return rest_; }
+    const std::vector<double> &counts() const { return counts_; }
 
     std::vector<std::uint8_t> lost;
 

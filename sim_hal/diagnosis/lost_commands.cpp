@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "loss_decoder.h"
 #include "loss_settler.h"
 
 namespace berth
@@ -80,6 +82,62 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
+struct losses {
+    std::vector<std::uint8_t> rows;
+    double share_left; /* of the squares without any */
+};
+
+double sum_of_squares(const std::vector<double> &rest, const std::vector<double> &counts)
+{
+    double sum = 0.0;
+    for (std::size_t n = 0; n < rest.size(); n++) {
+        sum += counts[n] * rest[n] * rest[n];
+    }
+    return sum;
+}
+
+/* From a first guess to all that the error shows. `tries`: setpoints whose loss would be clear. */
+losses settled(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
+               const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> guess, std::size_t tries)
+{
+    constexpr double sure = 6.0; /* logarithm of the odds */
+    /* Where one in eight is lost, less has to speak for it than where one in a thousand is. */
+    const auto least = [&](const std::vector<std::uint8_t> &lost) {
+        const auto candidates = static_cast<double>(tries == 0 ? lost.size() : tries);
+        return 2.0 * (std::log(std::max(1.0, candidates / static_cast<double>(count_of(lost) + 1))) + sure);
+    };
+    const loss_settler none(model, loss, error, known, std::vector<std::uint8_t>(error.size(), 0));
+    loss_settler settler(model, loss, error, known, std::move(guess));
+    settler.settle(least(settler.lost));
+    double square = settler.square();
+    losses found{settler.lost, 1.0};
+
+    /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise. */
+    constexpr double promising = 0.7;
+    constexpr double spiky = 1.5;
+    const double sigma_left = sigma_of(settler.rest(), model.uses());
+    const double rows = std::accumulate(none.counts().begin(), none.counts().end(), 0.0);
+    if (square < promising * none.square() && square > spiky * sigma_left * sigma_left * rows) {
+        double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
+        decoded_losses decoded;
+        for (int pass = 0; pass < 3; pass++) {
+            decoded = decode_losses(model.data().command_position_m, loss, none.rest(), none.counts(), penalty);
+            const double sigma = sigma_of(decoded.rest, model.uses());
+            penalty = least(decoded.lost) * sigma * sigma;
+        }
+        const auto cost = [&](double left, const std::vector<std::uint8_t> &lost) {
+            return left + penalty * static_cast<double>(count_of(lost));
+        };
+        const double square_decoded = sum_of_squares(decoded.rest, none.counts());
+        if (cost(square_decoded, decoded.lost) < cost(square, found.rows)) {
+            square = square_decoded;
+            found.rows = std::move(decoded.lost);
+        }
+    }
+    found.share_left = square / std::max(none.square(), 1e-300);
+    return found;
+}
+
 } // namespace
 
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
@@ -88,25 +146,31 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
     std::vector<double> error;
     force.error(rig, error);
     const record &record = force.data();
+    /* A grip that has given way feels nothing, and otherwise than this model after it: it is not asked. */
+    constexpr double held_share = 0.75;
+    const double least_N = 0.1 * rms_of(record.force_N, force.uses(), row_use::fit);
     std::vector<double> shares;
+    std::size_t held = 0;
     for (std::size_t n = 1; n + loss.first + loss.values.size() < record.size() && !loss.values.empty(); n++) {
         if (events.lost_command[n] != 0) {
             const double way = record.command_position_m[n] - record.command_position_m[n - 1];
             double sum = 0.0;
+            double largest_N = 0.0;
             for (std::size_t k = 0; k < loss.values.size(); k++) {
                 sum += loss.values[k] * error[n + loss.first + k];
+                largest_N = std::max(largest_N, std::abs(record.force_N[n + loss.first + k]));
             }
             shares.push_back(sum / (way * loss.square));
+            held += largest_N > least_N;
         }
     }
-    return median_of(shares) > 0.5;
+    return median_of(shares) > 0.5 || static_cast<double>(held) < held_share * static_cast<double>(shares.size());
 }
 
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
-                                              sample_events &events)
+                                              sample_events &events, double left_max)
 {
     constexpr double like = 0.75;      /* share of a loss that the error must show */
-    constexpr double nearly_all = 0.1; /* of the squares may be left where no loss is clear by itself */
     const record &record = model.data();
     const loss_trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {
@@ -179,21 +243,15 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (std::size_t n = 0; n < lost.size(); n++) {
         lost[n] = known[n] != 0 || (lost[n] != 0 && are_clear);
     }
-    loss_settler settler(model, loss, error, known, std::move(lost));
-    const double square_before = settler.square();
-    /* Where one in eight is lost, less has to speak for it than where one in a thousand is. */
-    constexpr double sure = 6.0; /* logarithm of the odds */
-    const double odds = static_cast<double>(rows.size()) / static_cast<double>(count_of(settler.lost) + 1);
-    settler.settle(2.0 * (std::log(odds) + sure));
-    const bool explain_all = settler.square() < nearly_all * square_before;
-    const std::size_t count = count_of(settler.lost);
-    const bool are_some = are_clear || count_of(known) > 0 || (explain_all && count >= events_min);
+    const losses all_lost = settled(model, loss, error, known, std::move(lost), rows.size());
+    const bool explain_most = all_lost.share_left < left_max && count_of(all_lost.rows) >= events_min;
+    const bool are_some = are_clear || count_of(known) > 0 || explain_most;
     const bool is_new = count_of(known) == 0;
-    if (!are_some || settler.lost == known || (is_new && 4 * count > error.size()) ||
-        (is_new && are_the_smallest(record.command_position_m, settler.lost))) {
+    if (!are_some || all_lost.rows == known || (is_new && 4 * count_of(all_lost.rows) > error.size()) ||
+        (is_new && are_the_smallest(record.command_position_m, all_lost.rows))) {
         return {};
     }
-    events.lost_command = std::move(settler.lost);
+    events.lost_command = all_lost.rows;
     std::size_t all = 0; /* with those that another channel has shown */
     for (const std::size_t n : rows) {
         all += events.lost_command[n] != 0;

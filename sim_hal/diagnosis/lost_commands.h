@@ -12,10 +12,15 @@ constexpr double loss_clear_sd = 8.0; /* by which the loss of a setpoint must st
 /* Whether the setpoints marked as lost in `events` show in the force, too; `force` replays without them. */
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events);
 
+/* Shares of the error's squares that lost setpoints may leave where none of them is clear by itself: of the right base,
+ * and of one that was tuned without them. */
+constexpr double left_by_losses = 0.1;
+constexpr double left_by_losses_at_first = 0.3;
+
 /* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
- * robot's position, and of the force. Adds the rows to `events`; `model` replays without them. */
+ * robot's position, and of the force. Adds the rows to `events`; `model` replays with those that are there already. */
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
-                                              sample_events &events);
+                                              sample_events &events, double left_max = left_by_losses);
 
 } // namespace berth
 

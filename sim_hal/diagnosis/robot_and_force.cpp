@@ -13,6 +13,8 @@ namespace berth
 namespace
 {
 
+constexpr std::string_view lost_commands = "robot.lost_commands";
+
 bool leaves_something(const block_diagnosis &block)
 {
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
@@ -98,12 +100,41 @@ void let_force_decide(block_diagnosis &robot, block_diagnosis &force, events_of_
     }
 }
 
+bool has(const block_diagnosis &block, std::string_view effect)
+{
+    return std::any_of(block.causes.begin(), block.causes.end(),
+                       [&](const cause &known) { return known.effect->name == effect; });
+}
+
+/* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag: both blocks are looked at anew
+ * with those that the force has shown. */
+void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                              const block_start &robot_start, const block_start &force_start, const rig &as_given)
+{
+    events_of_records other_events = events;
+    block_diagnosis other =
+        diagnose_block(block::robot, robot_start.input, robot_start.given, other_events, robot_start.found_events);
+    if (other.causes.size() >= robot.causes.size()) {
+        return;
+    }
+    diagnosis_input input = force_start.input;
+    know_robot(input, other, as_given);
+    other_events = force_start.events;
+    block_diagnosis seen =
+        diagnose_block(block::force, input, other.extended, other_events, force_start.found_events);
+    if (has(seen, lost_commands) && is_clearly_smaller(seen, force)) {
+        robot = std::move(other);
+        force = std::move(seen);
+        events = std::move(other_events);
+    }
+}
+
 } // namespace
 
 void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig &as_given)
 {
     const bool switches = std::any_of(robot.causes.begin(), robot.causes.end(), [](const cause &known) {
-        return known.effect->switches || known.effect->name == "robot.lost_commands";
+        return known.effect->switches || known.effect->name == lost_commands;
     });
     force.upstream = robot.refinable;
     force.has_cause_upstream = !robot.causes.empty();
@@ -140,6 +171,9 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
+    if (has(force, lost_commands) && !robot.causes.empty() && !has(robot, lost_commands)) {
+        let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
+    }
     if (may_hide_robot(force) && robot.causes.empty()) {
         look_for_hidden_robot(force, robot, force_start);
     } else if (leaves_something(force) && !robot.alternatives.empty() && !robot.causes.empty()) {

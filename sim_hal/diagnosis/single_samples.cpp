@@ -30,37 +30,65 @@ void find_in_unseen(block block, const diagnosis_input &input, const rig &given,
     }
 }
 
+/* Of this block, with the base that was tuned with those found so far. As `is_sure` those that bear being checked again
+ * by a replay with them. */
+std::vector<event_finding> find_losses(block block, const diagnosis_input &input, const rig &given, const rig &base,
+                                       bool is_sure, sample_events &events)
+{
+    const sample_events before = events;
+    std::vector<double> error;
+    block_model plain(block, *input.fit, given, events, held_out_parts::none);
+    plain.error(base, error);
+    std::vector<event_finding> found = find_lost_commands(plain, base, error, events,
+                                                          is_sure ? left_by_losses : left_by_losses_at_first);
+    if (is_sure && !found.empty()) {
+        block_model with_them(block, *input.fit, given, events, held_out_parts::none);
+        with_them.error(base, error);
+        const std::vector<event_finding> again = find_lost_commands(with_them, base, error, events);
+        found = again.empty() ? found : again;
+    }
+    if (block == block::robot && !found.empty() && can_replay(*input.fit, block::force)) {
+        block_model force(block::force, *input.fit, given, before, held_out_parts::none);
+        if (!force_knows_of(force, base, events)) {
+            events = before; /* samples that were not taken, rather than setpoints */
+            found.clear();
+        }
+    }
+    return found;
+}
+
 } // namespace
 
 void find_single_samples(block block, const diagnosis_input &input, const rig &given, events_of_records &events,
                          std::vector<event_finding> &found)
 {
     const sample_events before = events.fit;
+    const bool may_lose = block != block::manipulator && given.robot.clock == robot_clock::locked;
+    /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
+    const bool may_jump = input.without_switching_fault != nullptr || input.options.robot_in_force;
     rig base = given;
     std::vector<double> error;
-    for (int pass = 0; pass < 2; pass++) {
-        std::vector<event_finding> now;
+    /* Each pass tunes the base with what the one before found, until they find the same. */
+    constexpr int passes_max = 12;
+    for (int pass = 0; pass < passes_max; pass++) {
         block_model model(block, *input.fit, given, events.fit, held_out_parts::none);
         model.error(base, error);
         base = fit(model, noise_of(model, error, true), base, joined(input.upstream, base_parameters(block, given)),
                    input.options.replays_max)
                    .rig;
-        events.fit = before;
-        block_model plain(block, *input.fit, given, events.fit, held_out_parts::none);
-        plain.error(base, error);
-        if (block != block::manipulator && given.robot.clock == robot_clock::locked) {
-            now = find_lost_commands(plain, base, error, events.fit);
+        const std::vector<std::uint8_t> lost_before = std::exchange(events.fit, before).lost_command;
+        std::vector<event_finding> now;
+        if (may_lose) {
+            now = find_losses(block, input, given, base, false, events.fit);
         }
-        if (block == block::robot && !now.empty() && can_replay(*input.fit, block::force)) {
-            block_model force(block::force, *input.fit, given, before, held_out_parts::none);
-            if (!force_knows_of(force, base, events.fit)) {
-                events.fit = before; /* samples that were not taken, rather than setpoints */
-                now.clear();
-            }
+        const bool is_last = pass > 0 && (events.fit.lost_command == lost_before || pass + 1 == passes_max);
+        if (is_last && !now.empty()) {
+            events.fit = before;
+            now = find_losses(block, input, given, base, true, events.fit);
         }
-        /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
-        const bool may_jump = input.without_switching_fault != nullptr || input.options.robot_in_force;
         if (block == block::force && now.empty() && !may_jump) {
+            block_model plain(block, *input.fit, given, events.fit, held_out_parts::none);
+            plain.error(base, error);
             now = find_spikes(plain, error, events.fit);
         }
         if (now.empty()) {
@@ -69,9 +97,10 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
             }
             return;
         }
-        if (pass == 1) {
+        if (is_last) {
             find_in_unseen(block, input, given, base, now[0].effect->name, events.unseen);
             found.insert(found.end(), now.begin(), now.end());
+            return;
         }
     }
 }

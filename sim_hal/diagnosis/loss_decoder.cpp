@@ -1,0 +1,144 @@
+#include "loss_decoder.h"
+
+#include <algorithm>
+
+namespace berth
+{
+
+namespace
+{
+
+/* Losses rise in the error within some five ticks: two to that power, several times. Doubled, nothing changed in
+ * hidden records. */
+constexpr std::size_t histories_max = 128;
+
+struct history {
+    double cost = 0.0;
+    double standing_m = 0.0; /* the setpoint that the robot stands on */
+    int run = 0;             /* of losses up to now */
+};
+
+struct step {
+    history after;
+    double way_m; /* by which the robot lacks the setpoint */
+    std::uint8_t from;
+    bool is_lost;
+};
+
+/* How a history came about, in one byte. */
+static_assert(histories_max <= 128);
+constexpr std::uint8_t lost_bit = 128;
+
+class decoder
+{
+  public:
+    decoder(const std::vector<double> &sent, const loss_trace &loss, const std::vector<double> &error,
+            const std::vector<double> &counts, double penalty)
+        : sent_(sent), loss_(loss), error_(error), counts_(counts), penalty_(penalty),
+          ends_(sent.size() - std::min(sent.size(), loss.first)), length_(loss.values.size()),
+          due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_(1)
+    {
+        kept_[0].standing_m = sent.empty() ? 0.0 : sent[0];
+        ways_back_.resize(ends_ * histories_max);
+    }
+
+    decoded_losses decode()
+    {
+        for (std::size_t n = 1; n < ends_; n++) {
+            branch(n);
+            const std::size_t keep = std::min(steps_.size(), histories_max);
+            const auto cheaper = [](const step &a, const step &b) { return a.after.cost < b.after.cost; };
+            std::nth_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(keep - 1), steps_.end(),
+                             cheaper);
+            steps_.resize(keep);
+            go_on(n);
+        }
+        return best();
+    }
+
+  private:
+    /* What the row that setpoint n is the last one to change costs either way. */
+    void branch(std::size_t n)
+    {
+        steps_.clear();
+        const std::size_t row = n + loss_.first;
+        for (std::size_t i = 0; i < kept_.size(); i++) {
+            const history &before = kept_[i];
+            const double due = error_[row] + due_[i * length_];
+            const auto add = [&](bool is_lost) {
+                step made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i), is_lost};
+                const double rest = due - made.way_m * loss_.values[0];
+                made.after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
+                made.after.standing_m = is_lost ? before.standing_m : sent_[n];
+                made.after.run = is_lost ? before.run + 1 : 0;
+                steps_.push_back(made);
+            };
+            add(false);
+            if (before.run < losses_in_a_row_max && sent_[n] != before.standing_m) {
+                add(true);
+            }
+        }
+    }
+
+    void go_on(std::size_t n)
+    {
+        kept_.resize(steps_.size());
+        for (std::size_t i = 0; i < steps_.size(); i++) {
+            const step &one = steps_[i];
+            const double *const old = &due_[one.from * length_];
+            double *const made = &due_next_[i * length_];
+            for (std::size_t k = 0; k + 1 < length_; k++) {
+                made[k] = old[k + 1] - one.way_m * loss_.values[k + 1];
+            }
+            made[length_ - 1] = 0.0;
+            kept_[i] = one.after;
+            ways_back_[n * histories_max + i] = static_cast<std::uint8_t>(one.from | (one.is_lost ? lost_bit : 0));
+        }
+        due_.swap(due_next_);
+    }
+
+    decoded_losses best() const
+    {
+        decoded_losses made{std::vector<std::uint8_t>(sent_.size(), 0), error_};
+        if (ends_ < 2) {
+            return made;
+        }
+        const auto cheaper = [](const history &a, const history &b) { return a.cost < b.cost; };
+        auto at = static_cast<std::size_t>(std::min_element(kept_.begin(), kept_.end(), cheaper) - kept_.begin());
+        for (std::size_t n = ends_ - 1; n > 0; n--) {
+            const std::uint8_t way_back = ways_back_[n * histories_max + at];
+            made.lost[n] = (way_back & lost_bit) != 0;
+            at = way_back & ~lost_bit;
+        }
+        const std::vector<double> taken_m = taken_of(sent_, made.lost);
+        for (std::size_t n = 1; n < ends_; n++) {
+            for (std::size_t k = 0; k < length_ && n + loss_.first + k < made.rest.size(); k++) {
+                made.rest[n + loss_.first + k] -= (sent_[n] - taken_m[n]) * loss_.values[k];
+            }
+        }
+        return made;
+    }
+
+    const std::vector<double> &sent_;
+    const loss_trace &loss_;
+    const std::vector<double> &error_;
+    const std::vector<double> &counts_;
+    double penalty_;
+    std::size_t ends_;
+    std::size_t length_;
+    std::vector<double> due_; /* of each history what its losses still do to the rows to come */
+    std::vector<double> due_next_;
+    std::vector<history> kept_;
+    std::vector<step> steps_;
+    std::vector<std::uint8_t> ways_back_; /* of each history after each setpoint */
+};
+
+} // namespace
+
+decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss, const std::vector<double> &error,
+                             const std::vector<double> &counts, double penalty)
+{
+    return decoder(sent, loss, error, counts, penalty).decode();
+}
+
+} // namespace berth
