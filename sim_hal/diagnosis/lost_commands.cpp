@@ -82,11 +82,6 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
-struct losses {
-    std::vector<std::uint8_t> rows;
-    double share_left; /* of the squares without any */
-};
-
 double sum_of_squares(const std::vector<double> &rest, const std::vector<double> &counts)
 {
     double sum = 0.0;
@@ -96,47 +91,82 @@ double sum_of_squares(const std::vector<double> &rest, const std::vector<double>
     return sum;
 }
 
-/* From a first guess to all that the error shows. `tries`: setpoints whose loss would be clear. */
-losses settled(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
-               const std::vector<std::uint8_t> &known, std::vector<std::uint8_t> guess, std::size_t tries)
+/* From a first guess to all that the error shows. */
+class loss_finder
 {
-    constexpr double sure = 6.0; /* logarithm of the odds */
-    /* Where one in eight is lost, less has to speak for it than where one in a thousand is. */
-    const auto least = [&](const std::vector<std::uint8_t> &lost) {
-        const auto candidates = static_cast<double>(tries == 0 ? lost.size() : tries);
-        return 2.0 * (std::log(std::max(1.0, candidates / static_cast<double>(count_of(lost) + 1))) + sure);
-    };
-    const loss_settler none(model, loss, error, known, std::vector<std::uint8_t>(error.size(), 0));
-    loss_settler settler(model, loss, error, known, std::move(guess));
-    settler.settle(least(settler.lost));
-    double square = settler.square();
-    losses found{settler.lost, 1.0};
+  public:
+    /* `tries`: setpoints whose loss would be clear. */
+    loss_finder(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
+                const std::vector<std::uint8_t> &known, std::size_t tries)
+        : model_(model), loss_(loss), error_(error), known_(known), tries_(tries),
+          none_(model, loss, error, known, std::vector<std::uint8_t>(error.size(), 0))
+    {
+    }
 
-    /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise. */
-    constexpr double promising = 0.7;
-    constexpr double spiky = 1.5;
-    const double sigma_left = sigma_of(settler.rest(), model.uses());
-    const double rows = std::accumulate(none.counts().begin(), none.counts().end(), 0.0);
-    if (square < promising * none.square() && square > spiky * sigma_left * sigma_left * rows) {
-        double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
-        decoded_losses decoded;
-        for (int pass = 0; pass < 3; pass++) {
-            decoded = decode_losses(model.data().command_position_m, loss, none.rest(), none.counts(), penalty);
-            const double sigma = sigma_of(decoded.rest, model.uses());
-            penalty = least(decoded.lost) * sigma * sigma;
+    void find(std::vector<std::uint8_t> guess, bool decode_alone)
+    {
+        if (decode_alone) {
+            decode();
+            return;
         }
-        const auto cost = [&](double left, const std::vector<std::uint8_t> &lost) {
-            return left + penalty * static_cast<double>(count_of(lost));
-        };
-        const double square_decoded = sum_of_squares(decoded.rest, none.counts());
-        if (cost(square_decoded, decoded.lost) < cost(square, found.rows)) {
-            square = square_decoded;
-            found.rows = std::move(decoded.lost);
+        loss_settler settler(model_, loss_, error_, known_, std::move(guess));
+        settler.settle(least(settler.lost));
+        square_ = settler.square();
+        lost = settler.lost;
+        /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise. */
+        constexpr double promising = 0.7;
+        constexpr double spiky = 1.5;
+        const double sigma = sigma_of(settler.rest(), model_.uses());
+        const double rows = std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
+        if (square_ < promising * none_.square() && square_ > spiky * sigma * sigma * rows) {
+            decode();
         }
     }
-    found.share_left = square / std::max(none.square(), 1e-300);
-    return found;
-}
+
+    std::vector<std::uint8_t> lost;
+    bool is_decoded = false;
+
+    /* Of the squares that are there without any loss. */
+    double share_left() const { return square_ / std::max(none_.square(), 1e-300); }
+
+  private:
+    /* Takes what it finds if that is better. */
+    void decode()
+    {
+        double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
+        decoded_losses found;
+        for (int pass = 0; pass < 3; pass++) {
+            found = decode_losses(model_.data().command_position_m, loss_, none_.rest(), none_.counts(), penalty);
+            const double sigma = sigma_of(found.rest, model_.uses());
+            penalty = least(found.lost) * sigma * sigma;
+        }
+        const auto cost = [&](double square, const std::vector<std::uint8_t> &rows) {
+            return square + penalty * static_cast<double>(count_of(rows));
+        };
+        const double square = sum_of_squares(found.rest, none_.counts());
+        if (lost.empty() || cost(square, found.lost) < cost(square_, lost)) {
+            square_ = square;
+            lost = std::move(found.lost);
+            is_decoded = true;
+        }
+    }
+
+    /* Squares of sigma that a loss has to explain: where one in eight is lost, less than where one in a thousand is. */
+    double least(const std::vector<std::uint8_t> &rows) const
+    {
+        constexpr double sure = 6.0; /* logarithm of the odds */
+        const auto candidates = static_cast<double>(tries_ == 0 ? rows.size() : tries_);
+        return 2.0 * (std::log(std::max(1.0, candidates / static_cast<double>(count_of(rows) + 1))) + sure);
+    }
+
+    const block_model &model_;
+    const loss_trace &loss_;
+    const std::vector<double> &error_;
+    const std::vector<std::uint8_t> &known_;
+    std::size_t tries_;
+    loss_settler none_;
+    double square_ = 0.0;
+};
 
 } // namespace
 
@@ -168,7 +198,7 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 }
 
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
-                                              sample_events &events, double left_max)
+                                              sample_events &events, loss_search &search)
 {
     constexpr double like = 0.75;      /* share of a loss that the error must show */
     const record &record = model.data();
@@ -243,15 +273,17 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (std::size_t n = 0; n < lost.size(); n++) {
         lost[n] = known[n] != 0 || (lost[n] != 0 && are_clear);
     }
-    const losses all_lost = settled(model, loss, error, known, std::move(lost), rows.size());
-    const bool explain_most = all_lost.share_left < left_max && count_of(all_lost.rows) >= events_min;
+    loss_finder finder(model, loss, error, known, rows.size());
+    finder.find(std::move(lost), search.decode_alone);
+    search.was_decoded = finder.is_decoded;
+    const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
     const bool are_some = are_clear || count_of(known) > 0 || explain_most;
     const bool is_new = count_of(known) == 0;
-    if (!are_some || all_lost.rows == known || (is_new && 4 * count_of(all_lost.rows) > error.size()) ||
-        (is_new && are_the_smallest(record.command_position_m, all_lost.rows))) {
+    if (!are_some || finder.lost == known || (is_new && 4 * count_of(finder.lost) > error.size()) ||
+        (is_new && are_the_smallest(record.command_position_m, finder.lost))) {
         return {};
     }
-    events.lost_command = all_lost.rows;
+    events.lost_command = std::move(finder.lost);
     std::size_t all = 0; /* with those that another channel has shown */
     for (const std::size_t n : rows) {
         all += events.lost_command[n] != 0;

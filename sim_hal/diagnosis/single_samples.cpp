@@ -26,27 +26,20 @@ void find_in_unseen(block block, const diagnosis_input &input, const rig &given,
     if (effect == "sensor.spikes") {
         find_spikes(plain, error, unseen);
     } else {
-        find_lost_commands(plain, known, error, unseen);
+        loss_search search;
+        find_lost_commands(plain, known, error, unseen, search);
     }
 }
 
-/* Of this block, with the base that was tuned with those found so far. As `is_sure` those that bear being checked again
- * by a replay with them. */
+/* Of this block, with the base that was tuned with those found so far. */
 std::vector<event_finding> find_losses(block block, const diagnosis_input &input, const rig &given, const rig &base,
-                                       bool is_sure, sample_events &events)
+                                       sample_events &events, loss_search &search)
 {
     const sample_events before = events;
     std::vector<double> error;
     block_model plain(block, *input.fit, given, events, held_out_parts::none);
     plain.error(base, error);
-    std::vector<event_finding> found = find_lost_commands(plain, base, error, events,
-                                                          is_sure ? left_by_losses : left_by_losses_at_first);
-    if (is_sure && !found.empty()) {
-        block_model with_them(block, *input.fit, given, events, held_out_parts::none);
-        with_them.error(base, error);
-        const std::vector<event_finding> again = find_lost_commands(with_them, base, error, events);
-        found = again.empty() ? found : again;
-    }
+    std::vector<event_finding> found = find_lost_commands(plain, base, error, events, search);
     if (block == block::robot && !found.empty() && can_replay(*input.fit, block::force)) {
         block_model force(block::force, *input.fit, given, before, held_out_parts::none);
         if (!force_knows_of(force, base, events)) {
@@ -55,6 +48,22 @@ std::vector<event_finding> find_losses(block block, const diagnosis_input &input
         }
     }
     return found;
+}
+
+/* The same where a replay with them has nothing to add. */
+std::vector<event_finding> find_losses_surely(block block, const diagnosis_input &input, const rig &given,
+                                              const rig &base, sample_events &events)
+{
+    loss_search search;
+    std::vector<event_finding> found = find_losses(block, input, given, base, events, search);
+    if (found.empty()) {
+        return found;
+    }
+    std::vector<double> error;
+    block_model with_them(block, *input.fit, given, events, held_out_parts::none);
+    with_them.error(base, error);
+    const std::vector<event_finding> again = find_lost_commands(with_them, base, error, events, search);
+    return again.empty() ? found : again;
 }
 
 } // namespace
@@ -70,6 +79,7 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
     std::vector<double> error;
     /* Each pass tunes the base with what the one before found, until they find the same. */
     constexpr int passes_max = 12;
+    loss_search search{left_by_wrong_base};
     for (int pass = 0; pass < passes_max; pass++) {
         block_model model(block, *input.fit, given, events.fit, held_out_parts::none);
         model.error(base, error);
@@ -79,12 +89,13 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
         const std::vector<std::uint8_t> lost_before = std::exchange(events.fit, before).lost_command;
         std::vector<event_finding> now;
         if (may_lose) {
-            now = find_losses(block, input, given, base, false, events.fit);
+            now = find_losses(block, input, given, base, events.fit, search);
+            search.decode_alone = search.was_decoded;
         }
         const bool is_last = pass > 0 && (events.fit.lost_command == lost_before || pass + 1 == passes_max);
         if (is_last && !now.empty()) {
             events.fit = before;
-            now = find_losses(block, input, given, base, true, events.fit);
+            now = find_losses_surely(block, input, given, base, events.fit);
         }
         if (block == block::force && now.empty() && !may_jump) {
             block_model plain(block, *input.fit, given, events.fit, held_out_parts::none);
