@@ -177,7 +177,7 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
     force.error(rig, error);
     const record &record = force.data();
     /* A grip that has given way feels nothing, and otherwise than this model after it: it is not asked. */
-    constexpr double held_share = 0.75;
+    constexpr double held_share = 0.5;
     const double least_N = 0.1 * rms_of(record.force_N, force.uses(), row_use::fit);
     std::vector<double> shares;
     std::size_t held = 0;
