@@ -392,7 +392,8 @@ def verdict(log, summary):
                     f"than its interval of ± {summary['growth_ci95_per_s']:.1g} /s: the record does not tell decay from "
                     "growth." if growth_per_s is not None and abs(growth_per_s) <= summary["growth_ci95_per_s"]
                     else "Nothing moved: there is no motion to judge." if nothing_moved(log)
-                    else "There is too little free oscillation to measure a growth rate." if summary["stop_cause"] == "none"
+                    else "There is too little free oscillation to measure a growth rate; a longer run (run.duration_s) may show more."
+                    if summary["stop_cause"] == "none"
                     else "The loop was stopped before there was enough motion to judge.")
         return Verdict("Not determined", sentence, NEUTRAL, alarm(summary), notes)
     word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)

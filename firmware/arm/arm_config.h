@@ -69,7 +69,7 @@ struct attitude_config {
     double momentum_limit_N_m_s;  /* wheel */
     double deadband_rad;          /* thrusters: of the attitude's error */
     double rate_weight_s;         /* thrusters: rate counts as so much error */
-    double on_time_min_ms;        /* thrusters: of a pulse; to the nearest tick, one at least */
+    double on_time_min_ms;        /* thrusters: of a pulse; in whole ticks, as many as it takes */
 };
 
 struct arm_config {

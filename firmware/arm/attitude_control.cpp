@@ -13,11 +13,12 @@ double limited(double value, double limit)
     return std::clamp(value, -limit, limit);
 }
 
-/* To the nearest; not negative, and small enough by arm_validate(). */
-int32_t whole(double value)
+/* As many as it takes, but for rounding; not negative, and small enough by arm_validate(). */
+int32_t whole_above(double value)
 {
+    constexpr double rounding = 1e-6;
     const auto below = static_cast<int32_t>(value);
-    return value - below < 0.5 ? below : below + 1;
+    return value - below < rounding ? below : below + 1;
 }
 
 /* Torque on the base that the law asks for. */
@@ -74,7 +75,7 @@ void attitude_control_step(attitude_control<Space> &control, const attitude_conf
             const double error = error_rad(axis) + config.rate_weight_s * rate;
             const int32_t sign = error > config.deadband_rad ? -1 : error < -config.deadband_rad ? 1 : 0;
             control.pulse_sign[axis] = sign;
-            ticks = sign == 0 ? 0 : std::max(whole(1e-3 * config.on_time_min_ms / period_s), 1);
+            ticks = sign == 0 ? 0 : std::max(whole_above(1e-3 * config.on_time_min_ms / period_s), 1);
         }
         control.thruster_torque_N_m(axis) = ticks == 0 ? 0.0 : control.pulse_sign[axis] * config.torque_limit_N_m;
     }

@@ -19,6 +19,9 @@ namespace
 constexpr double gain_per_s = 2.0;
 /* A line's speed is reached, and left, within this time. */
 constexpr double ramp_s = 1.0;
+/* A line waits for a tool that is farther behind, of the reach: where it cannot be followed, a point that went on
+ * would pull the tool off it sideways. */
+constexpr double lead_max = 0.005;
 /* A move to the end of the range asks for the very rate that may be: less than this apart they are the same. */
 constexpr double rounding_rad_per_s = 1e-12;
 
@@ -93,10 +96,9 @@ typename Space::angular turn_to(const typename Space::rotation &from, const type
 
 /* Joint rates with which the tool moves at `velocity` and towards `goal`. */
 template <class Space>
-joint_vector resolved_rates(guidance<Space> &guidance, const chain<Space> &chain, const placement_of<Space> &goal,
-                            const typename Space::vector &velocity)
+joint_vector resolved_rates(guidance<Space> &guidance, const chain<Space> &chain, const chain_pose<Space> &pose,
+                            const placement_of<Space> &goal, const typename Space::vector &velocity)
 {
-    const chain_pose<Space> pose = pose_of(chain, guidance.motor_rad);
     const placement_of<Space> tool = tool_in_base(chain, pose);
     const task<Space> led = task_at(chain, pose);
     typename task<Space>::vector wanted;
@@ -116,15 +118,17 @@ joint_vector resolved_rates(guidance<Space> &guidance, const chain<Space> &chain
     return led.rows.transpose() * gram.ldlt().solve(wanted);
 }
 
-/* The line's point now, and how fast it goes. */
+/* The line's point now, and how fast it goes; the tool is at `tool_m` along the line. */
 template <class Space>
-double advance_line(guidance<Space> &guidance, double length_m, double period_s)
+double advance_line(guidance<Space> &guidance, double length_m, double tool_m, double reach_m, double period_s)
 {
     const double speed = guidance.line_speed_m_per_s;
     const double ramp = speed / ramp_s;
     const double left_m = length_m - guidance.line_done_m;
     const double braking = std::sqrt(2.0 * ramp * std::max(left_m, 0.0));
-    guidance.line_m_per_s = std::min({guidance.line_m_per_s + ramp * period_s, speed, braking, left_m / period_s});
+    const double room_m = std::max(tool_m + lead_max * reach_m - guidance.line_done_m, 0.0);
+    guidance.line_m_per_s =
+        std::min({guidance.line_m_per_s + ramp * period_s, speed, braking, left_m / period_s, room_m / period_s});
     guidance.line_done_m += guidance.line_m_per_s * period_s;
     return guidance.line_m_per_s;
 }
@@ -139,8 +143,10 @@ joint_vector rates_along_line(guidance<Space> &guidance, const chain<Space> &cha
     }
     placement_of<Space> goal = guidance.home;
     goal.origin_m = guidance.line_from_m + way * (guidance.line_done_m / length_m);
-    const double speed = advance_line(guidance, length_m, period_s);
-    return resolved_rates<Space>(guidance, chain, goal, way * (speed / length_m));
+    const chain_pose<Space> pose = pose_of(chain, guidance.motor_rad);
+    const double tool_m = way.dot(tool_in_base(chain, pose).origin_m - guidance.line_from_m) / length_m;
+    const double speed = advance_line(guidance, length_m, tool_m, reach_of(chain), period_s);
+    return resolved_rates<Space>(guidance, chain, pose, goal, way * (speed / length_m));
 }
 
 /* The fastest that a motor may go in the tick to come to be at rest after `distance_rad`, no harder than it may: n
@@ -304,7 +310,8 @@ void guidance_step(guidance<Space> &guidance, const chain<Space> &chain, const a
     default: {
         placement_of<Space> goal = guidance.home;
         goal.origin_m += direction * operator_position_m;
-        rates = resolved_rates<Space>(guidance, chain, goal, direction * operator_velocity_m_per_s);
+        rates = resolved_rates<Space>(guidance, chain, pose_of(chain, guidance.motor_rad), goal,
+                                      direction * operator_velocity_m_per_s);
         break;
     }
     }

@@ -3,7 +3,7 @@
  * drifts is the dynamics' business, so guidance closes no loop.
  *
  * Near singular poses the rates are damped least squares (Nakamura and Hanafusa 1986): the tool falls behind there
- * and the joints stay slow. Rate and acceleration limits slow all joints alike where they lead the tool together, so
+ * and the joints stay slow; a line waits for it, so that it stops on a line that leads out of reach. Rate and acceleration limits slow all joints alike where they lead the tool together, so
  * that a line stays straight, and each by itself where they have orders of their own. */
 #ifndef FIRMWARE_ARM_GUIDANCE_H
 #define FIRMWARE_ARM_GUIDANCE_H

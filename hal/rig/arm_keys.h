@@ -57,7 +57,7 @@ inline constexpr std::array attitude_keys = {
     KEY(attitude_config, momentum_limit_N_m_s, "wheel"),
     KEY(attitude_config, deadband_rad, "thrusters"),
     KEY(attitude_config, rate_weight_s, "thrusters: the rate counts as so much error"),
-    KEY(attitude_config, on_time_min_ms, "thrusters: of a pulse; to the nearest tick, one at least"),
+    KEY(attitude_config, on_time_min_ms, "thrusters: of a pulse; in whole ticks, as many as it takes"),
 };
 #undef KEY
 

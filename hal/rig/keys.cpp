@@ -165,6 +165,9 @@ std::string_view nearest_section(std::string_view name)
 std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text)
 {
     const rig_key *key = find_key(path);
+    if (key == nullptr && path.substr(0, 7) == "orders.") {
+        return rig_error{"orders", "orders are a list: each begins with [[orders]], in two brackets"};
+    }
     if (key == nullptr) {
         return rig_error{std::string(path),
                          "unknown key; the nearest known one is " + std::string(nearest_key(path))};

@@ -115,7 +115,7 @@ std::string why_no_growth(const run_result &result, const rig &rig)
         return "nothing moved: there is no motion to judge";
     }
     if (rig.object.kind != object_kind::contact || left_s > 0.5 * result.simulated_s) {
-        return "too little oscillation to measure a growth rate";
+        return "too little oscillation to measure a growth rate; a longer run (run.duration_s) may show more";
     }
     char text[200];
     std::snprintf(text, sizeof text,

@@ -66,7 +66,8 @@ class decoder
             const history &before = kept_[i];
             const double due = error_[row] + due_[i * length_];
             const auto add = [&](bool is_lost) {
-                step made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i), is_lost};
+                step made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i),
+                          is_lost};
                 const double rest = due - made.way_m * loss_.values[0];
                 made.after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
                 made.after.standing_m = is_lost ? before.standing_m : sent_[n];
@@ -135,8 +136,8 @@ class decoder
 
 } // namespace
 
-decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss, const std::vector<double> &error,
-                             const std::vector<double> &counts, double penalty)
+decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss,
+                             const std::vector<double> &error, const std::vector<double> &counts, double penalty)
 {
     return decoder(sent, loss, error, counts, penalty).decode();
 }

@@ -18,9 +18,10 @@ struct decoded_losses {
 /* Of a setpoint that was lost or not only the rows after it tell; so of all that may have happened up to it the
  * likeliest few histories are kept, and of these the best at the end (the M-algorithm of sequential decoding). That
  * tells losses apart whose traces ring into each other.
- * `error`: of a replay in which none was lost, of which the rows in `counts` are compared (1 or 0); `penalty`: squares that a loss has to explain. */
-decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss, const std::vector<double> &error,
-                             const std::vector<double> &counts, double penalty);
+ * `error`: of a replay in which none was lost, of which the rows in `counts` are compared (1 or 0); `penalty`:
+ * squares that a loss has to explain. */
+decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss,
+                             const std::vector<double> &error, const std::vector<double> &counts, double penalty);
 
 } // namespace berth
 

@@ -44,7 +44,8 @@ class largest_of
         }
         for (std::size_t b = from / block; b * block < to; b++) {
             const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(b * block);
-            const auto end = values_.begin() + static_cast<std::ptrdiff_t>(std::min(values_.size(), (b + 1) * block));
+            const auto end =
+                values_.begin() + static_cast<std::ptrdiff_t>(std::min(values_.size(), (b + 1) * block));
             of_block_[b] = *std::max_element(begin, end);
         }
     }
@@ -102,7 +103,8 @@ class loss_settler
     void find_help(largest_of &helps, std::size_t from, std::size_t to, double least);
     double help_of(std::size_t first, std::size_t second, double least);
 
-    /* Returns the end of the setpoints that it has an influence on; changed_ has what it does to the sum of squares. */
+    /* Returns the end of the setpoints that it has an influence on; changed_ has what it does to the sum of squares.
+     */
     std::size_t flip(std::size_t first, std::size_t second);
     /* Of losses one after the other, of which one is at `first` or later, up to `last`. */
     std::size_t longest_run(std::size_t first, std::size_t last) const;

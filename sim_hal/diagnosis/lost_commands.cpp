@@ -113,7 +113,8 @@ class loss_finder
         settler.settle(least(settler.lost));
         square_ = settler.square();
         lost = settler.lost;
-        /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise. */
+        /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise.
+         */
         constexpr double promising = 0.7;
         constexpr double spiky = 1.5;
         const double sigma = sigma_of(settler.rest(), model_.uses());
@@ -151,7 +152,8 @@ class loss_finder
         }
     }
 
-    /* Squares of sigma that a loss has to explain: where one in eight is lost, less than where one in a thousand is. */
+    /* Squares of sigma that a loss has to explain: where one in eight is lost, less than where one in a thousand is.
+     */
     double least(const std::vector<std::uint8_t> &rows) const
     {
         constexpr double sure = 6.0; /* logarithm of the odds */
@@ -200,7 +202,7 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events, loss_search &search)
 {
-    constexpr double like = 0.75;      /* share of a loss that the error must show */
+    constexpr double like = 0.75; /* share of a loss that the error must show */
     const record &record = model.data();
     const loss_trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {

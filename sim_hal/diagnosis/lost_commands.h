@@ -21,7 +21,8 @@ struct loss_search {
 constexpr double left_by_wrong_base = 0.3; /* the same of a base that was tuned without them */
 
 /* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
- * robot's position, and of the force. Adds the rows to `events`; `model` replays with those that are there already. */
+ * robot's position, and of the force. Adds the rows to `events`; `model` replays with those that are there already.
+ */
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events, loss_search &search);
 

@@ -106,8 +106,8 @@ bool has(const block_diagnosis &block, std::string_view effect)
                        [&](const cause &known) { return known.effect->name == effect; });
 }
 
-/* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag: both blocks are looked at anew
- * with those that the force has shown. */
+/* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag: both blocks are looked at
+ * anew with those that the force has shown. */
 void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                               const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {

@@ -80,7 +80,8 @@ double seen_before_it_moves_m(const record &record, const record_segment &part, 
     /* Most records begin at rest on the setpoint: what is seen there but for noise is not moved by it. */
     constexpr double clearly = 4.0; /* standard deviations of the mean */
     const auto rows = static_cast<double>(seen_m.size());
-    const bool is_beside = std::pow(mean_m - goal_m[0], 2) * rows * std::max(1.0, rows - 1.0) > clearly * clearly * square_m2;
+    const bool is_beside =
+        std::pow(mean_m - goal_m[0], 2) * rows * std::max(1.0, rows - 1.0) > clearly * clearly * square_m2;
     return is_beside ? mean_m : goal_m[0];
 }
 

@@ -11,9 +11,9 @@ namespace berth
  * in the first row, as step responses are recorded. A replay that began on the setpoint would miss the step. */
 void find_starts_elsewhere(record &made);
 
-/* Where the robot was seen to stand, in m, on average until what drives it, at goal_m[n] in the part's row n, takes it
- * along: behind a gap of `gap_m` to either side it may begin anywhere. goal_m[0] where that is no clearly other place, or
- * its position was not recorded. */
+/* Where the robot was seen to stand, in m, on average until what drives it, at goal_m[n] in the part's row n, takes
+ * it along: behind a gap of `gap_m` to either side it may begin anywhere. goal_m[0] where that is no clearly other
+ * place, or its position was not recorded. */
 double seen_before_it_moves_m(const record &record, const record_segment &part, const std::vector<double> &goal_m,
                               double gap_m);
 

@@ -301,7 +301,7 @@ TEST_CASE("arm: a thruster's pulse is over before the law is due again if it is 
     chain_state<plane> state;
     state.attitude()(0) = -0.02;
     for (const auto &[on_time_min_ms, ticks] :
-         {std::pair(50.0, 20), std::pair(1.0, 1), std::pair(0.0, 1), std::pair(375.0, 150)}) {
+         {std::pair(50.0, 20), std::pair(51.0, 21), std::pair(1.0, 1), std::pair(0.0, 1), std::pair(375.0, 150)}) {
         config.on_time_min_ms = on_time_min_ms;
         attitude_control<plane> control = attitude_control_at(chain_state<plane>());
         int fired = 0;

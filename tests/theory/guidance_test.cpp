@@ -158,6 +158,25 @@ TEST_CASE("guidance: beyond its reach the tool falls behind, the joints stay slo
     CHECK(arm.tool()(0) < from(0) + 2.0);
 }
 
+TEST_CASE("guidance: a tool that cannot follow its line any further stops on it")
+{
+    for (const auto &[x_m, y_m] : {std::pair(6.4, -2.0), std::pair(2.0, 4.0), std::pair(4.0, 0.0)}) {
+        CAPTURE(x_m);
+        led_arm arm;
+        const plane::vector from = arm.tool();
+        const plane::vector along = plane::vector(x_m, y_m).normalized();
+        arm.take(line_order(x_m, y_m, 0.3));
+        double across_m = 0.0;
+        for (int i = 0; i < 24000; i++) {
+            arm.step();
+            const plane::vector way = arm.tool() - from;
+            across_m = std::max(across_m, (way - along * along.dot(way)).norm());
+        }
+        CHECK(across_m < 0.04); /* as far as the line's point is ahead of the tool */
+        CHECK((arm.tool() - plane::vector(1.2, 0.6)).norm() > 7.95);
+    }
+}
+
 TEST_CASE("guidance: no joint passes the end of its range, and the others go on")
 {
     led_arm arm;

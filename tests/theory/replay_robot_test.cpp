@@ -175,8 +175,8 @@ TEST_CASE("robot: a part that begins where the robot stands elsewhere is replaye
     CHECK_FALSE(made.segments[0].stands_m.has_value());
 }
 
-/* A robot that came from elsewhere stands anywhere in its gap, seen with noise: against the play operator, and against
- * the last setpoint that was taken. */
+/* A robot that came from elsewhere stands anywhere in its gap, seen with noise: against the play operator, and
+ * against the last setpoint that was taken. */
 TEST_CASE("robot: what moves only beyond a gap is replayed from where it was seen in it")
 {
     constexpr int late_ticks = 7; /* the rig's dead time of 17.5 ms */
@@ -190,7 +190,8 @@ TEST_CASE("robot: what moves only beyond a gap is replayed from where it was see
             std::vector<double> true_m;
             double robot_m = start_m;
             for (std::size_t n = 0; n < made.size(); n++) {
-                const double at_rest = n < 30 ? 0.0 : 1.0 - std::exp(-1e-4 * std::pow(static_cast<double>(n) - 30.0, 2));
+                const double at_rest =
+                    n < 30 ? 0.0 : 1.0 - std::exp(-1e-4 * std::pow(static_cast<double>(n) - 30.0, 2));
                 made.command_position_m[n] *= at_rest;
                 const double goal_m = n < late_ticks ? 0.0 : made.command_position_m[n - late_ticks];
                 if (has_play) {

@@ -74,7 +74,8 @@ TEST_CASE("events: the share of forces that were lost is told without bias, and 
     }
 }
 
-TEST_CASE("events: a force that stands on coarse steps most of the time makes no lost ticks of a robot's repetitions")
+TEST_CASE(
+    "events: a force that stands on coarse steps most of the time makes no lost ticks of a robot's repetitions")
 {
     SEEDED(random, "events: a force that stands on coarse steps*");
     const channel robot{2e-3, 7e-6, 5.1e-6};

@@ -34,7 +34,8 @@ loss_trace ringing()
 lossy made_record(seeded::engine &random, const loss_trace &loss, double probability, double noise)
 {
     constexpr std::size_t rows = 4000;
-    lossy made{{}, std::vector<std::uint8_t>(rows, 0), std::vector<double>(rows, 0.0), std::vector<double>(rows, 1.0)};
+    lossy made{
+        {}, std::vector<std::uint8_t>(rows, 0), std::vector<double>(rows, 0.0), std::vector<double>(rows, 1.0)};
     for (std::size_t n = 0; n < rows; n++) {
         const double t = 0.0025 * static_cast<double>(n);
         made.sent.push_back(0.01 * std::sin(two_pi * 0.7 * t) + 0.004 * std::sin(two_pi * 1.9 * t + 1.0));
