@@ -106,6 +106,13 @@ bool has(const block_diagnosis &block, std::string_view effect)
                        [&](const cause &known) { return known.effect->name == effect; });
 }
 
+/* Than lost setpoints. */
+std::ptrdiff_t other_causes(const block_diagnosis &block)
+{
+    return std::count_if(block.causes.begin(), block.causes.end(),
+                         [](const cause &known) { return known.effect->name != lost_commands; });
+}
+
 /* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag: both blocks are looked at
  * anew with those that the force has shown. */
 void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
@@ -114,7 +121,7 @@ void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, ev
     events_of_records other_events = events;
     block_diagnosis other =
         diagnose_block(block::robot, robot_start.input, robot_start.given, other_events, robot_start.found_events);
-    if (other.causes.size() >= robot.causes.size()) {
+    if (other_causes(other) >= other_causes(robot)) {
         return;
     }
     diagnosis_input input = force_start.input;
@@ -171,7 +178,7 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
-    if (has(force, lost_commands) && !robot.causes.empty() && !has(robot, lost_commands)) {
+    if (has(force, lost_commands) && other_causes(robot) > 0) {
         let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
     }
     if (may_hide_robot(force) && robot.causes.empty()) {
