@@ -18,7 +18,7 @@ struct history {
     int run = 0;             /* of losses up to now */
 };
 
-struct step {
+struct choice {
     history after;
     double way_m; /* by which the robot lacks the setpoint */
     std::uint8_t from;
@@ -47,7 +47,7 @@ class decoder
         for (std::size_t n = 1; n < ends_; n++) {
             branch(n);
             const std::size_t keep = std::min(steps_.size(), histories_max);
-            const auto cheaper = [](const step &a, const step &b) { return a.after.cost < b.after.cost; };
+            const auto cheaper = [](const choice &a, const choice &b) { return a.after.cost < b.after.cost; };
             std::nth_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(keep - 1), steps_.end(),
                              cheaper);
             steps_.resize(keep);
@@ -66,7 +66,7 @@ class decoder
             const history &before = kept_[i];
             const double due = error_[row] + due_[i * length_];
             const auto add = [&](bool is_lost) {
-                step made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i),
+                choice made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i),
                           is_lost};
                 const double rest = due - made.way_m * loss_.values[0];
                 made.after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
@@ -85,7 +85,7 @@ class decoder
     {
         kept_.resize(steps_.size());
         for (std::size_t i = 0; i < steps_.size(); i++) {
-            const step &one = steps_[i];
+            const choice &one = steps_[i];
             const double *const old = &due_[one.from * length_];
             double *const made = &due_next_[i * length_];
             for (std::size_t k = 0; k + 1 < length_; k++) {
@@ -130,7 +130,7 @@ class decoder
     std::vector<double> due_; /* of each history what its losses still do to the rows to come */
     std::vector<double> due_next_;
     std::vector<history> kept_;
-    std::vector<step> steps_;
+    std::vector<choice> steps_;
     std::vector<std::uint8_t> ways_back_; /* of each history after each setpoint */
 };
 

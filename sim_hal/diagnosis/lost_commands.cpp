@@ -82,7 +82,7 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
-double sum_of_squares(const std::vector<double> &rest, const std::vector<double> &counts)
+double counted_squares(const std::vector<double> &rest, const std::vector<double> &counts)
 {
     double sum = 0.0;
     for (std::size_t n = 0; n < rest.size(); n++) {
@@ -144,7 +144,7 @@ class loss_finder
         const auto cost = [&](double square, const std::vector<std::uint8_t> &rows) {
             return square + penalty * static_cast<double>(count_of(rows));
         };
-        const double square = sum_of_squares(found.rest, none_.counts());
+        const double square = counted_squares(found.rest, none_.counts());
         if (lost.empty() || cost(square, found.lost) < cost(square_, lost)) {
             square_ = square;
             lost = std::move(found.lost);

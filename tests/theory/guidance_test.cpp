@@ -160,12 +160,13 @@ TEST_CASE("guidance: beyond its reach the tool falls behind, the joints stay slo
 
 TEST_CASE("guidance: a tool that cannot follow its line any further stops on it")
 {
-    for (const auto &[x_m, y_m] : {std::pair(6.4, -2.0), std::pair(2.0, 4.0), std::pair(4.0, 0.0)}) {
-        CAPTURE(x_m);
+    for (const plane::vector &way_m : {plane::vector(6.4, -2.0), plane::vector(2.0, 4.0), plane::vector(4.0, 0.0)}) {
+        const double goal_x_m = way_m(0);
+        CAPTURE(goal_x_m);
         led_arm arm;
         const plane::vector from = arm.tool();
-        const plane::vector along = plane::vector(x_m, y_m).normalized();
-        arm.take(line_order(x_m, y_m, 0.3));
+        const plane::vector along = way_m.normalized();
+        arm.take(line_order(way_m(0), way_m(1), 0.3));
         double across_m = 0.0;
         for (int i = 0; i < 24000; i++) {
             arm.step();
