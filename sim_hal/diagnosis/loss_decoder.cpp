@@ -67,7 +67,7 @@ class decoder
             const double due = error_[row] + due_[i * length_];
             const auto add = [&](bool is_lost) {
                 choice made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i),
-                          is_lost};
+                            is_lost};
                 const double rest = due - made.way_m * loss_.values[0];
                 made.after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
                 made.after.standing_m = is_lost ? before.standing_m : sent_[n];
