@@ -28,6 +28,9 @@ void find_in_unseen(block block, const diagnosis_input &input, const rig &given,
     } else {
         loss_search search;
         find_lost_commands(plain, known, error, unseen, search);
+        block_model with_them(block, *input.validation, given, unseen, held_out_parts::none);
+        with_them.error(known, error);
+        find_lost_commands(with_them, known, error, unseen, search);
     }
 }
 
