@@ -168,6 +168,7 @@ void block_search::drop_those_unseen(std::vector<candidate> &candidates)
 bool block_search::is_no_plain_curve(const candidate &one)
 {
     constexpr int degree = 4;
+    constexpr double clear = 12.0; /* of the white sum of squares, and with two parameters less */
     if (model_.which() != block::robot) {
         return false;
     }
@@ -191,7 +192,7 @@ bool block_search::is_no_plain_curve(const candidate &one)
         }
     }
     const Eigen::VectorXd shares = curves.colPivHouseholderQr().solve(left);
-    return (left - curves * shares).squaredNorm() - one.fitted.cost > bic_unseen;
+    return (left - curves * shares).squaredNorm() - one.fitted.cost > clear;
 }
 
 gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)

@@ -243,7 +243,7 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
 }
 
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
-                                       sample_events &events)
+                                       sample_events &events, spikes_wanted wanted)
 {
     std::vector<double> sizes;
     std::vector<double> off(error.size(), 0.0);
@@ -283,8 +283,6 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
     if (amplitudes.size() < events_min || amplitudes.size() * 10 > sizes.size()) {
         return {};
     }
-    events.spike = rows;
-    event_finding found = found_in("sensor.spikes", amplitudes.size(), sizes.size());
     double mean = 0.0;
     for (const double amplitude : amplitudes) {
         mean += amplitude / static_cast<double>(amplitudes.size());
@@ -294,8 +292,17 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
         square += (amplitude - mean) * (amplitude - mean);
     }
     const double count = static_cast<double>(amplitudes.size());
+    const double variance = square / count;
+    constexpr double of_noise = 4.0; /* times the variance that the noise gives to sizes that are the same */
+    constexpr double of_mean = 0.2;
+    if (wanted == spikes_wanted::of_one_size &&
+        variance > of_noise * sigma * sigma + of_mean * of_mean * mean * mean) {
+        return {};
+    }
+    events.spike = rows;
+    event_finding found = found_in("sensor.spikes", amplitudes.size(), sizes.size());
     found.values.push_back(mean);
-    found.ci95.push_back(1.96 * std::sqrt((square / count + sigma * sigma) / count));
+    found.ci95.push_back(1.96 * std::sqrt((variance + sigma * sigma) / count));
     return {found};
 }
 

@@ -35,9 +35,12 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
 /* Steps in which the force comes. `noise_rms`: of the force. */
 std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms);
 
+/* Where the robot jumps at another tick than ours, a stiff contact has spikes that are none, each of its own size. */
+enum class spikes_wanted { all, of_one_size };
+
 /* Single samples far off their neighbours, in the error of the force. Sets the rows in `events`. */
 std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
-                                       sample_events &events);
+                                       sample_events &events, spikes_wanted wanted = spikes_wanted::all);
 
 } // namespace berth
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "drifting_clock.h"
 #include "progressive_fit.h"
@@ -19,6 +20,7 @@ struct start_point {
     const berth::effect *effect;
     berth::rig rig;
     double promise; /* decrease of the white sum of squares */
+    bool is_hidden; /* by the noise of the robot's reports: of many thresholds, no size need promise much */
 };
 
 } // namespace
@@ -121,6 +123,12 @@ std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &e
     return rigs;
 }
 
+/* In the force, whatever switches in the robot makes the error jump with its size. */
+bool is_rough_here(const effect &effect, const search_options &options)
+{
+    return effect.is_rough || (options.robot_in_force && effect.switches && effect.block() == "robot");
+}
+
 /* The most promising start, or where the beginning of the record leads from all of them. */
 rig rough_start(block_model &model, const noise_model &noise, const start_point &best,
                 const std::vector<start_point> &starts, const fit_result &incumbent, const search_options &options)
@@ -131,6 +139,27 @@ rig rough_start(block_model &model, const noise_model &noise, const start_point 
     const auto led = size_on_growing_horizon(model, noise, *best.effect, incumbent.rig, incumbent.parameters,
                                              rigs_of(starts, *best.effect), options.replays_max / 6);
     return led ? *led : best.rig;
+}
+
+/* How many times larger or smaller the next start of this effect is. */
+double spacing_about(const start_point &at, const std::vector<start_point> &starts)
+{
+    constexpr double least = 1.02;
+    constexpr double most = 1.3;
+    const std::string_view key = at.effect->parameters[0].key;
+    const double size = std::abs(value_of(at.rig, key));
+    double larger = unlimited;
+    double smaller = unlimited;
+    for (const start_point &other : starts) {
+        const double ratio = std::abs(value_of(other.rig, key)) / size;
+        if (other.effect == at.effect && ratio > 1.0) {
+            larger = std::min(larger, ratio);
+        } else if (other.effect == at.effect && ratio < 1.0) {
+            smaller = std::min(smaller, 1.0 / ratio);
+        }
+    }
+    const double spacing = std::max(larger < unlimited ? larger : 0.0, smaller < unlimited ? smaller : 0.0);
+    return std::clamp(spacing, least, most);
 }
 
 /* Size of the error that only this share of the rows of the fit exceeds. */
@@ -181,8 +210,8 @@ std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
                       const fit_result &incumbent, const search_options &options)
 {
-    return effect.is_rough ? fit_rough(model, noise, effect, found.rig, incumbent, options)
-                           : fit(model, noise, found.rig, found.parameters, options.replays_max);
+    return is_rough_here(effect, options) ? fit_rough(model, noise, effect, found.rig, incumbent, options)
+                                          : fit(model, noise, found.rig, found.parameters, options.replays_max);
 }
 
 double bic_of(double cost, std::size_t rows, std::size_t parameters)
@@ -259,24 +288,23 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
         for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
-            start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0};
+            start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0, false};
             const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
             /* The effect in another size, as far as it is linear in it. */
             const bool is_scaled = effect->is_proportional && values[0] != 0.0;
             const auto [decrease, best] =
                 base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
-            /* What the noise of the robot's reports hides has many thresholds: none of the sizes need promise much.
-             */
-            const bool is_hidden = options.robot_in_force && effect->is_rough && effect->block() == "robot";
-            start.promise = is_hidden ? std::numeric_limits<double>::max() : decrease;
+            start.promise = decrease;
+            start.is_hidden = options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
             if (is_scaled) {
                 set_number(start.rig, effect->parameters[0].key, best * values[0]);
             }
             starts.push_back(std::move(start));
         }
     }
-    std::sort(starts.begin(), starts.end(),
-              [](const start_point &a, const start_point &b) { return a.promise > b.promise; });
+    std::sort(starts.begin(), starts.end(), [](const start_point &a, const start_point &b) {
+        return std::tie(a.is_hidden, a.promise) > std::tie(b.is_hidden, b.promise);
+    });
 
     std::vector<candidate> candidates;
     int tried = 0;
@@ -286,7 +314,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (same >= start.effect->fits_max) {
             continue;
         }
-        if (tried >= options.fits_max || start.promise < 10.0) {
+        if (tried >= options.fits_max || (start.promise < 10.0 && !start.is_hidden)) {
             break;
         }
         const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
@@ -295,9 +323,10 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         made.fitted =
             start.effect->decides_what_follows && same == 0
                 ? fit_what_decides(model, noise, *start.effect, incumbent, rigs_of(starts, *start.effect), options)
-            : start.effect->is_rough
+            : is_rough_here(*start.effect, options)
                 ? fit_rough(model, noise, *start.effect,
-                            rough_start(model, noise, start, starts, incumbent, options), incumbent, options)
+                            rough_start(model, noise, start, starts, incumbent, options), incumbent, options,
+                            start.effect->acts_at_once ? 1.3 : spacing_about(start, starts))
                 : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());

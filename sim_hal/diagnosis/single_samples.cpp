@@ -76,8 +76,8 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
 {
     const sample_events before = events.fit;
     const bool may_lose = block != block::manipulator && given.robot.clock == robot_clock::locked;
-    /* Where the robot jumps at another tick than ours, a stiff contact has a spike that is none. */
-    const bool may_jump = input.without_switching_fault != nullptr || input.options.robot_in_force;
+    const spikes_wanted wanted =
+        input.without_switching_fault != nullptr ? spikes_wanted::of_one_size : spikes_wanted::all;
     rig base = given;
     std::vector<double> error;
     /* Each pass tunes the base with what the one before found, until they find the same. */
@@ -100,10 +100,10 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
             events.fit = before;
             now = find_losses_surely(block, input, given, base, events.fit);
         }
-        if (block == block::force && now.empty() && !may_jump) {
+        if (block == block::force && now.empty() && !input.options.robot_in_force) {
             block_model plain(block, *input.fit, given, events.fit, held_out_parts::none);
             plain.error(base, error);
-            now = find_spikes(plain, error, events.fit);
+            now = find_spikes(plain, error, events.fit, wanted);
         }
         if (now.empty()) {
             if (count_of(events.fit.lost_command) > 0) { /* in the channel before: this one may show more of them */

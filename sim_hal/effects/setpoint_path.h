@@ -3,9 +3,10 @@
 #define SIM_HAL_EFFECTS_SETPOINT_PATH_H
 
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "../../firmware/limits.h"
+#include "drive_limits.h"
 #include "stages.h"
 
 namespace berth
@@ -17,8 +18,6 @@ class setpoint_path
 {
   public:
     explicit setpoint_path(const rig &rig);
-    setpoint_path(const setpoint_path &) = delete; /* limits_ points into it */
-    setpoint_path &operator=(const setpoint_path &) = delete;
 
     /* At rest on a setpoint: returns where the robot stands. */
     double start(double setpoint_m);
@@ -28,9 +27,7 @@ class setpoint_path
 
   private:
     std::vector<std::unique_ptr<setpoint_stage>> stages_;
-    bool is_limited_ = false;
-    app_config config_;
-    limits limits_{};
+    std::optional<drive_limits> limits_;
 };
 
 } // namespace berth
