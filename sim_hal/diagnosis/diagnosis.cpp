@@ -80,6 +80,15 @@ const std::vector<double> &output_of(const record &record, block block)
                                        : record.force_N;
 }
 
+/* Of a signal in steps so coarse that what its noise looks like depends on where between two steps it rests: a
+ * rounded normal noise has the variance sigma^2 + q^2/12 within 3 % from sigma = q/2 on (Widrow & Kollar 2008), and
+ * that is what it has in motion. */
+bool is_hidden_by_steps(const noise_model &noise, const std::vector<double> &signal)
+{
+    constexpr double least = 0.58; /* rms over step, at sigma = q/2 */
+    return noise.rms < least * lattice_step(signal);
+}
+
 /* Noise of a channel while nothing moves: about a straight line. */
 std::optional<noise_model> standstill_floor(const record &record, block block)
 {
@@ -108,7 +117,9 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
         }
         uses[part.begin] = row_use::none;
     }
-    return at_least(estimate_noise(noise, uses, 8, colour_of(block)), resolution_rms(block));
+    const noise_model found = estimate_noise(noise, uses, 8, colour_of(block));
+    return is_hidden_by_steps(found, x) ? std::nullopt
+                                        : std::optional(at_least(found, resolution_rms(block)));
 }
 
 /* Half the variance of the difference of two runs with the same commands. */
@@ -136,8 +147,9 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
     for (std::size_t n = 0; n < size; n++) {
         noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
     }
-    return at_least(estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block)),
-                    resolution_rms(block));
+    const noise_model found = estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block));
+    return is_hidden_by_steps(found, a) ? std::nullopt
+                                        : std::optional(at_least(found, resolution_rms(block)));
 }
 
 verdict overall(const std::vector<block_diagnosis> &blocks)
