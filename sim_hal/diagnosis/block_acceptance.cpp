@@ -65,7 +65,9 @@ bool block_search::find_next(block_diagnosis &result)
     if (found_.empty()) {
         result.tried = effects_to_try(model_, given_, found_, input_.options);
     }
-    std::vector<candidate> candidates = search_effects(model_, metric_, incumbent_, given_, found_, input_.options);
+    search_options options = input_.options;
+    options.only_of_time_alone = !found_.empty() && found_.back()->decides_what_follows;
+    std::vector<candidate> candidates = search_effects(model_, metric_, incumbent_, given_, found_, options);
     if (candidates.empty()) {
         return false;
     }
@@ -292,13 +294,29 @@ double block_search::improvement(const candidate &best, double bic_before) const
     return std::min(bic_before - best.bic, incumbent_.cost - best.fitted.cost);
 }
 
+/* Of one that swings by itself; a motion of one frequency has lines of its own there in what a cause leaves. */
+bool block_search::is_harmonic_of_motion(const candidate &one) const
+{
+    constexpr double harmonics_max = 12.0;
+    constexpr double lines_apart = 2.0; /* of the record's own */
+    const record &data = model_.data();
+    const double motion_Hz = strongest_frequency_Hz(data.command_position_m, data.period_s);
+    const double frequency_Hz = value_of(one.fitted.rig, "sensor.periodic_frequency_Hz");
+    const double ratio = std::max(1.0, std::round(frequency_Hz / std::max(motion_Hz, 1e-9)));
+    const double line_Hz = 1.0 / (data.period_s * static_cast<double>(data.size()));
+    return ratio < harmonics_max && std::abs(frequency_Hz - ratio * motion_Hz) < lines_apart * ratio * line_Hz;
+}
+
 bool block_search::is_worthwhile(const candidate &best, double better, double share, double of_all) const
 {
     /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
     const bool is_clear = share > share_clear && better > bic_beyond_doubt;
-    const double of_all_least = best.effect->refines.empty() ? (is_clear ? share_of_all_clear : share_of_all)
-                                : share > share_of_rest      ? share_of_precision
-                                                             : share_of_all_refining;
+    const bool is_no_finer_way = best.effect->is_of_time_alone && !is_harmonic_of_motion(best);
+    const double of_all_least =
+        best.effect->refines.empty()
+            ? (!is_clear ? share_of_all : is_no_finer_way ? share_of_precision : share_of_all_clear)
+        : share > share_of_rest ? share_of_precision
+                                : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
     /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
      */

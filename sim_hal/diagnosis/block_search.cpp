@@ -35,7 +35,7 @@ void block_search::run(block_diagnosis &result)
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding;
     for (int round = 0; round < input_.effects_max && !is_rounding; round++) {
-        if (!find_next(result) || found_.back()->decides_what_follows) {
+        if (!find_next(result)) {
             break;
         }
     }

@@ -74,6 +74,7 @@ class block_search
     /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was
      * taken for, BIC alone boasts. */
     double improvement(const candidate &best, double bic_before) const;
+    bool is_harmonic_of_motion(const candidate &one) const;
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
     bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                 double bic_before, double explainable);

@@ -188,6 +188,7 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
 {
     const bool is_hidden_robot = options.robot_in_force && model.which() == block::force && effect.hides_in_reports;
     return !effect.is_of_single_samples && effect.starts != nullptr &&
+           (!options.only_of_time_alone || effect.is_of_time_alone) &&
            (is_hidden_robot || acts_in(effect, model.which(), model.data(), given)) &&
            std::find(found.begin(), found.end(), &effect) == found.end() &&
            (effect.refines.empty() ||

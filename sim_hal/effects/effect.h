@@ -117,6 +117,10 @@ struct effect {
     /* Where it switches decides all that follows: what is left then is no evidence for another effect. */
     bool decides_what_follows = false;
 
+    /* A line in the spectrum that no motion makes: however small beside what was found, it is none of its finer
+     * ways. */
+    bool is_of_time_alone = false;
+
     /* How many of the starts are worth a fit. */
     int fits_max = 2;
 

@@ -52,6 +52,7 @@ effect sensor_periodic_disturbance()
                                      value_of(rig, "sensor.periodic_phase_rad"));
     };
     made.is_proportional = true;
+    made.is_of_time_alone = true;
     made.is_seen = [](const rig &fitted, const record_scales &scales) {
         /* Ten periods: fewer are slow noise. */
         return value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s > 10.0;
