@@ -88,12 +88,16 @@ bool block_search::find_next(block_diagnosis &result)
         result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
                                   (incumbent_.cost - one.fitted.cost) / explainable, one.fitted});
     }
-    /* What refines an effect found before has to wait until nothing else is to be found. */
+    /* What refines an effect found before has to wait until nothing else is to be found, or it is all that is left.
+     */
     std::stable_partition(candidates.begin(), candidates.end(),
                           [](const candidate &one) { return one.effect->refines.empty(); });
     const auto refining = std::find_if(candidates.begin(), candidates.end(),
                                        [](const candidate &one) { return !one.effect->refines.empty(); });
-    for (auto first : {candidates.begin(), refining}) {
+    const bool is_the_rest = refining != candidates.end() && refining->bic < candidates.front().bic - bic_look_alike &&
+                             incumbent_.cost - refining->fitted.cost > share_of_rest * explainable;
+    const auto others = candidates.begin();
+    for (auto first : {is_the_rest ? refining : others, is_the_rest ? others : refining}) {
         if (first != candidates.end() && accept(result, candidates, *first, bic_before, explainable)) {
             return true;
         }

@@ -6,6 +6,7 @@
 
 #include "acceptance.h"
 #include "floor.h"
+#include "rivals.h"
 
 namespace berth
 {
@@ -181,7 +182,9 @@ void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, event
     if (has(force, lost_commands) && other_causes(robot) > 0) {
         let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
     }
-    if (may_hide_robot(force) && robot.causes.empty()) {
+    if (robot.verdict == verdict::one_of && force.verdict == verdict::nothing_detectable) {
+        weigh_rivals_together(robot, force, events, robot_start, force_start, as_given);
+    } else if (may_hide_robot(force) && robot.causes.empty()) {
         look_for_hidden_robot(force, robot, force_start);
     } else if (leaves_something(force) && !robot.alternatives.empty() && !robot.causes.empty()) {
         let_force_decide(robot, force, events, robot_start, force_start, as_given);

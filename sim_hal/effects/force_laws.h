@@ -19,16 +19,19 @@ class dry_friction final : public force_stage
   public:
     dry_friction(double friction_N, double presliding_m) : friction_N_(friction_N), presliding_m_(presliding_m) {}
     void start(const body_motion &motion) override { before_m_ = motion.position_m; }
+    bool builds_up() const { return presliding_m_ > 0.0; }
     double force_N(const body_motion &motion, double) override
     {
-        if (presliding_m_ == 0.0) {
+        if (!builds_up()) {
             const double stops_N = motion.velocity_m_per_s / motion.velocity_per_force;
             return std::min(std::max(stops_N, -friction_N_), friction_N_);
         }
         const double way = motion.position_m - before_m_;
         before_m_ = motion.position_m;
         const double direction = way < 0.0 ? -1.0 : 1.0;
-        bent_ = direction + (bent_ - direction) * std::exp(-std::abs(way) / presliding_m_);
+        constexpr double no_more = 45.0; /* exp(-45) is below the rounding of 1, and slow to compute */
+        const double ways = std::abs(way) / presliding_m_;
+        bent_ = ways > no_more ? direction : direction + (bent_ - direction) * std::exp(-ways);
         return bent_ * friction_N_;
     }
 

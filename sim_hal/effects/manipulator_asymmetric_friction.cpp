@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "effects.h"
+#include "force_laws.h"
 #include "starts.h"
 
 namespace berth
@@ -10,17 +11,26 @@ namespace berth
 namespace
 {
 
-class one_sided_damping final : public force_stage
+/* With presliding the dry friction z(x) Fc is bent over, as it turns round, from one direction's level to the other's:
+ * by how much the levels differ builds up as |z|, and the constant force that stands for it lacks |z| - 1. */
+class one_sided_friction final : public force_stage
 {
   public:
-    explicit one_sided_damping(double asymmetry_N_s_per_m) : asymmetry_(asymmetry_N_s_per_m) {}
-    double force_N(const body_motion &motion, double) override
+    one_sided_friction(double asymmetry_N_s_per_m, double offset_N, double presliding_m)
+        : asymmetry_(asymmetry_N_s_per_m), offset_N_(offset_N), bent_(1.0, presliding_m)
     {
-        return asymmetry_ * std::abs(motion.velocity_m_per_s);
+    }
+    void start(const body_motion &motion) override { bent_.start(motion); }
+    double force_N(const body_motion &motion, double step_s) override
+    {
+        const double missing = bent_.builds_up() ? std::abs(bent_.force_N(motion, step_s)) - 1.0 : 0.0;
+        return asymmetry_ * std::abs(motion.velocity_m_per_s) + offset_N_ * missing;
     }
 
   private:
     double asymmetry_;
+    double offset_N_;
+    dry_friction bent_;
 };
 
 } // namespace
@@ -30,7 +40,8 @@ effect manipulator_asymmetric_friction()
     effect made;
     made.name = "manipulator.asymmetric_friction";
     made.physics = "Friction differs between the directions: damping D + b where x' > 0, D - b where x' < 0. Dry "
-                   "friction that differs as well is, while it moves, a constant force: manipulator.gravity_offset.";
+                   "friction that differs as well is, while it moves, a constant force: manipulator.gravity_offset, "
+                   "which builds up with the presliding then.";
     made.source = "Janot, Gautier & Brunot 2019 (EMPS benchmark)";
     made.parameters = {
         {"manipulator.damping_asymmetry_N_s_per_m", -1e7, 1e7, "b: damping is larger by it forwards"}};
@@ -38,7 +49,9 @@ effect manipulator_asymmetric_friction()
         return both_signs({0.05 * scales.force_N / std::max(1e-12, scales.velocity_m_per_s)});
     };
     made.on_body = [](const rig &rig) -> std::unique_ptr<force_stage> {
-        return std::make_unique<one_sided_damping>(value_of(rig, "manipulator.damping_asymmetry_N_s_per_m"));
+        return std::make_unique<one_sided_friction>(value_of(rig, "manipulator.damping_asymmetry_N_s_per_m"),
+                                                    value_of(rig, "manipulator.gravity_offset_N"),
+                                                    value_of(rig, "manipulator.coulomb_presliding_m"));
     };
     made.refines = "manipulator.coulomb_friction";
     made.is_proportional = true;

@@ -1,0 +1,131 @@
+#include "rivals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace berth
+{
+
+namespace
+{
+
+/* Of the white sums of squares: one in 600 by chance, and as much the other way is more than three standard
+ * deviations from where the truth would be. */
+constexpr double clearly = 10.0;
+
+/* A rival by itself, with all that was fitted. */
+struct contender {
+    block_diagnosis robot;
+    block_diagnosis force;
+    events_of_records events;
+};
+
+/* How far the base model's parameters are from what the rig file says of them; those of a cause may be anywhere. */
+double strain_of(const rig &given, const contender &one)
+{
+    double sum = 0.0;
+    for (const block block : {block::robot, block::force}) {
+        for (const free_parameter &known : base_parameters(block, given)) {
+            const bool is_of_cause =
+                std::any_of(one.robot.causes.begin(), one.robot.causes.end(), [&](const cause &found) {
+                    return std::any_of(found.parameters.begin(), found.parameters.end(),
+                                       [&](const auto &size) { return size.key == known.key->path; });
+                });
+            if (!is_of_cause && known.expected_sd < unlimited) {
+                const double off = value_of(one.force.extended, known.key->path) - known.expected;
+                sum += std::pow(off / known.expected_sd, 2);
+            }
+        }
+    }
+    return sum;
+}
+
+/* Weighs rigs by reports and force, under the noise that the named cause leaves. */
+class balance
+{
+  public:
+    balance(const contender &named, const diagnosis_input &input, const rig &as_given)
+        : as_given_(as_given), robot_noise_(named.robot.floor), force_noise_(named.force.floor),
+          reports_(block::robot, *input.fit, as_given, named.events.fit, held_out_parts::none),
+          force_(block::force, *input.fit, as_given, named.events.fit, held_out_parts::none)
+    {
+    }
+
+    double weight_of(const contender &one)
+    {
+        return cost_of(reports_, robot_noise_, one.force.extended) +
+               cost_of(force_, force_noise_, one.force.extended) + strain_of(as_given_, one);
+    }
+
+  private:
+    const rig &as_given_;
+    noise_model robot_noise_;
+    noise_model force_noise_;
+    block_model reports_;
+    block_model force_;
+};
+
+contender fitted_alone(std::string_view effect, const std::vector<std::string> &rivals,
+                       const block_start &robot_start, const block_start &force_start, const rig &as_given)
+{
+    block_start alone = robot_start;
+    std::copy_if(rivals.begin(), rivals.end(), std::back_inserter(alone.input.options.without),
+                 [&](const std::string &other) { return other != effect; });
+    contender made;
+    made.events = alone.events;
+    made.robot = diagnose_block(block::robot, alone.input, alone.given, made.events, alone.found_events);
+    diagnosis_input input = force_start.input;
+    know_robot(input, made.robot, as_given);
+    made.force = diagnose_block(block::force, input, made.robot.extended, made.events, force_start.found_events);
+    return made;
+}
+
+bool explains_all(const contender &one, std::string_view effect)
+{
+    return one.robot.verdict == verdict::named && one.force.verdict == verdict::nothing_detectable &&
+           std::any_of(one.robot.causes.begin(), one.robot.causes.end(),
+                       [&](const cause &known) { return known.effect->name == effect; });
+}
+
+} // namespace
+
+void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                           const block_start &robot_start, const block_start &force_start, const rig &as_given)
+{
+    std::vector<std::string> names = {std::string(robot.causes.back().effect->name)};
+    for (const alternative &other : robot.alternatives) {
+        names.emplace_back(other.effect->name);
+    }
+    std::vector<contender> rivals;
+    for (const std::string &name : names) {
+        rivals.push_back(fitted_alone(name, names, robot_start, force_start, as_given));
+        if (!explains_all(rivals.back(), name)) {
+            rivals.pop_back();
+        }
+        if (rivals.empty()) {
+            return; /* what was named by itself is not even sure alone */
+        }
+    }
+    balance scales(rivals[0], force_start.input, as_given);
+    std::vector<double> weights;
+    weights.reserve(rivals.size());
+    for (const contender &one : rivals) {
+        weights.push_back(scales.weight_of(one));
+    }
+    const auto best = static_cast<std::size_t>(std::min_element(weights.begin(), weights.end()) - weights.begin());
+    /* Within what tells them apart the one that was named stays so. */
+    const std::size_t named = weights[0] < weights[best] + clearly ? 0 : best;
+    for (std::size_t i = 0; i < rivals.size(); i++) {
+        if (i != named && weights[i] < weights[best] + clearly) {
+            rivals[named].robot.alternatives.push_back(
+                {rivals[i].robot.causes.back().effect, weights[i] - weights[named]});
+        }
+    }
+    robot = std::move(rivals[named].robot);
+    force = std::move(rivals[named].force);
+    events = std::move(rivals[named].events);
+    robot.verdict = robot.alternatives.empty() ? verdict::named : verdict::one_of;
+}
+
+} // namespace berth
