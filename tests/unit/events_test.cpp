@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "../../firmware/pi.h"
+#include "hal/rig/rig_file.h"
 #include "seeded.h"
+#include "sim_hal/diagnosis/block_model.h"
 #include "sim_hal/diagnosis/events.h"
 
 namespace
@@ -117,5 +119,39 @@ TEST_CASE("events: a few ticks lost as a whole show by both channels, where a co
                 CHECK(static_cast<double>(told->count) < 1.3 * static_cast<double>(count) + 3.0);
             }
         }
+    }
+}
+
+TEST_CASE("events: beside a robot that switches, samples thrown off are spikes only if they are of one size")
+{
+    SEEDED(random, "events: beside a robot*");
+    constexpr std::size_t rows = 4000;
+    constexpr std::size_t every = 97;
+    const berth::sample_events none{};
+    const berth::rig rig = berth::load_rig("ess", {});
+    for (const bool are_alike : {true, false}) {
+        CAPTURE(are_alike);
+        berth::record data = empty_record(rows);
+        const channel noise{0.0, 0.05, 1e-6};
+        std::vector<double> error(rows);
+        std::size_t count = 0;
+        for (std::size_t n = 0; n < rows; n++) {
+            error[n] = noise.at(random, n);
+            if (n % every == 50) {
+                error[n] += (n % 2 == 0 ? 1.0 : -1.0) * (are_alike ? 3.0 : seeded::uniform(random, 0.6, 6.0));
+                count++;
+            }
+        }
+        data.force_N = error;
+        data.command_position_m.assign(rows, 0.0);
+        const berth::block_model model(berth::block::force, data, rig, none, berth::held_out_parts::none);
+        berth::sample_events events;
+        const auto all = berth::find_spikes(model, error, events);
+        CHECK(all.size() == 1);
+        CHECK(all.front().count + 2 >= count); /* but those before the record has settled */
+        events = {};
+        const auto wanted = berth::find_spikes(model, error, events, berth::spikes_wanted::of_one_size);
+        CHECK(wanted.size() == (are_alike ? 1 : 0));
+        CHECK(berth::count_of(events.spike) == (are_alike ? wanted.front().count : 0));
     }
 }
