@@ -62,8 +62,20 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     # A limit, and a grip, that act a tick late somewhere when their size is a little off, and spoil all other slopes.
     (126220, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "large"), ["robot.acceleration_limit"]),
     (126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
-    # A path of one period.
+    # Limits that act in a few ticks, below the noise of the reports, and ring in a stiff contact.
+    (148094, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "tiny"), ["robot.acceleration_limit"]),
+    (148256, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "tiny"), ["robot.velocity_limit"]),
+    # Spikes behind a robot that switches.
+    (148052, ("--kind", "two"), ["robot.velocity_limit", "sensor.spikes"]),
+    # A path of one period, and of less.
     (126306, ("--kind", "single", "--effect", "robot.periodic_error", "--size", "medium"), ["robot.periodic_error"]),
+    (148172, ("--kind", "two"), ["robot.periodic_error", "sensor.dropouts"]),
+    # The standstill record rests in the middle of a coarse step, and has less noise than the motion.
+    (148234, ("--kind", "single", "--effect", "sensor.quantisation", "--size", "medium"), ["sensor.quantisation"]),
+    # A line in the spectrum, of a ten-thousandth of what the grip leaves.
+    (148062, ("--kind", "two"), ["object.loss_of_contact", "sensor.periodic_disturbance"]),
+    # The robot's reports fit a resonance as well; reports and force together do not.
+    (148131, ("--kind", "single", "--effect", "robot.dead_time", "--size", "medium"), ["robot.dead_time"]),
     # A robot that begins somewhere in its play.
     (137060, ("--kind", "two"), ["manipulator.gravity_offset", "robot.backlash"]),
     # What the replay of a contact is off by is no other form of the bias.
