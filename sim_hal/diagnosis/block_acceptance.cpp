@@ -94,7 +94,8 @@ bool block_search::find_next(block_diagnosis &result)
                           [](const candidate &one) { return one.effect->refines.empty(); });
     const auto refining = std::find_if(candidates.begin(), candidates.end(),
                                        [](const candidate &one) { return !one.effect->refines.empty(); });
-    const bool is_the_rest = refining != candidates.end() && refining->bic < candidates.front().bic - bic_look_alike &&
+    const bool is_the_rest = refining != candidates.end() &&
+                             refining->bic < candidates.front().bic - bic_look_alike &&
                              incumbent_.cost - refining->fitted.cost > share_of_rest * explainable;
     const auto others = candidates.begin();
     for (auto first : {is_the_rest ? refining : others, is_the_rest ? others : refining}) {
@@ -316,11 +317,11 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
     /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
     const bool is_clear = share > share_clear && better > bic_beyond_doubt;
     const bool is_no_finer_way = best.effect->is_of_time_alone && !is_harmonic_of_motion(best);
-    const double of_all_least =
-        best.effect->refines.empty()
-            ? (!is_clear ? share_of_all : is_no_finer_way ? share_of_precision : share_of_all_clear)
-        : share > share_of_rest ? share_of_precision
-                                : share_of_all_refining;
+    const double of_all_least = best.effect->refines.empty() ? (!is_clear         ? share_of_all
+                                                                : is_no_finer_way ? share_of_precision
+                                                                                  : share_of_all_clear)
+                                : share > share_of_rest      ? share_of_precision
+                                                             : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
     /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
      */

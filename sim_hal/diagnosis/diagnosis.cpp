@@ -118,8 +118,7 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
         uses[part.begin] = row_use::none;
     }
     const noise_model found = estimate_noise(noise, uses, 8, colour_of(block));
-    return is_hidden_by_steps(found, x) ? std::nullopt
-                                        : std::optional(at_least(found, resolution_rms(block)));
+    return is_hidden_by_steps(found, x) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
 /* Half the variance of the difference of two runs with the same commands. */
@@ -148,8 +147,7 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
         noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
     }
     const noise_model found = estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block));
-    return is_hidden_by_steps(found, a) ? std::nullopt
-                                        : std::optional(at_least(found, resolution_rms(block)));
+    return is_hidden_by_steps(found, a) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
 verdict overall(const std::vector<block_diagnosis> &blocks)

@@ -35,7 +35,8 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
 /* Steps in which the force comes. `noise_rms`: of the force. */
 std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms);
 
-/* Where the robot jumps at another tick than ours, a stiff contact has spikes that are none, each of its own size. */
+/* Where the robot jumps at another tick than ours, a stiff contact has spikes that are none, each of its own size.
+ */
 enum class spikes_wanted { all, of_one_size };
 
 /* Single samples far off their neighbours, in the error of the force. Sets the rows in `events`. */

@@ -296,7 +296,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
             const auto [decrease, best] =
                 base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
             start.promise = decrease;
-            start.is_hidden = options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
+            start.is_hidden =
+                options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
             if (is_scaled) {
                 set_number(start.rig, effect->parameters[0].key, best * values[0]);
             }

@@ -22,7 +22,7 @@ struct candidate {
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
     bool robot_in_force = false;      /* what its own noise may hide of the robot, too */
-    bool only_of_time_alone = false; /* nothing that could be a finer way of what was found */
+    bool only_of_time_alone = false;  /* nothing that could be a finer way of what was found */
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */

@@ -30,9 +30,8 @@ class drive_limits
     double take(double setpoint_m)
     {
         const double wish = wished_velocity(setpoint_m);
-        const double velocity =
-            std::clamp(std::clamp(wish, -velocity_max_m_per_s_, velocity_max_m_per_s_),
-                       velocity_m_per_s_ - change_m_per_s_, velocity_m_per_s_ + change_m_per_s_);
+        const double velocity = std::clamp(std::clamp(wish, -velocity_max_m_per_s_, velocity_max_m_per_s_),
+                                           velocity_m_per_s_ - change_m_per_s_, velocity_m_per_s_ + change_m_per_s_);
         const bool arrives = velocity == wish && is_near(setpoint_m_);
         const double position_m = arrives ? setpoint_m : position_m_ + velocity * period_s_;
         velocity_m_per_s_ = velocity;

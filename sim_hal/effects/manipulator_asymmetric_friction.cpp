@@ -11,8 +11,9 @@ namespace berth
 namespace
 {
 
-/* With presliding the dry friction z(x) Fc is bent over, as it turns round, from one direction's level to the other's:
- * by how much the levels differ builds up as |z|, and the constant force that stands for it lacks |z| - 1. */
+/* With presliding the dry friction z(x) Fc is bent over, as it turns round, from one direction's level to the
+ * other's: by how much the levels differ builds up as |z|, and the constant force that stands for it lacks |z| - 1.
+ */
 class one_sided_friction final : public force_stage
 {
   public:

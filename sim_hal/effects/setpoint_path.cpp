@@ -10,8 +10,7 @@ setpoint_path::setpoint_path(const rig &rig) : stages_(active_stages(rig, &effec
     const double velocity_m_per_s =
         saturates_in_lag(rig) || limits_reference(rig) ? unlimited : rig.robot.velocity_limit_m_per_s;
     if (velocity_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited) {
-        limits_.emplace(velocity_m_per_s, rig.robot.acceleration_limit_m_per_s2,
-                        config_period_s(&rig.firmware));
+        limits_.emplace(velocity_m_per_s, rig.robot.acceleration_limit_m_per_s2, config_period_s(&rig.firmware));
     }
 }
 

@@ -34,8 +34,8 @@ inline std::vector<effect_values> sizes_of(double scale, std::initializer_list<d
 /* Limits below the largest value of what they limit: close ones act seldom, and each matters by itself. */
 inline std::vector<effect_values> limits_below(double largest)
 {
-    return sizes_of(largest, {0.993, 0.985, 0.97, 0.95, 0.925, 0.89, 0.85, 0.8, 0.74, 0.67, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1,
-                              0.05, 0.025, 0.012});
+    return sizes_of(largest, {0.993, 0.985, 0.97, 0.95, 0.925, 0.89, 0.85, 0.8, 0.74, 0.67, 0.6, 0.5, 0.4, 0.3, 0.2,
+                              0.1, 0.05, 0.025, 0.012});
 }
 
 /* `count` sizes from share to share of the scale, each larger than the one before by the same factor. */
