@@ -41,16 +41,16 @@ bool is_enough(const candidate &best, const candidate &other)
     return other.effect->generalises == best.effect->name && improved < by_chance;
 }
 
-/* An effect of no size is none, whatever its other parameters make up for. Asked where a clock sets when it acts;
- * elsewhere an interval that holds zero may be what the tolerances of the others leave open, and it stays a rival.
- */
 bool size_may_be_zero(const candidate &one)
 {
-    const std::string_view key = one.effect->parameters[0].key;
-    const bool has_size = one.effect->switch_on != nullptr;
-    for (std::size_t i = 0; has_size && i < one.fitted.ci95.size(); i++) {
-        if (one.fitted.parameters[i].key->path == key) {
-            return std::abs(value_of(one.fitted.rig, key)) < 1.5 * one.fitted.ci95[i];
+    constexpr double certain = 1.5; /* times the interval */
+    for (std::size_t i = 0; i < one.fitted.ci95.size(); i++) {
+        for (std::size_t j = 0; j < one.effect->sizes; j++) {
+            const std::string_view key = one.effect->parameters[j].key;
+            if (one.fitted.parameters[i].key->path == key &&
+                std::abs(value_of(one.fitted.rig, key)) < certain * one.fitted.ci95[i]) {
+                return true;
+            }
         }
     }
     return false;

@@ -4,6 +4,7 @@
 #ifndef SIM_HAL_EFFECTS_EFFECT_H
 #define SIM_HAL_EFFECTS_EFFECT_H
 
+#include <cstddef>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -116,6 +117,10 @@ struct effect {
 
     /* Where it switches decides all that follows: what is left then is no evidence for another effect. */
     bool decides_what_follows = false;
+
+    /* Of how many parameters, from the first on, an interval that holds zero says that it is none: what the others
+     * then make up for is something else. Elsewhere such an interval may be what the tolerances leave open. */
+    std::size_t sizes = 0;
 
     /* A line in the spectrum that no motion makes: however small beside what was found, it is none of its finer
      * ways. */

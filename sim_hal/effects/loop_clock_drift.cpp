@@ -25,6 +25,7 @@ effect loop_clock_drift()
         return all;
     };
     made.switch_on = [](rig &rig) { rig.robot.clock = robot_clock::free; };
+    made.sizes = 1;
     made.switches = true; /* which setpoint is the newest when the robot looks */
     made.fits_max = 5;    /* each wrap of the clock makes a valley of its own */
     made.acts_in_robot = true;

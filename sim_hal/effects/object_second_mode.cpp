@@ -82,6 +82,7 @@ effect object_second_mode()
         /* Five periods: what is slower is no mode of this record. */
         return value_of(fitted, "object.second_frequency_Hz") * scales.duration_s > 5.0;
     };
+    made.sizes = 2; /* without a frequency it is mass of the object */
     made.starts = [](const rig &base, const record_scales &scales) {
         std::vector<effect_values> all;
         for (const double frequency_Hz : {1.0, 1.6, 2.5, 4.0, 6.3, 10.0, 16.0, scales.residual_frequency_Hz}) {

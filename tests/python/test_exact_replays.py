@@ -74,6 +74,8 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (148234, ("--kind", "single", "--effect", "sensor.quantisation", "--size", "medium"), ["sensor.quantisation"]),
     # A line in the spectrum, of a ten-thousandth of what the grip leaves.
     (148062, ("--kind", "two"), ["object.loss_of_contact", "sensor.periodic_disturbance"]),
+    # A mass that is half as large again, with the damping of the sensor's spring as it was.
+    (159152, ("--kind", "single", "--effect", "object.parameters", "--size", "large"), ["object.parameters"]),
     # The robot's reports fit a resonance as well; reports and force together do not.
     (148131, ("--kind", "single", "--effect", "robot.dead_time", "--size", "medium"), ["robot.dead_time"]),
     # A robot that begins somewhere in its play.
@@ -184,3 +186,9 @@ def test_intervals_hold_what_slips_and_what_is_lost(seed, effect, size, tmp_path
 def test_a_neighbour_of_what_the_library_lacks_is_told_as_a_part(seed, effect, size, neighbour, tmp_path):
     _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", effect, "--size", size)
     assert told["verdict"] == "partly_explained" and [c["effect"] for c in told["causes"]] == [neighbour]
+
+
+def test_a_mode_whose_mass_may_be_none_is_not_named(tmp_path):
+    """Parameters a little beyond their tolerances, which a small second mode fits as well; its interval holds zero."""
+    _, told = hidden_and_told(tmp_path, 148021, "--kind", "single", "--effect", "object.parameters", "--size", "tiny")
+    assert "object.second_mode" not in [cause["effect"] for cause in told["causes"]]
