@@ -88,13 +88,14 @@ bool block_search::find_next(block_diagnosis &result)
         result.ranking.push_back({static_cast<int>(found_.size()) + 1, one.effect, bic_before - one.bic,
                                   (incumbent_.cost - one.fitted.cost) / explainable, one.fitted});
     }
-    /* What refines an effect found before has to wait until nothing else is to be found, or it is all that is left.
-     */
+    /* What refines an effect found before has to wait until nothing else is to be found; the last place is its own
+     * if it explains all that is left. */
     std::stable_partition(candidates.begin(), candidates.end(),
                           [](const candidate &one) { return one.effect->refines.empty(); });
     const auto refining = std::find_if(candidates.begin(), candidates.end(),
                                        [](const candidate &one) { return !one.effect->refines.empty(); });
-    const bool is_the_rest = refining != candidates.end() &&
+    const bool is_last = static_cast<int>(found_.size()) + 1 == input_.effects_max;
+    const bool is_the_rest = is_last && refining != candidates.end() &&
                              refining->bic < candidates.front().bic - bic_look_alike &&
                              incumbent_.cost - refining->fitted.cost > share_of_rest * explainable;
     const auto others = candidates.begin();

@@ -9,8 +9,9 @@ effect object_parameters()
 {
     effect made;
     made.name = "object.parameters";
-    made.physics = "m, d and k lie beyond the tolerances that the rig file gives, and with m the damping ratio of the "
-                   "sensor's spring, c = 2 zeta sqrt(m ks).";
+    made.physics =
+        "m, d and k lie beyond the tolerances that the rig file gives, and with m the damping ratio of the "
+        "sensor's spring, c = 2 zeta sqrt(m ks).";
     made.source = "the rig file";
     made.calibration = {13, "weigh the object, and measure its spring by itself"};
     made.parameters = {{"object.mass_kg", 1e-6, 1e9, {}},
@@ -29,8 +30,7 @@ effect object_parameters()
             all.push_back({share * mass_kg, damping_N_s_per_m, stiffness_N_per_m, as_heavy(share)});
             all.push_back({mass_kg, share * share * damping_N_s_per_m, stiffness_N_per_m, damping_ratio});
             all.push_back({mass_kg, damping_N_s_per_m, share * stiffness_N_per_m, damping_ratio});
-            all.push_back(
-                {share * mass_kg, share * damping_N_s_per_m, share * stiffness_N_per_m, as_heavy(share)});
+            all.push_back({share * mass_kg, share * damping_N_s_per_m, share * stiffness_N_per_m, as_heavy(share)});
         }
         return all;
     };

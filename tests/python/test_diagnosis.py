@@ -145,7 +145,7 @@ def test_what_was_not_fitted_stands_as_given(tmp_path):
                    tmp_path)
     found = json.loads((tmp_path / "diagnosis.json").read_text())
     fitted = {one["name"]: one["fitted"] for one in found["causes"][0]["parameters"]}
-    assert fitted == {"mass_kg": True, "damping_N_s_per_m": False, "stiffness_N_per_m": True}
+    assert fitted == {"mass_kg": True, "damping_N_s_per_m": False, "stiffness_N_per_m": True, "damping_ratio": True}
     assert "damping_N_s_per_m = 0, as given" in done.stdout.decode()
 
 
