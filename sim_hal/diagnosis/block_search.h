@@ -159,7 +159,6 @@ class block_search
     std::vector<double> error_left();
     std::vector<double> white_error_left();
     /* What the fit knows, as a prior. */
-    std::vector<free_parameter> as_known() const;
     /* What the fit knows well enough for the blocks after this one to start from. */
     std::vector<free_parameter> refinable() const;
 

@@ -42,9 +42,8 @@ constexpr double share_of_instants = 1e-6;
 
 /* Known well enough to start from. An angle has no size of its own, its whole turn is; a clock's phase is known by
  * the ticks at which it slips, whatever its share in the dead time. */
-bool is_known(const free_parameter &parameter, double value, double sd)
+bool is_known(std::string_view path, double value, double sd)
 {
-    const std::string_view path = parameter.key->path;
     const bool is_angle = path.size() > 4 && path.substr(path.size() - 4) == "_rad";
     return path == "robot.clock_phase_ms" || sd < 0.1 * std::max(std::abs(value), is_angle ? 1.0 : 0.0);
 }
@@ -188,11 +187,14 @@ bool block_search::misses_unseen_record(const remains &left)
         return false;
     }
     /* What the first record leaves open of the parameters may show in the second one. */
-    const std::vector<free_parameter> open = as_known();
+    std::vector<bool> kept;
+    std::transform(incumbent_.ci95.begin(), incumbent_.ci95.end(), std::back_inserter(kept),
+                   [](double width) { return width > 0.0; });
+    const std::vector<free_parameter> open = as_known(incumbent_, kept);
     const fit_result other = fit(*unseen_, noise_, incumbent_.rig, open, input_.options.replays_max / 2);
     double off = 0.0;
     for (const free_parameter &parameter : open) {
-        off += std::pow((value_of(other.rig, parameter.key->path) - parameter.expected) / parameter.expected_sd, 2);
+        off += std::pow(strain_of(parameter, other.rig), 2);
     }
     return is_far(other.rig, off);
 }
@@ -311,31 +313,18 @@ std::vector<double> block_search::white_error_left()
     return white;
 }
 
-std::vector<free_parameter> block_search::as_known() const
-{
-    std::vector<free_parameter> made;
-    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
-        const free_parameter &known = incumbent_.parameters[i];
-        const double value = value_of(incumbent_.rig, known.key->path);
-        const double sd = incumbent_.ci95[i] / 1.96;
-        if (sd > 0.0) {
-            made.push_back({known.key, value - 4.0 * sd, value + 4.0 * sd, value, sd});
-        }
-    }
-    return made;
-}
-
 std::vector<free_parameter> block_search::refinable() const
 {
-    std::vector<free_parameter> made = as_known();
-    const auto is_open = [&](const free_parameter &one) {
+    std::vector<bool> kept;
+    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
+        const rig_key *const key = incumbent_.parameters[i].key;
+        const double sd = incumbent_.ci95[i] / 1.96;
         const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
-            return found->is_rough && found->parameters[0].key == one.key->path;
+            return found->is_rough && found->parameters[0].key == key->path;
         });
-        return is_rough || !is_known(one, one.expected, one.expected_sd);
-    };
-    made.erase(std::remove_if(made.begin(), made.end(), is_open), made.end());
-    return made;
+        kept.push_back(sd > 0.0 && !is_rough && is_known(key->path, value_of(incumbent_.rig, key->path), sd));
+    }
+    return as_known(incumbent_, kept);
 }
 
 } // namespace berth

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/Dense>
+#include <utility>
 
 #include "least_squares.h"
 
@@ -85,8 +86,7 @@ class problem
         out.resize(rows_ + count());
         out.head(rows_) = Eigen::Map<const Eigen::VectorXd>(white_.data(), rows_);
         for (Eigen::Index i = 0; i < count(); i++) {
-            const free_parameter &p = parameters_[at(i)];
-            out(rows_ + i) = (member_of(rig_, *p.key) - p.expected) / p.expected_sd;
+            out(rows_ + i) = strain_of(parameters_[at(i)], rig_);
         }
     }
 
@@ -109,7 +109,10 @@ class problem
             }
             const double by_place = scales_[at(i)].slope_at(places(i));
             task.slopes.col(i).head(known.white.rows()) = by_place * known.white.col(same - known.keys.begin());
-            task.slopes(known.white.rows() + i, i) = by_place / parameters_[at(i)].expected_sd;
+            for (Eigen::Index j = 0; j < count(); j++) {
+                task.slopes(known.white.rows() + j, i) =
+                    by_place * strain_slope(parameters_[at(j)], parameters_[at(i)].key);
+            }
             task.slope_is_known[at(i)] = true;
         }
     }
@@ -151,10 +154,15 @@ Eigen::MatrixXd spread_of_scores(const Eigen::MatrixXd &jacobian, const Eigen::V
     return spread * (blocks / free) + prior.transpose() * prior;
 }
 
+/* Half widths of the intervals, and what the parameters have in common. */
+struct spread {
+    std::vector<double> ci95;
+    Eigen::MatrixXd correlation;
+};
+
 /* Half widths: from the curvature at the end, the white error's own size counting where it is above 1, or from the
  * spread over the record, whichever is wider. */
-std::vector<double> intervals(const problem &problem, const least_squares_result &found, double cost_per_row,
-                              Eigen::Index block)
+spread spread_of(const problem &problem, const least_squares_result &found, double cost_per_row, Eigen::Index block)
 {
     Eigen::MatrixXd jacobian = found.jacobian;
     for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
@@ -168,12 +176,14 @@ std::vector<double> intervals(const problem &problem, const least_squares_result
     const Eigen::MatrixXd sandwich =
         covariance * spread_of_scores(scaled, found.residual, problem.rows(), block) * covariance;
     const double excess = std::max(1.0, cost_per_row);
-    std::vector<double> widths;
-    widths.reserve(static_cast<std::size_t>(covariance.rows()));
+    spread made;
+    made.ci95.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
-        widths.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
+        made.ci95.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
     }
-    return widths;
+    const Eigen::VectorXd alone = covariance.diagonal().cwiseSqrt().cwiseInverse();
+    made.correlation = alone.asDiagonal() * covariance * alone.asDiagonal();
+    return made;
 }
 
 } // namespace
@@ -214,7 +224,9 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
             const double rows = std::max(1.0, static_cast<double>(problem.rows()) / noise.rows_per_fact);
             const auto half_second = static_cast<Eigen::Index>(0.5 / model.data().period_s);
             const Eigen::Index block = std::max<Eigen::Index>(5, std::min(half_second, problem.rows() / 40));
-            result.ci95 = intervals(problem, found, result.cost / rows, block);
+            spread known = spread_of(problem, found, result.cost / rows, block);
+            result.ci95 = std::move(known.ci95);
+            result.correlation = std::move(known.correlation);
         }
     }
     result.rows = static_cast<std::size_t>(static_cast<double>(problem.rows()) / noise.rows_per_fact);
@@ -228,6 +240,16 @@ double cost_of(block_model &model, const noise_model &noise, const rig &rig, row
     model.error(rig, error);
     whiten(noise, error, model.uses(), use, white);
     return sum_of_squares(white);
+}
+
+std::vector<free_parameter> as_known(const fit_result &fitted, const std::vector<bool> &kept)
+{
+    std::vector<free_parameter> alone;
+    for (std::size_t i = 0; i < fitted.ci95.size(); i++) {
+        const rig_key *const key = fitted.parameters[i].key;
+        alone.push_back({key, 0.0, 0.0, value_of(fitted.rig, key->path), fitted.ci95[i] / 1.96});
+    }
+    return known_together(alone, fitted.correlation, kept);
 }
 
 std::vector<free_parameter> base_parameters(block block, const rig &given)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "block_model.h"
+#include "prior.h"
 
 namespace berth
 {
@@ -13,18 +14,11 @@ namespace berth
 /* Finite differences move the white error by no more: rms, where 1 is the noise. */
 constexpr double change_max_per_row = 0.3;
 
-struct free_parameter {
-    const rig_key *key;
-    double low; /* bounds */
-    double high;
-    double expected = 0.0; /* prior: expected value and its standard deviation; infinity: none */
-    double expected_sd = std::numeric_limits<double>::infinity();
-};
-
 struct fit_result {
     berth::rig rig;
     std::vector<free_parameter> parameters;
-    std::vector<double> ci95; /* half width, in the parameters' units */
+    std::vector<double> ci95;    /* half width, in the parameters' units */
+    Eigen::MatrixXd correlation; /* of the parameters; empty where there are no intervals */
     double cost = 0.0;        /* sum of squares of the white error over the rows of the fit */
     std::size_t rows = 0;
     int replays = 0;
@@ -44,6 +38,9 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
 
 /* White error of a rig over the rows of the fit. */
 double cost_of(block_model &model, const noise_model &noise, const rig &rig, row_use use = row_use::fit);
+
+/* What a fit knows of its parameters, as a prior; `kept`: see known_together(). */
+std::vector<free_parameter> as_known(const fit_result &fitted, const std::vector<bool> &kept);
 
 /* The base model's parameters, free within the tolerances that the rig file gives. */
 std::vector<free_parameter> base_parameters(block block, const rig &given);

@@ -22,7 +22,7 @@ struct contender {
 };
 
 /* How far the base model's parameters are from what the rig file says of them; those of a cause may be anywhere. */
-double strain_of(const rig &given, const contender &one)
+double strain_on_base(const rig &given, const contender &one)
 {
     double sum = 0.0;
     for (const block block : {block::robot, block::force}) {
@@ -33,8 +33,7 @@ double strain_of(const rig &given, const contender &one)
                                        [&](const auto &size) { return size.key == known.key->path; });
                 });
             if (!is_of_cause && known.expected_sd < unlimited) {
-                const double off = value_of(one.force.extended, known.key->path) - known.expected;
-                sum += std::pow(off / known.expected_sd, 2);
+                sum += std::pow(strain_of(known, one.force.extended), 2);
             }
         }
     }
@@ -55,7 +54,7 @@ class balance
     double weight_of(const contender &one)
     {
         return cost_of(reports_, robot_noise_, one.force.extended) +
-               cost_of(force_, force_noise_, one.force.extended) + strain_of(as_given_, one);
+               cost_of(force_, force_noise_, one.force.extended) + strain_on_base(as_given_, one);
     }
 
   private:
