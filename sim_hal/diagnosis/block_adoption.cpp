@@ -131,8 +131,14 @@ void block_search::drop_stand_ins(block_diagnosis &result)
 fit_result block_search::fit_without(const effect &dropped)
 {
     rig without = incumbent_.rig;
+    const std::vector<free_parameter> own = own_parameters();
     for (const effect_parameter &parameter : dropped.parameters) {
-        set_number(without, parameter.key, value_of(given_, parameter.key));
+        const auto base =
+            std::find_if(own.begin(), own.end(), [&](const auto &one) { return one.key->path == parameter.key; });
+        const double value = value_of(without, parameter.key);
+        set_number(without, parameter.key,
+                   base == own.end() ? value_of(given_, parameter.key)
+                                     : std::min(std::max(value, base->low), base->high));
     }
     if (dropped.switch_on != nullptr) {
         without.robot.clock = given_.robot.clock;
@@ -142,9 +148,9 @@ fit_result block_search::fit_without(const effect &dropped)
                  [&](const free_parameter &parameter) {
                      return std::none_of(
                          dropped.parameters.begin(), dropped.parameters.end(),
-                         [&](const effect_parameter &own) { return own.key == parameter.key->path; });
+                         [&](const effect_parameter &gone) { return gone.key == parameter.key->path; });
                  });
-    return fit(model_, noise_, without, joined(own_parameters(), parameters), input_.options.replays_max);
+    return fit(model_, noise_, without, joined(own, parameters), input_.options.replays_max);
 }
 
 void block_search::fix_estimates(block_diagnosis &result) const

@@ -53,6 +53,9 @@ bool is_known(std::string_view path, double value, double sd)
 void block_search::conclude(block_diagnosis &result)
 {
     result.verdict = verdict_of(result);
+    if (incumbent_.rig.robot.clock == robot_clock::free) {
+        wrap_clock_phase(incumbent_.rig, model_.data().period_s);
+    }
     if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; })) {
         widen_clock_intervals(model_, noise_, incumbent_);
     }

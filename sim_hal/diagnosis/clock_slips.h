@@ -17,6 +17,9 @@ void match_slips(block_model &force, rig &rig);
 /* A free clock that fits better, found by trying: slopes lead nowhere where slips jump from tick to tick. */
 void polish_clock(block_model &model, const noise_model &noise, fit_result &fitted);
 
+/* A phase of a whole period more is the same clock: the one of the first period. */
+void wrap_clock_phase(rig &rig, double period_s);
+
 /* Half widths of a free clock's phase and drift: how far they may be off while the slips stay in their ticks, and
  * how far the slips may. The slopes of a fit know of neither: an error jumps where a slip does. */
 void widen_clock_intervals(block_model &model, const noise_model &noise, fit_result &fitted);

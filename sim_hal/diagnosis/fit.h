@@ -19,7 +19,7 @@ struct fit_result {
     std::vector<free_parameter> parameters;
     std::vector<double> ci95;    /* half width, in the parameters' units */
     Eigen::MatrixXd correlation; /* of the parameters; empty where there are no intervals */
-    double cost = 0.0;        /* sum of squares of the white error over the rows of the fit */
+    double cost = 0.0;           /* sum of squares of the white error over the rows of the fit */
     std::size_t rows = 0;
     int replays = 0;
 };

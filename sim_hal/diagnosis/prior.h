@@ -34,10 +34,10 @@ double strain_of(const free_parameter &parameter, const rig &rig);
 /* Its change with a parameter's value. */
 double strain_slope(const free_parameter &parameter, const rig_key *with);
 
-/* A normal distribution of parameters, of which `alone` has the expected values and the standard deviation of each by
- * itself, as a prior of each given the next ones: squared, the strains of all sum up to the distribution's exponent.
- * `correlation`: square, in the order of `alone`; may be shorter than it, the rest is independent. Those that are not
- * `kept` are taken to be as expected. Bounds: four standard deviations. */
+/* A normal distribution of parameters, of which `alone` has the expected values and the standard deviation of each
+ * by itself, as a prior of each given the next ones: squared, the strains of all sum up to the distribution's
+ * exponent. `correlation`: square, in the order of `alone`; may be shorter than it, the rest is independent. Those
+ * that are not `kept` are taken to be as expected. Bounds: four standard deviations. */
 std::vector<free_parameter> known_together(const std::vector<free_parameter> &alone,
                                            const Eigen::MatrixXd &correlation, const std::vector<bool> &kept);
 
