@@ -160,6 +160,7 @@ class block_search
     std::vector<double> white_error_left();
     /* What the fit knows, as a prior. */
     /* What the fit knows well enough for the blocks after this one to start from. */
+    void widen_by_what_is_left();
     std::vector<free_parameter> refinable() const;
 
     const diagnosis_input &input_;

@@ -59,6 +59,10 @@ void block_search::conclude(block_diagnosis &result)
     if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; })) {
         widen_clock_intervals(model_, noise_, incumbent_);
     }
+    result.refinable = refinable();
+    if (result.verdict == verdict::partly_explained) {
+        widen_by_what_is_left();
+    }
     fix_estimates(result);
     for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
         const std::string key(incumbent_.parameters[i].key->path);
@@ -67,7 +71,6 @@ void block_search::conclude(block_diagnosis &result)
     }
     result.extended = incumbent_.rig;
     result.fitted = incumbent_;
-    result.refinable = refinable();
     model_.error(incumbent_.rig, result.error_after);
     result.uses = model_.uses();
     result.floor = noise_;
@@ -314,6 +317,17 @@ std::vector<double> block_search::white_error_left()
     model_.error(incumbent_.rig, error);
     whiten(noise_, error, all, row_use::fit, white);
     return white;
+}
+
+/* What the model lacks is no noise that averages out: along what a parameter moves there may have been as much of it
+ * as is left. */
+void block_search::widen_by_what_is_left()
+{
+    const double rows = static_cast<double>(incumbent_.rows);
+    const double coherent = std::sqrt(std::max(0.0, incumbent_.cost - rows));
+    for (std::size_t i = 0; i < incumbent_.sd_of_noise.size(); i++) {
+        incumbent_.ci95[i] = std::hypot(incumbent_.ci95[i], 1.96 * coherent * incumbent_.sd_of_noise[i]);
+    }
 }
 
 std::vector<free_parameter> block_search::refinable() const

@@ -157,6 +157,7 @@ Eigen::MatrixXd spread_of_scores(const Eigen::MatrixXd &jacobian, const Eigen::V
 /* Half widths of the intervals, and what the parameters have in common. */
 struct spread {
     std::vector<double> ci95;
+    std::vector<double> sd_of_noise;
     Eigen::MatrixXd correlation;
 };
 
@@ -179,6 +180,7 @@ spread spread_of(const problem &problem, const least_squares_result &found, doub
     spread made;
     made.ci95.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
+        made.sd_of_noise.push_back(std::sqrt(covariance(i, i)) / scale(i));
         made.ci95.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
     }
     const Eigen::VectorXd alone = covariance.diagonal().cwiseSqrt().cwiseInverse();
@@ -226,6 +228,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
             const Eigen::Index block = std::max<Eigen::Index>(5, std::min(half_second, problem.rows() / 40));
             spread known = spread_of(problem, found, result.cost / rows, block);
             result.ci95 = std::move(known.ci95);
+            result.sd_of_noise = std::move(known.sd_of_noise);
             result.correlation = std::move(known.correlation);
         }
     }
