@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acceptance.h"
+#include "clock_ways.h"
 #include "floor.h"
 #include "rivals.h"
 
@@ -141,8 +142,10 @@ void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, ev
 
 void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig &as_given)
 {
-    const bool switches = std::any_of(robot.causes.begin(), robot.causes.end(), [](const cause &known) {
-        return known.effect->switches || known.effect->name == lost_commands;
+    const bool switches = std::any_of(robot.causes.begin(), robot.causes.end(), [&](const cause &known) {
+        const bool is_clock = known.effect->switch_on != nullptr;
+        return is_clock ? !slip_times_s(robot.extended, *force.fit).empty()
+                        : known.effect->switches || known.effect->name == lost_commands;
     });
     force.upstream = robot.refinable;
     force.has_cause_upstream = !robot.causes.empty();
