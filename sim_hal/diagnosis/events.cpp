@@ -193,6 +193,32 @@ int spike_sides(const std::vector<double> &off, std::size_t n)
     return is_half(off[n - 1]) + is_half(off[n + 1]);
 }
 
+/* At its end of range, or with steps above the noise, a sensor tells nothing of the noise. */
+bool stands_still(const std::vector<double> &force_N, std::size_t n)
+{
+    return force_N[n - 1] == force_N[n] && force_N[n + 1] == force_N[n];
+}
+
+/* Chance strikes all over the record; what comes in a few bursts has a cause there. */
+bool are_scattered(const std::vector<std::uint8_t> &rows)
+{
+    constexpr std::size_t near = 10; /* rows */
+    constexpr double share = 0.5;    /* of the groups that chance makes */
+    std::size_t count = 0;
+    std::size_t groups = 0;
+    std::size_t last = 0;
+    for (std::size_t n = 0; n < rows.size(); n++) {
+        if (rows[n] != 0) {
+            groups += count == 0 || n - last > near;
+            count++;
+            last = n;
+        }
+    }
+    const double often = static_cast<double>(count) / static_cast<double>(rows.size());
+    return static_cast<double>(groups) >
+           share * static_cast<double>(count) * std::exp(-often * static_cast<double>(near));
+}
+
 } // namespace
 
 std::vector<event_finding> find_repeats(const record &record, const rig &given, sample_events &events)
@@ -253,7 +279,9 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
             continue;
         }
         off[n] = error[n] - 0.5 * (error[n - 1] + error[n + 1]);
-        sizes.push_back(std::abs(off[n]));
+        if (!stands_still(model.data().force_N, n)) {
+            sizes.push_back(std::abs(off[n]));
+        }
     }
     const double sigma = 1.4826 * median_of(sizes);
     const double far_N = std::max(spike_far_sd * sigma, 2.0 * lattice_step(model.data().force_N));
@@ -280,7 +308,7 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
             }
         }
     }
-    if (amplitudes.size() < events_min || amplitudes.size() * 10 > sizes.size()) {
+    if (amplitudes.size() < events_min || amplitudes.size() * 10 > sizes.size() || !are_scattered(rows)) {
         return {};
     }
     double mean = 0.0;
