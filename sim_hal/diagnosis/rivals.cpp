@@ -21,17 +21,21 @@ struct contender {
     events_of_records events;
 };
 
+bool has_size(const block_diagnosis &block, std::string_view key)
+{
+    return std::any_of(block.causes.begin(), block.causes.end(), [&](const cause &found) {
+        return std::any_of(found.parameters.begin(), found.parameters.end(),
+                           [&](const auto &size) { return size.key == key; });
+    });
+}
+
 /* How far the base model's parameters are from what the rig file says of them; those of a cause may be anywhere. */
 double strain_on_base(const rig &given, const contender &one)
 {
     double sum = 0.0;
     for (const block block : {block::robot, block::force}) {
         for (const free_parameter &known : base_parameters(block, given)) {
-            const bool is_of_cause =
-                std::any_of(one.robot.causes.begin(), one.robot.causes.end(), [&](const cause &found) {
-                    return std::any_of(found.parameters.begin(), found.parameters.end(),
-                                       [&](const auto &size) { return size.key == known.key->path; });
-                });
+            const bool is_of_cause = has_size(one.robot, known.key->path) || has_size(one.force, known.key->path);
             if (!is_of_cause && known.expected_sd < unlimited) {
                 sum += std::pow(strain_of(known, one.force.extended), 2);
             }
@@ -80,9 +84,13 @@ contender fitted_alone(std::string_view effect, const std::vector<std::string> &
     return made;
 }
 
-bool explains_all(const contender &one, std::string_view effect)
+/* And leaves the force to the same causes of its own as before, if any. */
+bool explains_all(const contender &one, std::string_view effect, const block_diagnosis &force)
 {
-    return one.robot.verdict == verdict::named && one.force.verdict == verdict::nothing_detectable &&
+    const auto is_same = [](const cause &a, const cause &b) { return a.effect == b.effect; };
+    return one.robot.verdict == verdict::named && one.force.verdict == force.verdict &&
+           std::equal(one.force.causes.begin(), one.force.causes.end(), force.causes.begin(), force.causes.end(),
+                      is_same) &&
            std::any_of(one.robot.causes.begin(), one.robot.causes.end(),
                        [&](const cause &known) { return known.effect->name == effect; });
 }
@@ -99,7 +107,7 @@ void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, event
     std::vector<contender> rivals;
     for (const std::string &name : names) {
         rivals.push_back(fitted_alone(name, names, robot_start, force_start, as_given));
-        if (!explains_all(rivals.back(), name)) {
+        if (!explains_all(rivals.back(), name, force)) {
             rivals.pop_back();
         }
         if (rivals.empty()) {

@@ -185,7 +185,8 @@ void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, event
     if (has(force, lost_commands) && other_causes(robot) > 0) {
         let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
     }
-    if (robot.verdict == verdict::one_of && force.verdict == verdict::nothing_detectable) {
+    const bool force_is_clear = force.verdict == verdict::nothing_detectable || force.verdict == verdict::named;
+    if (robot.verdict == verdict::one_of && force_is_clear) {
         weigh_rivals_together(robot, force, events, robot_start, force_start, as_given);
     } else if (may_hide_robot(force) && robot.causes.empty()) {
         look_for_hidden_robot(force, robot, force_start);
