@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "replay.h"
+
 namespace berth
 {
 
@@ -21,16 +23,15 @@ std::vector<double> slip_times_s(const rig &rig, const record &data)
     constexpr std::size_t many = 1000;
     const double period_ms = 1e3 * data.period_s;
     const double drift_ms_per_s = 1e-3 * rig.robot.clock_drift_ppm;
-    const auto periods_late = [&](double time_s) {
-        return (rig.robot.clock_phase_ms + drift_ms_per_s * time_s) / period_ms;
-    };
+    const double phase_ms = rig.robot.clock_phase_ms - 1e3 * setpoint_arrival_s(rig);
+    const auto periods_late = [&](double time_s) { return (phase_ms + drift_ms_per_s * time_s) / period_ms; };
     const double at_begin = periods_late(begin_of(data));
     const double at_end = periods_late(data.time_s.back() - data.time_origin_s);
     const double last = std::max(at_begin, at_end);
     std::vector<double> times_s;
     double whole = std::ceil(std::min(at_begin, at_end));
     while (whole < last && times_s.size() < many) {
-        times_s.push_back((whole * period_ms - rig.robot.clock_phase_ms) / drift_ms_per_s);
+        times_s.push_back((whole * period_ms - phase_ms) / drift_ms_per_s);
         whole++;
     }
     return times_s;

@@ -10,8 +10,8 @@
 namespace berth
 {
 
-/* Times at which the clock slips: its lateness passes a whole period. On the clock's own scale, on which the record
- * begins at time_s.front() - time_origin_s. */
+/* Times at which the clock slips: when it looks, another setpoint has just come, or not yet. On the clock's own
+ * scale, on which the record begins at time_s.front() - time_origin_s. */
 std::vector<double> slip_times_s(const rig &rig, const record &data);
 
 /* The ways in which a clock's drift and phase move without moving the mean lateness, which the dead time makes up

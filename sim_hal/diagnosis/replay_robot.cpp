@@ -131,8 +131,7 @@ std::vector<knot> reference_knots(const rig &rig, const record &record, const re
         return knots;
     }
     const double clock_period_s = period_s * (1.0 + 1e-6 * rig.robot.clock_drift_ppm);
-    /* Feedback and operator command go first on the robot's bus. */
-    const double arrival_s = 1e-9 * static_cast<double>(robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8));
+    const double arrival_s = setpoint_arrival_s(rig);
     /* The first of its ticks in this segment. */
     const double begin_s = record.time_s[part.begin] - record.time_origin_s;
     const double phase_s = std::fmod(1e-3 * rig.robot.clock_phase_ms, period_s);
@@ -295,6 +294,11 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
         tick.ticks_late -= 1;
     }
     return tick;
+}
+
+double setpoint_arrival_s(const rig &rig)
+{
+    return 1e-9 * static_cast<double>(robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8));
 }
 
 void replay_robot(const rig &rig, const record &record, const sample_events &events, motion_detail detail,

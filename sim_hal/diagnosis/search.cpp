@@ -268,6 +268,10 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
     scales.residual_frequency_Hz = strongest_frequency_Hz(error, record.period_s);
     if (model.which() == block::robot) {
         scales.clocks = drifting_clocks(error, model.motion().at_tick_m, record.period_s, 6);
+        for (clock_guess &guess : scales.clocks) { /* that looks for setpoints that have come */
+            const double period_ms = 1e3 * record.period_s;
+            guess.phase_ms = std::fmod(guess.phase_ms + 1e3 * setpoint_arrival_s(rig), period_ms);
+        }
     }
     if (model.which() == block::robot || options.robot_in_force) {
         scales.residual_pitch_m = strongest_pitches_m(error, model.motion().at_tick_m, 3);

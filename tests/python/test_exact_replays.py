@@ -78,6 +78,11 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (159152, ("--kind", "single", "--effect", "object.parameters", "--size", "large"), ["object.parameters"]),
     # The robot's reports fit a resonance as well; reports and force together do not.
     (148131, ("--kind", "single", "--effect", "robot.dead_time", "--size", "medium"), ["robot.dead_time"]),
+    (159051, ("--kind", "two"), ["robot.dead_time", "sensor.bias"]),
+    # A clock that does not slip within the record hides no other cause in the force.
+    (159301, ("--kind", "two"), ["loop.clock_drift", "object.second_mode"]),
+    # At its end of range a sensor has no noise, and what it has elsewhere are no spikes.
+    (159127, ("--kind", "single", "--effect", "sensor.saturation", "--size", "large"), ["sensor.saturation"]),
     # A robot that begins somewhere in its play.
     (137060, ("--kind", "two"), ["manipulator.gravity_offset", "robot.backlash"]),
     # What the replay of a contact is off by is no other form of the bias.
@@ -160,6 +165,8 @@ def test_friction_is_found_at_another_presliding_way_once_its_asymmetry_is_known
 @pytest.mark.parametrize("seed, effect, size", [
     # A clock that slips once in the record, and one that slips backwards.
     (31125, "loop.clock_drift", "tiny"), (31191, "loop.clock_drift", "small"),
+    # Two slips that the noise of the reports leaves dozens of ticks.
+    (159223, "loop.clock_drift", "large"),
     # Ticks that a coarse force, or many chance repetitions, hide in one channel.
     (31020, "loop.lost_samples", "tiny"), (31086, "loop.lost_samples", "small"),
     (31171, "sensor.dropouts", "large"),
@@ -172,6 +179,28 @@ def test_intervals_hold_what_slips_and_what_is_lost(seed, effect, size, tmp_path
         true, (low, high) = hidden["parameters"][parameter["name"]], parameter["ci95"]
         print(parameter["name"], true, parameter["value"], low, high)
         assert abs(parameter["value"] - true) < high - low and high > low
+
+
+@pytest.mark.parametrize("seed, size", [
+    # A slip that noise hides in the reports, one in a part that was held out, and slips of which each is off by more.
+    (159157, "medium"), (148026, "large"), (148293, "large"),
+])
+def test_slips_of_a_clock_are_in_the_ticks_in_which_the_force_shows_them(seed, size, tmp_path):
+    """A stiff contact answers to a slip in another tick with ten times the noise."""
+    [hidden], told = hidden_and_told(tmp_path, seed, "--kind", "single", "--effect", "loop.clock_drift", "--size", size)
+    assert told["verdict"] == "named" and [cause["effect"] for cause in told["causes"]] == ["loop.clock_drift"]
+    found = {one["name"]: one["value"] for one in told["causes"][0]["parameters"]}
+    print(hidden["parameters"], found, told["residual"]["force_N"])
+    assert found["clock_drift_ppm"] == pytest.approx(hidden["parameters"]["clock_drift_ppm"], rel=0.03)
+    floor_N = json.loads((tmp_path / "truth/truth.json").read_text())["floor_rms"]["force_N"]
+    assert told["residual"]["force_N"]["fit"]["after"] < 1.1 * floor_N
+
+
+def test_what_comes_in_bursts_is_no_spike(tmp_path):
+    """Slips of a clock that is left out of the library ring in a stiff contact."""
+    _, told = hidden_and_told(tmp_path, 159223, "--kind", "single", "--effect", "loop.clock_drift", "--size", "large",
+                              options=("--without", "loop.clock_drift"))
+    assert told["verdict"] != "named" and "sensor.spikes" not in [cause["effect"] for cause in told["causes"]]
 
 
 @pytest.mark.parametrize("seed, effect, size, neighbour", [

@@ -155,3 +155,50 @@ TEST_CASE("events: beside a robot that switches, samples thrown off are spikes o
         CHECK(berth::count_of(events.spike) == (are_alike ? wanted.front().count : 0));
     }
 }
+
+namespace
+{
+
+/* How many spikes are found in noise of `noise_N` with samples thrown off by 3 N, where `is_thrown` says so. The
+ * sensor stands still where `is_held` does. */
+template <typename Thrown, typename Held>
+std::size_t spikes_in(seeded::engine &random, double noise_N, Thrown is_thrown, Held is_held)
+{
+    constexpr std::size_t rows = 8000;
+    const berth::sample_events none{};
+    const berth::rig rig = berth::load_rig("ess", {});
+    berth::record data = empty_record(rows);
+    const channel noise{0.0, noise_N, 1e-6};
+    std::vector<double> error(rows);
+    for (std::size_t n = 0; n < rows; n++) {
+        error[n] = is_held(n) ? 0.0 : noise.at(random, n) + (is_thrown(n) ? (n % 2 == 0 ? 3.0 : -3.0) : 0.0);
+    }
+    data.force_N = error;
+    data.command_position_m.assign(rows, 0.0);
+    const berth::block_model model(berth::block::force, data, rig, none, berth::held_out_parts::none);
+    berth::sample_events events;
+    const auto found = berth::find_spikes(model, error, events);
+    return found.empty() ? 0 : found.front().count;
+}
+
+} // namespace
+
+TEST_CASE("events: what comes in a few bursts is no spike")
+{
+    SEEDED(random, "events: what comes in*");
+    const auto never = [](std::size_t) { return false; };
+    const auto scattered = [](std::size_t n) { return n % 199 == 100; };
+    const auto in_bursts = [](std::size_t n) { return n % 2000 > 1000 && n % 2000 < 1031 && n % 3 == 0; };
+    CHECK(spikes_in(random, 0.05, scattered, never) >= 39);
+    CHECK(spikes_in(random, 0.05, in_bursts, never) == 0);
+}
+
+TEST_CASE("events: noise is no spike where a sensor stands still most of the time")
+{
+    SEEDED(random, "events: noise is no*");
+    const auto never = [](std::size_t) { return false; };
+    const auto thrown = [](std::size_t n) { return n % 400 == 350; };
+    const auto held = [](std::size_t n) { return n % 400 < 300; };
+    CHECK(spikes_in(random, 0.05, never, held) == 0);
+    CHECK(spikes_in(random, 0.05, thrown, held) >= 19);
+}
