@@ -77,6 +77,7 @@ bool block_search::find_next(block_diagnosis &result)
         return false;
     }
     fit_incumbent_from(candidates.front());
+    retuned_ = found_.empty() ? incumbent_.rig : retuned_;
     incumbent_.cost = cost_of(model_, metric_, incumbent_.rig);
     incumbent_.rows = rows_under(metric_);
     std::vector<double> error;

@@ -31,6 +31,7 @@ void block_search::run(block_diagnosis &result)
         fit_base();
     }
     base_ = incumbent_;
+    retuned_ = base_.rig;
     rate_base(result);
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding;
@@ -152,7 +153,7 @@ part_rms block_search::rms(block_model &model, row_use use) const
     part_rms made;
     model.error(given_, error);
     made.before = rms_of(error, model.uses(), use);
-    model.error(base_.rig, error);
+    model.error(retuned_, error);
     made.retuned = rms_of(error, model.uses(), use);
     model.error(incumbent_.rig, error);
     made.after = rms_of(error, model.uses(), use);

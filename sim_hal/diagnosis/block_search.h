@@ -171,6 +171,7 @@ class block_search
     noise_model noise_;
     noise_model metric_; /* what candidates are compared under */
     fit_result base_;
+    rig retuned_; /* the base, as well as it was ever fitted: the search for causes shows it better values */
     fit_result incumbent_;
     leftover leftover_;
     bool has_floor_ = false; /* measured, and to be believed */
