@@ -123,6 +123,13 @@ std::vector<bool> read_header(record_table &table, std::string_view line, const 
         is_any_a_name = is_any_a_name || error != std::errc() || end != cell.data() + cell.size();
         table.columns.push_back({name, {}});
     }
+    const std::string &only = table.columns.front().name;
+    const std::size_t separator = only.find_first_of(";\t");
+    if (table.columns.size() == 1 && separator != std::string::npos) {
+        throw input_error(place(path, table.header_line) + "its columns are separated by " +
+                          (only[separator] == ';' ? "semicolons" : "tabs") +
+                          "; write commas, and points in the numbers");
+    }
     if (!is_any_a_name) {
         throw input_error(place(path, table.header_line) +
                           "has numbers and no names; the first line that is no comment (#) must name the columns");

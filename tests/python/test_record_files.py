@@ -72,6 +72,21 @@ def test_a_row_with_a_cell_too_many(tmp_path):
     refused(tmp_path, record, "--rig", "ess", contains=[f"{record}:51: ", "more cells than the 3", "comma"])
 
 
+@pytest.mark.parametrize("separator, told", [(";", "semicolons"), ("\t", "tabs")])
+def test_a_table_with_other_separators(tmp_path, separator, told):
+    """As a spreadsheet writes it where the comma is the decimal point."""
+    lines = [line.replace(",", separator).replace(".", ",") for line in lines_of(HEADER, motion())]
+    record = tmp_path / "table.csv"
+    record.write_text("\n".join(lines) + "\n")
+    refused(tmp_path, record, "--rig", "ess",
+            contains=[f"{record}:1: ", f"separated by {told}", "write commas, and points in the numbers"])
+
+
+def test_rows_the_last_one_first(tmp_path):
+    record = write(tmp_path / "turned.csv", HEADER, [column[::-1] for column in motion()])
+    refused(tmp_path, record, "--rig", "ess", contains=["t_s never increases", "the last one first"])
+
+
 def test_two_columns_of_one_name(tmp_path):
     t_s, command_m, robot_m = motion()
     record = write(tmp_path / "twice.csv", [*HEADER, "robot_position_m"], (t_s, command_m, robot_m, robot_m))
