@@ -97,7 +97,9 @@ void block_search::start_over_from_other_scales()
         for (const double factor : {0.1, 0.35, 3.0, 10.0}) {
             rig again = incumbent_.rig;
             set_number(again, scale, factor * found);
-            fit_result other = fit(model_, noise_, again, incumbent_.parameters, input_.options.replays_max);
+            /* Between bounds about here: those of the first start may be what the scale is at. */
+            const auto parameters = joined(incumbent_.parameters, effect_parameters(*known, again));
+            fit_result other = fit(model_, noise_, again, parameters, input_.options.replays_max);
             if (other.cost < incumbent_.cost) {
                 other.rows = incumbent_.rows;
                 incumbent_ = std::move(other);

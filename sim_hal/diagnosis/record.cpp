@@ -100,7 +100,8 @@ double row_spacing_s(const record &made)
         }
     }
     if (steps.empty()) {
-        throw input_error(made.path + ": t_s never increases; is it another column, or are the rows the last one first?");
+        throw input_error(made.path +
+                          ": t_s never increases; is it another column, or are the rows the last one first?");
     }
     std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
     const double longest_s = gap * steps[steps.size() / 2];

@@ -42,9 +42,7 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
     for (std::size_t step = 0; step < tick.count(); step++) {
         if (step == 0 || tick.kind[step] != tick.kind[step - 1]) {
             maps[tick.kind[step]] = object.make_maps(tick.duration_s[step]);
-            if (object.switches()) {
-                fine[tick.kind[step]] = object.make_maps(tick.duration_s[step] / object_steps::fine_parts);
-            }
+            fine[tick.kind[step]] = object.make_fine_maps(tick.duration_s[step]);
         }
     }
     force_N.assign(record.size(), 0.0);

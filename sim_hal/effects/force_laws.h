@@ -34,6 +34,12 @@ class dry_friction final : public force_stage
         bent_ = ways > no_more ? direction : direction + (bent_ - direction) * std::exp(-ways);
         return bent_ * friction_N_;
     }
+    bool is_abrupt(double way_m) const override
+    {
+        constexpr double coarse = 0.03; /* of the presliding way: less than 1e-4 of the force is missed */
+        constexpr double nearly_full = 0.9999;
+        return std::abs(bent_) < nearly_full && way_m > coarse * presliding_m_;
+    }
 
   private:
     double friction_N_;

@@ -3,6 +3,10 @@
 #ifndef SIM_HAL_EFFECTS_STAGES_H
 #define SIM_HAL_EFFECTS_STAGES_H
 
+#include <algorithm>
+#include <memory>
+#include <vector>
+
 namespace berth
 {
 
@@ -49,7 +53,15 @@ class force_stage
     virtual ~force_stage() = default;
     virtual void start(const body_motion &) {}
     virtual double force_N(const body_motion &motion, double step_s) = 0;
+
+    /* Whether it would change so much over the next `way_m` that shorter steps are worth it. */
+    virtual bool is_abrupt(double) const { return false; }
 };
+
+inline bool any_is_abrupt(const std::vector<std::unique_ptr<force_stage>> &forces, double way_m)
+{
+    return std::any_of(forces.begin(), forces.end(), [&](const auto &force) { return force->is_abrupt(way_m); });
+}
 
 /* Samples of the force as they leave the sensor, once a tick. */
 class sample_stage

@@ -48,7 +48,8 @@ void effect_solver::step(double reference_m, std::int64_t duration_ns)
     const double step_s = static_cast<double>(duration_ns) * 1e-9;
     const double from_m = object_.robot_line().position_m;
     const double to_m = drive_.advance(reference_m, step_s);
-    object_.advance(maps_for(duration_ns), step_s, {from_m, to_m}, static_cast<double>(now_ns_) * 1e-9);
+    const known_step &known = maps_for(duration_ns);
+    object_.advance_watching(known.maps, known.fine, step_s, {from_m, to_m}, static_cast<double>(now_ns_) * 1e-9);
     now_ns_ += duration_ns;
     force_N_ = object_.measured_N();
     for (auto &filter : filters_) {
@@ -56,18 +57,19 @@ void effect_solver::step(double reference_m, std::int64_t duration_ns)
     }
 }
 
-const object_steps::step_maps &effect_solver::maps_for(std::int64_t duration_ns)
+const effect_solver::known_step &effect_solver::maps_for(std::int64_t duration_ns)
 {
     for (known_step &known : known_) {
         if (known.duration_ns == duration_ns) {
-            return known.maps;
+            return known;
         }
     }
     known_step &made = known_[next_known_];
     next_known_ = (next_known_ + 1) % known_.size();
     made.duration_ns = duration_ns;
     made.maps = object_.make_maps(static_cast<double>(duration_ns) * 1e-9);
-    return made.maps;
+    made.fine = object_.make_fine_maps(static_cast<double>(duration_ns) * 1e-9);
+    return made;
 }
 
 beam_state effect_solver::state() const

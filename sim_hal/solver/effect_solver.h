@@ -36,8 +36,14 @@ class effect_solver
     void set_state(const beam_state &state); /* of object and low-pass; the robot stays where it is */
 
   private:
+    struct known_step {
+        std::int64_t duration_ns = -1;
+        object_steps::step_maps maps;
+        object_steps::step_maps fine;
+    };
+
     void step(double reference_m, std::int64_t duration_ns);
-    const object_steps::step_maps &maps_for(std::int64_t duration_ns);
+    const known_step &maps_for(std::int64_t duration_ns);
 
     robot_drive drive_;
     object_steps object_;
@@ -46,10 +52,6 @@ class effect_solver
     std::int64_t now_ns_ = 0;
     double force_N_ = 0.0;
 
-    struct known_step {
-        std::int64_t duration_ns = -1;
-        object_steps::step_maps maps;
-    };
     std::array<known_step, 32> known_; /* a regular run has few durations */
     std::size_t next_known_ = 0;
 };

@@ -10,6 +10,7 @@ namespace
 {
 
 constexpr int steps_with_effects = 8;
+constexpr int turning_parts = 4; /* see object_steps */
 
 Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double step_s)
 {
@@ -25,8 +26,11 @@ Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double st
 } // namespace
 
 manipulator_steps::manipulator_steps(const rig &rig, double period_s)
-    : forces_(active_stages(rig, &effect::on_body, "manipulator")), steps_(forces_.empty() ? 1 : steps_with_effects),
-      step_s_(period_s / steps_), map_(make_map(rig.firmware.manipulator, step_s_))
+    : forces_(active_stages(rig, &effect::on_body, "manipulator")),
+      friction_N_(value_of_effect(rig, "manipulator.coulomb_friction_N")),
+      steps_(forces_.empty() ? 1 : steps_with_effects), step_s_(period_s / steps_),
+      map_(make_map(rig.firmware.manipulator, step_s_)),
+      fine_map_(make_map(rig.firmware.manipulator, step_s_ / turning_parts))
 {
 }
 
@@ -40,19 +44,40 @@ void manipulator_steps::start(const Eigen::Vector2d &state)
 
 void manipulator_steps::advance(const input &in)
 {
-    const Eigen::Vector2d held =
-        map_.col(2) * in.operator_position_m + map_.col(3) * in.operator_velocity_m_per_s + map_.col(4) * in.push_N;
     for (int i = 0; i < steps_; i++) {
-        const Eigen::Vector2d next = map_.leftCols<2>() * state_ + held;
-        const double middle_m = 0.5 * (state_(0) + next(0));
-        double sum_N = 0.0;
-        for (auto &force : forces_) {
-            sum_N += force->force_N(
-                {middle_m, middle_m - in.operator_position_m, next(1) - map_(1, 4) * sum_N, in.time_s, map_(1, 4)},
-                step_s_);
+        if (friction_N_ > 0.0 && is_divided(in)) {
+            for (int part = 0; part < turning_parts; part++) {
+                step(fine_map_, step_s_ / turning_parts, in);
+            }
+        } else {
+            step(map_, step_s_, in);
         }
-        state_ = next - map_.col(4) * sum_N;
     }
+}
+
+/* Unless it goes on as it went whatever the friction does, and that does nothing else. */
+bool manipulator_steps::is_divided(const input &in) const
+{
+    const double free_m_per_s = map_.row(1).head<2>().dot(state_) + map_(1, 2) * in.operator_position_m +
+                                map_(1, 3) * in.operator_velocity_m_per_s + map_(1, 4) * in.push_N;
+    const double most_m_per_s = map_(1, 4) * friction_N_;
+    const double way_m = step_s_ * std::max(std::abs(state_(1)), std::abs(free_m_per_s));
+    const bool may_turn = state_(1) > 0.0 ? free_m_per_s <= most_m_per_s : free_m_per_s >= -most_m_per_s;
+    return may_turn || any_is_abrupt(forces_, way_m);
+}
+
+void manipulator_steps::step(const step_map &map, double step_s, const input &in)
+{
+    const Eigen::Vector2d next = map.leftCols<2>() * state_ + map.col(2) * in.operator_position_m +
+                                 map.col(3) * in.operator_velocity_m_per_s + map.col(4) * in.push_N;
+    const double middle_m = 0.5 * (state_(0) + next(0));
+    double sum_N = 0.0;
+    for (auto &force : forces_) {
+        sum_N += force->force_N(
+            {middle_m, middle_m - in.operator_position_m, next(1) - map(1, 4) * sum_N, in.time_s, map(1, 4)},
+            step_s);
+    }
+    state_ = next - map.col(4) * sum_N;
 }
 
 } // namespace berth

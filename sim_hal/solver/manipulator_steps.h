@@ -1,5 +1,5 @@
 /* The manipulator in steps, with effects on it: exact where it is linear, with operator and force held; further
- * forces act as they are in the middle of a step. */
+ * forces act as they are in the middle of a step, which is a shorter one where dry friction may turn. */
 #ifndef SIM_HAL_SOLVER_MANIPULATOR_STEPS_H
 #define SIM_HAL_SOLVER_MANIPULATOR_STEPS_H
 
@@ -32,10 +32,17 @@ class manipulator_steps
     void advance(const input &in);
 
   private:
+    using step_map = Eigen::Matrix<double, 2, 5>; /* of (x, v, x_op, v_op, push) */
+
+    bool is_divided(const input &in) const;
+    void step(const step_map &map, double step_s, const input &in);
+
     std::vector<std::unique_ptr<force_stage>> forces_;
+    double friction_N_; /* dry */
     int steps_;
     double step_s_;
-    Eigen::Matrix<double, 2, 5> map_; /* of (x, v, x_op, v_op, push) */
+    step_map map_;
+    step_map fine_map_; /* of one of the steps into which one is divided where dry friction may turn */
     Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
 };
 

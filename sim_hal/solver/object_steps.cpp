@@ -63,7 +63,8 @@ int object_steps_a_tick(const rig &rig)
 object_steps::object_steps(const rig &rig)
     : plant_(object_alone(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
       grip_close_s_(rig.run.grip_close_s), grip_release_s_(rig.run.grip_release_s),
-      impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0)
+      impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0),
+      friction_N_(value_of_effect(rig, "object.coulomb_friction_N"))
 {
 }
 
@@ -104,6 +105,35 @@ void object_steps::jump(double to_m)
         std::copy(full.data(), full.data() + rows, state_.begin());
     }
     line_ = {to_m - gripped_at_m_, 0.0};
+}
+
+/* Unless it goes on as it went whatever the friction does, and that does nothing else. Only the sign counts: a step
+ * in the other grip, which has other maps, is none that slides. */
+bool object_steps::is_divided(const step_maps &maps, double step_s, const robot_way &way) const
+{
+    const step_map &map = maps[static_cast<std::size_t>(grip_)];
+    const double inputs[3] = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s, 1.0};
+    double free_m_per_s = 0.0;
+    for (std::size_t column = 0; column < rows; column++) {
+        free_m_per_s += map.column[column][object_velocity] * state_[column];
+    }
+    for (std::size_t column = 0; column < 3; column++) {
+        free_m_per_s += map.column[rows + column][object_velocity] * inputs[column];
+    }
+    const double most_m_per_s = std::abs(map.column[columns - 1][object_velocity]) * friction_N_;
+    const double before_m_per_s = state_[object_velocity];
+    const double way_m = step_s * std::max(std::abs(before_m_per_s), std::abs(free_m_per_s));
+    const bool may_turn = before_m_per_s > 0.0 ? free_m_per_s <= most_m_per_s : free_m_per_s >= -most_m_per_s;
+    return may_turn || any_is_abrupt(forces_, way_m);
+}
+
+void object_steps::advance_in_parts(const step_maps &fine, double step_s, const robot_way &way, double time_s)
+{
+    const int count = parts();
+    const double part_m = (way.to_m - way.from_m) / count;
+    for (int i = 0; i < count; i++) {
+        advance(fine, step_s / count, {way.from_m + part_m * i, way.from_m + part_m * (i + 1), way.bulge_m}, time_s);
+    }
 }
 
 /* What decides goes nearly straight over so short a step. */
