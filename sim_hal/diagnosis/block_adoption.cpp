@@ -4,6 +4,7 @@
 #include "acceptance.h"
 #include "block_search.h"
 #include "clock_slips.h"
+#include "clock_ways.h"
 #include "floor.h"
 #include "right_history.h"
 
@@ -35,6 +36,9 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     incumbent_ = best.fitted;
     if (best.effect->switch_on != nullptr) {
         polish_clock(model_, noise_, incumbent_);
+        if (unseen_ == nullptr && hold_out_beside_slips()) {
+            polish_clock(model_, noise_, incumbent_);
+        }
     }
     if (!best.effect->is_rough) {
         fit_without_colour();
@@ -51,6 +55,39 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     std::vector<double> error;
     model_.error(incumbent_.rig, error);
     leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+}
+
+bool block_search::hold_out_beside_slips()
+{
+    constexpr double clear = 0.5; /* tenths: reports that are mostly noise leave a slip that open */
+    const record &data = model_.data();
+    const std::vector<double> slips_s = slip_times_s(incumbent_.rig, data);
+    const double begin_s = data.time_s.front() - data.time_origin_s;
+    const double tenth_s = 0.1 * data.period_s * static_cast<double>(data.size());
+    const auto distance = [&](const std::array<std::size_t, 2> &tenths) {
+        double least = unlimited;
+        for (const double time_s : slips_s) {
+            for (const std::size_t tenth : tenths) {
+                const double beyond = (time_s - begin_s) / tenth_s - static_cast<double>(tenth);
+                least = std::min(least, std::max({0.0, -beyond, beyond - 1.0}));
+            }
+        }
+        return least;
+    };
+    std::array<std::size_t, 2> best = model_.held_out();
+    if (data.segments.size() > 1 || distance(best) >= clear) {
+        return false;
+    }
+    const auto before = best;
+    for (std::size_t a = 1; a < 10; a++) {
+        for (std::size_t b = a + 2; b < 10; b++) {
+            if (distance({a, b}) > distance(best)) {
+                best = {a, b};
+            }
+        }
+    }
+    model_.hold_out(best);
+    return best != before;
 }
 
 void block_search::fit_without_colour()

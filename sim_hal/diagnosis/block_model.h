@@ -59,6 +59,7 @@ class block_model
      * the eighth, of a model that was made with two_tenths. */
     std::array<double, 10> mean_squares_of_tenths(const std::vector<double> &error) const;
     void hold_out(const std::array<std::size_t, 2> &tenths);
+    const std::array<std::size_t, 2> &held_out() const { return tenths_; }
     const sample_events &events() const { return events_; }
     const record &data() const { return record_; }
     block which() const { return block_; }

@@ -82,6 +82,9 @@ class block_search
     /* --- the model goes on with it: block_adoption.cpp --- */
 
     void adopt(block_diagnosis &result, const candidate &best);
+    /* No fit sees where a slip is that is held out: then two tenths without one are. Returns whether that changed.
+     */
+    bool hold_out_beside_slips();
     /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
      * the noise counts as white, and its colour is measured anew. */
     void fit_without_colour();
