@@ -67,11 +67,19 @@ def measure(diagnosis, berth):
     return Stability(given, extended, *limits, ignored, refusals)
 
 
+def kind_of(told):
+    """Stable or not; what neither grows nor decays by more than rounding does is marginal: a body without a spring."""
+    growth_per_s, rounding_per_s = told["growth_per_s"], 1e-9
+    if abs(growth_per_s) < rounding_per_s:
+        return "marginal (it neither grows nor decays: a motion without a spring)"
+    return f"{'stable' if told['stable'] else 'UNSTABLE'} (growth {growth_per_s:+.6g} /s)"
+
+
 def sentence(found):
     """In plain words."""
     if found.given is None or found.extended is None:
         return "Cannot be told: " + " ".join(found.refusals)
-    words = [f"{name} {'stable' if told['stable'] else 'UNSTABLE'} (growth {told['growth_per_s']:+.6g} /s)"
+    words = [f"{name} {kind_of(told)}"
              for name, told in (("As given, the loop is", found.given), ("extended, it is", found.extended))]
     text = "; ".join(words).replace("-", "−") + "."
     margins = [limits["dead_time_margin_ms"] if limits else None

@@ -118,9 +118,9 @@ void print_block(const block_diagnosis &block, const record &data)
     const char *const unit = block_units[static_cast<int>(block.block)].data();
     std::printf("%s: %s\n", block_names[static_cast<int>(block.block)].data(),
                 verdict_names[static_cast<int>(block.verdict)].data());
-    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is %.3g%s\n",
+    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is %.3g +- %.2g%s\n",
                 block.fit_rms.before, unit, block.fit_rms.retuned, block.fit_rms.after, block.fit_rms.floor,
-                block.floor_is_measured ? "" : ", estimated");
+                block.floor_ci95, block.floor_is_measured ? "" : ", estimated");
     std::printf("  on unseen data %.3g %s re-tuned, %.3g extended\n", block.held_out_rms.retuned, unit,
                 block.held_out_rms.after);
     for (const cause &known : block.causes) {

@@ -218,6 +218,9 @@ gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)
     if (first.low > 0.0 || first.value < -hardly) {
         return first;
     }
+    if (unseen_ != nullptr && input_.without_switching_fault != nullptr && is_far_on_unseen(best.fitted.rig)) {
+        return first; /* it shows much, and the candidate hardly any of that */
+    }
     const gain crossed = crossed_gain(best, halves_by_tenths());
     const bool shows_it = crossed.low > 0.0 && crossed.of_explainable >= held_out_least;
     return shows_it || !may_act_in_one_stretch ? crossed : crossed_gain(best, halves_where_it_acts(best));
@@ -240,6 +243,13 @@ gain block_search::crossed_gain(const candidate &best, const halves &held_out)
         add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
     }
     return gain_from(crossed);
+}
+
+bool block_search::is_far_on_unseen(const rig &rig)
+{
+    constexpr double far = 4.0; /* of the white sum of squares */
+    const auto rows = std::count(unseen_->uses().begin(), unseen_->uses().end(), row_use::fit);
+    return cost_of(*unseen_, metric_, rig) > far * static_cast<double>(rows) / metric_.rows_per_fact;
 }
 
 bool block_search::predicts_worse(const candidate &best)

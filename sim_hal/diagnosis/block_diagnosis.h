@@ -75,6 +75,8 @@ struct block_diagnosis {
     std::vector<double> error_before;
     std::vector<double> error_after;
     noise_model floor;
+    double floor_ci95 = 0.0;        /* half width of the interval of its rms */
+    double command_steps_rms = 0.0; /* what too few digits of the command leave open; 0: nothing */
 };
 
 struct diagnosis_input {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "clock_slips.h"
+#include "command_steps.h"
 #include "floor.h"
 
 namespace berth
@@ -33,9 +34,10 @@ void block_search::run(block_diagnosis &result)
     base_ = incumbent_;
     retuned_ = base_.rig;
     rate_base(result);
+    command_steps_rms_ = rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding;
-    for (int round = 0; round < input_.effects_max && !is_rounding; round++) {
+    for (int round = 0; round < input_.effects_max && !is_rounding && !is_within_command_steps(); round++) {
         if (!find_next(result)) {
             break;
         }
@@ -126,12 +128,20 @@ double block_search::excess(double cost, std::size_t rows) const
     return std::max({cost - (1.0 + blindness) * static_cast<double>(rows), leftover_.share_of_rms * cost, 1e-9});
 }
 
-bool block_search::is_within_rounding() const
+bool block_search::is_within_rounding()
 {
     constexpr double dominates = 0.9;
     constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
-    return model_.rounding_rms() > dominates * noise_.rms &&
-           incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows);
+    return is_within_command_steps() || (model_.rounding_rms() > dominates * noise_.rms &&
+                                         incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows));
+}
+
+bool block_search::is_within_command_steps()
+{
+    constexpr double counts = 0.2; /* of the noise */
+    constexpr double hardly_more = 1.1;
+    return command_steps_rms_ > counts * noise_.rms && rms_of(error_left(), model_.uses(), row_use::fit) <
+                                                           hardly_more * std::hypot(command_steps_rms_, noise_.rms);
 }
 
 noise_model block_search::metric_for(const rig &rig)

@@ -61,6 +61,8 @@ class block_search
 
     /* The validation record, without regard to the noise's colour. */
     bool predicts_worse(const candidate &best);
+    /* The validation record's error is far above the floor. */
+    bool is_far_on_unseen(const rig &rig);
 
     /* The uses of the rows for a fit to one half of a record, and for one to the other. */
     using halves = std::array<std::vector<row_use>, 2>;
@@ -123,6 +125,8 @@ class block_search
         bool (block_search::*holds)(const remains &left);
     };
     static const doubt doubts[];
+    /* By more than any excuse is good for, whatever the other doubts say. */
+    bool is_plainly_above(const remains &left);
     bool shows_line(const remains &left);
     /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:
      * what fits one record does not predict another. */
@@ -136,6 +140,9 @@ class block_search
     bool is_pressed(const remains &left);
     bool is_above_floor(const remains &left);
     bool has_suspect(const remains &left);
+    /* The error's rows follow from those before it as no sensor's noise does, so that there is no floor to compare
+     * with. */
+    bool is_motion(const remains &left);
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     /* A cause acts otherwise than it is modelled, see forms. */
@@ -154,7 +161,9 @@ class block_search
      * of its own, as long as it is little beside what the fault did. */
     bool is_rest_of_switching();
     /* All that is left may be the rounding of what was measured: it follows the motion, and proves nothing. */
-    bool is_within_rounding() const;
+    bool is_within_rounding();
+    /* The same of the command, where its column has coarser steps than the wire. */
+    bool is_within_command_steps();
     /* Of the explainable error of the base. */
     double explainable(); /* what the error as re-tuned has above the floor: a white sum of squares */
     double share_left();
@@ -177,7 +186,8 @@ class block_search
     rig retuned_; /* the base, as well as it was ever fitted: the search for causes shows it better values */
     fit_result incumbent_;
     leftover leftover_;
-    bool has_floor_ = false; /* measured, and to be believed */
+    double command_steps_rms_ = 0.0; /* what coarse steps of the command's column leave open of the output */
+    bool has_floor_ = false;         /* measured, and to be believed */
     bool is_suspect_ = false;
     bool is_rest_ = false;
     std::vector<const effect *> found_;

@@ -74,6 +74,8 @@ void block_search::conclude(block_diagnosis &result)
     model_.error(incumbent_.rig, result.error_after);
     result.uses = model_.uses();
     result.floor = noise_;
+    result.floor_ci95 = rms_ci95(noise_, model_.uses());
+    result.command_steps_rms = command_steps_rms_;
     result.floor_is_measured = has_floor_;
     result.fit_rms = rms(model_, row_use::fit);
     result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
@@ -102,6 +104,7 @@ const block_search::doubt block_search::doubts[] = {
     {"the error has a line in its spectrum", &block_search::shows_line},
     {"the validation record is predicted far worse than its floor", &block_search::misses_unseen_record},
     {"what is left is slow, and no standstill was measured to tell it from noise", &block_search::may_hide_in_noise},
+    {"what is left is smooth, as motion is and noise is not; a standstill would tell", &block_search::is_motion},
     {"single samples alone do not account for what is left", &block_search::are_only_events},
     {"what is left follows position, velocity, force or time", &block_search::follows_features},
     {"a re-tuned parameter would leave its tolerance", &block_search::is_pressed},
@@ -124,9 +127,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
             result.doubts.push_back(one.why);
         }
     }
-    const double bearable = is_rest_ ? plainly_above_behind_thresholds : plainly_above;
-    const bool is_plain = rms_of(error_left(), model_.uses(), row_use::fit) > bearable * noise_.rms;
-    if (result.causes.empty() && result.doubts.empty() && is_plain && !input_.has_events) {
+    if (result.doubts.empty() && !input_.has_events && is_plainly_above(left)) {
         result.doubts.emplace_back("what is left is above the floor");
     }
     if (result.causes.empty()) {
@@ -136,6 +137,19 @@ verdict block_search::verdict_of(block_diagnosis &result)
         return verdict::partly_explained;
     }
     return result.alternatives.empty() ? verdict::named : verdict::one_of;
+}
+
+bool block_search::is_plainly_above(const remains &left)
+{
+    /* A stiff contact behind what switches answers to each instant that is off. */
+    const bool is_excused = is_rest_ || (left.has_causes && left.has_thresholds && model_.which() == block::force);
+    const double bearable = is_excused ? plainly_above_behind_thresholds : plainly_above;
+    if (rms_of(error_left(), model_.uses(), row_use::fit) <= bearable * noise_.rms) {
+        return false;
+    }
+    const double rows = static_cast<double>(rows_under(noise_));
+    const double above = cost_of(model_, noise_, incumbent_.rig) - rows;
+    return !left.has_causes || above > share_of_replay * explainable();
 }
 
 bool block_search::shows_line(const remains &left)
@@ -211,8 +225,17 @@ bool block_search::may_hide_in_noise(const remains &left)
      * right names have 1.31 at most, but for two frictions that were richer than the library's (2.7 and 3.8);
      * neighbours of causes outside the library have from 1.01 on, up to 13: this finds the coarse ones. */
     constexpr double slow = 1.4;
-    return left.has_causes && !has_floor_ && noise_.rows_per_fact == 1.0 &&
-           rms_of(error_left(), model_.uses(), row_use::fit) > slow * noise_.sigma;
+    constexpr double slow_alone = 2.0; /* where nothing was found; 1.04 at most in those records */
+    if (!left.has_causes && input_.has_cause_upstream) {
+        return false;
+    }
+    return !has_floor_ && noise_.rows_per_fact == 1.0 &&
+           rms_of(error_left(), model_.uses(), row_use::fit) > (left.has_causes ? slow : slow_alone) * noise_.sigma;
+}
+
+bool block_search::is_motion(const remains &)
+{
+    return !has_floor_ && noise_.rows_per_fact > model_.rows_per_fact();
 }
 
 bool block_search::exceeds_uncertainty(double cost) const

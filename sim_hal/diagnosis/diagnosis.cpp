@@ -6,7 +6,9 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
+#include "command_steps.h"
 #include "floor.h"
+#include "formatted.h"
 #include "independent_records.h"
 #include "mistaken_signals.h"
 #include "record_table.h"
@@ -121,6 +123,18 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
     return is_hidden_by_steps(found, x) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
+/* To rounding, over the rows that both have. */
+bool is_same_command(const std::vector<double> &a, const std::vector<double> &b)
+{
+    double largest = 0.0;
+    double difference = 0.0;
+    for (std::size_t n = 0; n < std::min(a.size(), b.size()); n++) {
+        largest = std::max(largest, std::abs(a[n]));
+        difference = std::max(difference, std::abs(a[n] - b[n]));
+    }
+    return difference <= 1e-6 * largest;
+}
+
 /* Half the variance of the difference of two runs with the same commands. */
 std::optional<noise_model> repetition_floor(const record &first, const record &second, block block)
 {
@@ -133,13 +147,7 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
     if (size == 0 || ca.size() < size || cb.size() < size) {
         return {};
     }
-    double largest = 0.0;
-    double difference = 0.0;
-    for (std::size_t n = 0; n < size; n++) {
-        largest = std::max(largest, std::abs(ca[n]));
-        difference = std::max(difference, std::abs(ca[n] - cb[n]));
-    }
-    if (difference > 1e-6 * largest) {
+    if (!is_same_command({ca.begin(), ca.begin() + static_cast<std::ptrdiff_t>(size)}, cb)) {
         return {}; /* another run: what differs is more than noise */
     }
     std::vector<double> noise(size);
@@ -148,6 +156,59 @@ std::optional<noise_model> repetition_floor(const record &first, const record &s
     }
     const noise_model found = estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block));
     return is_hidden_by_steps(found, a) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
+}
+
+/* A record beside the first one that could not be used at all. */
+void refuse_useless(const record &other, const std::string &role, const record &data)
+{
+    const auto range = [](const std::vector<double> &x) {
+        const auto [least, most] = std::minmax_element(x.begin(), x.end());
+        return x.empty() ? 0.0 : *most - *least;
+    };
+    const bool any = [&] {
+        for (const block block : {block::manipulator, block::robot, block::force}) {
+            if (role == "--validate" ? can_replay(data, block) && can_replay(other, block)
+                                     : can_replay(data, block) && !output_of(other, block).empty()) {
+                return true;
+            }
+        }
+        return false;
+    }();
+    if (!any) {
+        throw input_error(other.path + ": " + role + " has no block in common with " + data.path +
+                          ": it needs the same columns");
+    }
+    constexpr double at_rest = 0.01; /* of the record's own way */
+    if (role == "--standstill" && range(other.command_position_m) > at_rest * range(data.command_position_m)) {
+        throw input_error(other.path + ": is no standstill: its command goes " +
+                          formatted("%.3g m", range(other.command_position_m)) +
+                          "; record it while the command stays where it is");
+    }
+    const bool has_force_command = !data.operator_force_N.empty() && !other.operator_force_N.empty();
+    if (role == "--repeat" &&
+        !is_same_command(has_force_command ? data.operator_force_N : data.command_position_m,
+                         has_force_command ? other.operator_force_N : other.command_position_m)) {
+        throw input_error(
+            other.path + ": repeats no command of " + data.path +
+            ": the two differ; use it as --validate, or repeat the run with the same operator command");
+    }
+}
+
+/* What a command with too few digits hides. */
+void tell_command_steps(diagnosis &result)
+{
+    constexpr double counts = 0.2; /* of the noise */
+    for (const block_diagnosis &block : result.blocks) {
+        if (block.command_steps_rms > counts * block.floor.rms) {
+            const auto which = static_cast<std::size_t>(block.block);
+            result.notes.push_back(formatted("command_position_m is written in steps of %.3g m: ",
+                                             command_step_m(result.data, result.given)) +
+                                   "that alone leaves " + formatted("%.3g ", block.command_steps_rms) +
+                                   std::string(block_units[which]) + " rms of the " +
+                                   std::string(block_names[which]) +
+                                   " open, and nothing so small is looked for; write it with more digits");
+        }
+    }
 }
 
 verdict overall(const std::vector<block_diagnosis> &blocks)
@@ -264,6 +325,12 @@ diagnosis diagnose(const diagnosis_request &request)
         }
     }
     refuse_same(result.inputs);
+    for (const auto &[role, other] :
+         {std::make_pair("--validate", &validation), {"--standstill", &standstill}, {"--repeat", &repetition}}) {
+        if (*other) {
+            refuse_useless(**other, role, data);
+        }
+    }
     if (!validation) {
         result.notes.push_back("two tenths of the record are held out; a record with another command as --validate "
                                "would be better evidence");
@@ -338,6 +405,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                       "operator_position_m with command_position_m, or command_position_m with "
                                       "robot_position_m or force_N");
     }
+    tell_command_steps(result);
     result.verdict = overall(result.blocks);
     tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
                                                        : "looking for the next experiment");

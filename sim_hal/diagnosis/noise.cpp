@@ -245,6 +245,45 @@ void whiten(const noise_model &noise, const std::vector<double> &error, const st
     }
 }
 
+namespace
+{
+
+/* How many rows in a row say as much as one of white noise. */
+double rows_that_hang_together(const noise_model &noise)
+{
+    constexpr std::size_t lags = 1000;
+    std::vector<double> answer(lags, 0.0); /* to one new value */
+    answer[0] = 1.0;
+    for (std::size_t k = 1; k < lags; k++) {
+        for (std::size_t i = 0; i < std::min(k, noise.ar.size()); i++) {
+            answer[k] += noise.ar[i] * answer[k - 1 - i];
+        }
+        if (noise.slow_gain > 0.0) {
+            answer[k] = noise.slow_gain * std::pow(noise.slow_decay, static_cast<double>(k));
+        }
+    }
+    double sum = 0.0;
+    double variance = 0.0;
+    for (std::size_t lag = 0; lag < lags; lag++) {
+        double covariance = 0.0;
+        for (std::size_t k = lag; k < lags; k++) {
+            covariance += answer[k] * answer[k - lag];
+        }
+        variance = lag == 0 ? covariance : variance;
+        sum += (lag == 0 ? 1.0 : 2.0) * std::pow(covariance / variance, 2);
+    }
+    return noise.rows_per_fact * sum;
+}
+
+} // namespace
+
+double rms_ci95(const noise_model &noise, const std::vector<row_use> &uses)
+{
+    const auto in_use = static_cast<std::size_t>(std::count(uses.begin(), uses.end(), row_use::fit));
+    const auto rows = static_cast<double>(std::max<std::size_t>(1, noise.rows > 0 ? noise.rows : in_use));
+    return 1.96 * noise.rms * std::sqrt(0.5 * rows_that_hang_together(noise) / rows);
+}
+
 noise_model at_least(const noise_model &noise, double rms)
 {
     return noise.rms < rms ? noise_model{{}, rms, rms, 1.0, noise.rows} : noise;

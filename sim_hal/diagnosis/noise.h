@@ -64,6 +64,11 @@ double median_of(std::vector<double> values);
 void whiten(const noise_model &noise, const std::vector<double> &error, const std::vector<row_use> &uses,
             row_use use, std::vector<double> &white);
 
+/* Half width of the 95 % interval of the noise's rms, estimated from noise.rows, or from those in use for a fit: the
+ * variance of a sample variance, 2 sigma^4 / N times the sum of the squared autocorrelation (Priestley, Spectral
+ * Analysis and Time Series, 1981, 5.3). */
+double rms_ci95(const noise_model &noise, const std::vector<row_use> &uses);
+
 /* The same noise, but no smaller than `rms`. */
 noise_model at_least(const noise_model &noise, double rms);
 

@@ -24,7 +24,8 @@ namespace berth
 namespace
 {
 
-constexpr double gap = 1.5; /* in periods: a row is missing */
+constexpr double uneven = 0.4; /* between the quarters of the steps in time: no clock jitters so */
+constexpr double gap = 1.5;    /* in periods: a row is missing */
 
 /* Beside the signals, one a row. */
 struct row_marks {
@@ -107,6 +108,17 @@ double row_spacing_s(const record &made)
     const double longest_s = gap * steps[steps.size() / 2];
     const auto evenly =
         std::partition(steps.begin(), steps.end(), [&](double step_s) { return step_s <= longest_s; });
+    const auto count = evenly - steps.begin();
+    std::nth_element(steps.begin(), steps.begin() + count / 4, evenly);
+    const double quarter_s = steps[static_cast<std::size_t>(count / 4)];
+    std::nth_element(steps.begin(), steps.begin() + 3 * count / 4, evenly);
+    const double three_quarters_s = steps[static_cast<std::size_t>(3 * count / 4)];
+    if (three_quarters_s - quarter_s > uneven * three_quarters_s) {
+        throw input_error(made.path + ": its rows have no constant rate: " +
+                          formatted("half of the steps of t_s are outside of %.4g to %.4g ms", 1e3 * quarter_s,
+                                    1e3 * three_quarters_s) +
+                          "; log at a constant rate, or bring it to one before");
+    }
     return std::accumulate(steps.begin(), evenly, 0.0) / static_cast<double>(evenly - steps.begin());
 }
 
@@ -118,6 +130,17 @@ double loop_rate_Hz(double period_s)
 
 /* How far off a rate may be: a lightly damped resonance moves by less than its width. */
 constexpr double rate_tolerance = 1e-3;
+
+/* Seconds that are ms fit a thousand times better than any rate. */
+std::string remedy_of(double spacing_s, double period_s, const std::string &column)
+{
+    constexpr double nearly = 0.01;
+    if (std::abs(1e-3 * spacing_s - period_s) < nearly * period_s) {
+        return "[signals] t_s = { column = \"" + column + "\", scale = 0.001 } in the rig file if " + column +
+               " is in ms";
+    }
+    return formatted("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s));
+}
 
 /* What tells whether two records are the same measurement: their signals, whatever the file around them. */
 std::uint64_t content_of(const record &made)
@@ -144,7 +167,7 @@ void finish(record &made, const row_marks &marks, const rig &rig)
         throw input_error(
             made.path + ": " +
             formatted("its rows are %.7g ms apart, those of the rig %.7g ms", 1e3 * spacing_s, 1e3 * made.period_s) +
-            "; say " + formatted("--set loop.rate_Hz=%.15g", loop_rate_Hz(spacing_s)));
+            "; say " + remedy_of(spacing_s, made.period_s, source_of(rig, "t_s").column));
     }
     made.content = content_of(made);
     find_segments(made, marks, made.period_s);

@@ -12,15 +12,26 @@ namespace
 /* Of the command at 400 Hz, a cubic over so many rows misses a 3 Hz motion by 2e-5 of it. */
 constexpr double missing_max = 4.0;
 
+/* The place of each row among evenly spaced ones: stamps may jitter, the loop did not. */
+std::vector<double> places_of(const record &read)
+{
+    std::vector<double> place(read.size(), 0.0);
+    for (std::size_t n = 1; n < place.size(); n++) {
+        const double periods = (read.time_s[n] - read.time_s[n - 1]) / read.period_s;
+        place[n] = place[n - 1] + std::max(1.0, std::round(periods));
+    }
+    return place;
+}
+
 /* Lagrange's polynomial through rows `first` up to `last`. */
-double interpolated(const std::vector<double> &time_s, const std::vector<double> &values, std::size_t first,
-                    std::size_t last, double at_s)
+double interpolated(const std::vector<double> &place, const std::vector<double> &values, std::size_t first,
+                    std::size_t last, double at)
 {
     double sum = 0.0;
     for (std::size_t i = first; i <= last; i++) {
         double weight = 1.0;
         for (std::size_t j = first; j <= last; j++) {
-            weight *= i == j ? 1.0 : (at_s - time_s[j]) / (time_s[i] - time_s[j]);
+            weight *= i == j ? 1.0 : (at - place[j]) / (place[i] - place[j]);
         }
         sum += weight * values[i];
     }
@@ -31,7 +42,7 @@ double interpolated(const std::vector<double> &time_s, const std::vector<double>
 
 std::optional<std::size_t> rows_left_out(double step_s, double period_s)
 {
-    constexpr double jitter = 0.3; /* of the period */
+    constexpr double jitter = 0.45; /* of the period */
     const double rows = std::round(step_s / period_s) - 1.0;
     if (rows < 1.0 || rows > missing_max || std::abs(step_s / period_s - rows - 1.0) > jitter) {
         return {};
@@ -45,6 +56,7 @@ void fill_in(record &made, const std::vector<missing_rows> &missing)
         return;
     }
     const record read = made;
+    const std::vector<double> place = places_of(read);
     for (record_segment &part : made.segments) {
         for (const missing_rows &gap : missing) {
             part.begin += gap.before <= part.begin ? gap.count : 0;
@@ -60,12 +72,13 @@ void fill_in(record &made, const std::vector<missing_rows> &missing)
         const double step_s = (read.time_s[before] - from_s) / static_cast<double>(gap->count + 1);
         const auto at = static_cast<std::ptrdiff_t>(before);
         for (std::size_t i = gap->count; i >= 1; i--) {
-            const double at_s = from_s + step_s * static_cast<double>(i);
+            const auto rows = static_cast<double>(i);
+            const double at_s = from_s + step_s * rows;
             for (const auto signal : record_signals) {
                 if (!(read.*signal).empty()) {
                     (made.*signal)
                         .insert((made.*signal).begin() + at,
-                                interpolated(read.time_s, read.*signal, first, last, at_s));
+                                interpolated(place, read.*signal, first, last, place[before - 1] + rows));
                 }
             }
             made.time_s.insert(made.time_s.begin() + at, at_s);
