@@ -341,6 +341,17 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
     return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_least && of_all >= of_all_least;
 }
 
+bool block_search::is_shown_by_unseen(const candidate &best, double better, double share, double of_all)
+{
+    constexpr double of_unseen = 0.25; /* of what the first effect leaves there */
+    if (unseen_ == nullptr || is_rest_ || !best.effect->refines.empty() || better < bic_unseen ||
+        share < share_worthwhile || of_all < share_of_all_clear) {
+        return false;
+    }
+    const gain shown = gain_of(best, false);
+    return shown.low > 0.0 && shown.of_explainable > of_unseen;
+}
+
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                           double bic_before, double explainable)
 {
@@ -352,6 +363,8 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
     gain gained{}; /* fits on parts of the record: only for what else speaks for */
     if (is_worthwhile(best, better, share, of_all)) {
         gained = gain_of(best, share > share_of_rest && better > bic_unseen);
+    } else if (is_shown_by_unseen(best, better, share, of_all)) {
+        gained = gain_of(best, false);
     }
     if (gained.low <= 0.0 || gained.of_explainable < held_out_least) {
         const bool is_little = of_all < left_full && !exceeds_uncertainty(incumbent_.cost);

@@ -52,6 +52,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     start_over_from_given();
     start_over_from_other_scales();
     drop_stand_ins(result);
+    exchange_stand_ins(result);
     std::vector<double> error;
     model_.error(incumbent_.rig, error);
     leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "block_diagnosis.h"
@@ -78,6 +79,9 @@ class block_search
     double improvement(const candidate &best, double bic_before) const;
     bool is_harmonic_of_motion(const candidate &one) const;
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
+    /* Little beside the first effect may be its own finer way, unless a record with another command shows it
+     * clearly, too: of a real servo its lag and dead time beside its velocity limit. */
+    bool is_shown_by_unseen(const candidate &best, double better, double share, double of_all);
     bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                 double bic_before, double explainable);
 
@@ -99,6 +103,18 @@ class block_search
     void drop_stand_ins(block_diagnosis &result);
     fit_result fit_without(const effect &dropped);
     void fix_estimates(block_diagnosis &result) const;
+
+    /* --- one for another: block_exchange.cpp --- */
+
+    /* An effect found first may stand in the place of one that explains more beside what was found later: a
+     * resonance in that of a longer dead time, before the lag. */
+    void exchange_stand_ins(block_diagnosis &result);
+    /* Where to begin with an effect beside the `others` of the model: the best of its starts. */
+    std::vector<rig> starts_beside(const rig &others, const ranked &known);
+    /* The best of those that were weighed in any round; none: `known` is the best itself. */
+    std::optional<candidate> better_than(const effect &known, const std::vector<ranked> &ranking);
+    /* On data that no fit has seen; the incumbent and the cause then have it. */
+    bool prove_exchange(cause &known, const candidate &other);
 
     /* --- what to say: block_verdict.cpp --- */
 

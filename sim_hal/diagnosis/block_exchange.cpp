@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <utility>
+
+#include "acceptance.h"
+#include "block_search.h"
+#include "response.h"
+
+namespace berth
+{
+
+void block_search::exchange_stand_ins(block_diagnosis &result)
+{
+    for (std::size_t i = 0; i + 1 < found_.size(); i++) {
+        const effect &known = *found_[i];
+        const bool is_refined = std::any_of(found_.begin(), found_.end(),
+                                            [&](const effect *other) { return other->refines == known.name; });
+        if (is_refined || known.is_rough || known.switch_on != nullptr) {
+            continue;
+        }
+        const auto other = better_than(known, result.ranking);
+        if (other && prove_exchange(result.causes[i], *other)) {
+            found_[i] = other->effect;
+            const auto is_other = [&](const alternative &one) { return one.effect == other->effect; };
+            result.alternatives.erase(
+                std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_other),
+                result.alternatives.end());
+        }
+    }
+}
+
+std::vector<rig> block_search::starts_beside(const rig &others, const ranked &known)
+{
+    constexpr std::size_t followed = 2;
+    std::vector<double> error;
+    model_.error(others, error);
+    std::vector<std::pair<double, rig>> starts;
+    const auto add = [&](const rig &start) { starts.emplace_back(cost_of(model_, noise_, start), start); };
+    rig as_weighed = others;
+    for (const effect_parameter &parameter : known.effect->parameters) {
+        set_number(as_weighed, parameter.key, value_of(known.fitted.rig, parameter.key));
+    }
+    add(as_weighed);
+    for (const effect_values &values :
+         known.effect->starts(others, scales_of(model_, others, error, input_.options))) {
+        add(with_values(others, *known.effect, values));
+    }
+    std::sort(starts.begin(), starts.end(), [](const auto &a, const auto &b) { return a.first < b.first; });
+    std::vector<rig> best;
+    for (std::size_t i = 0; i < std::min(followed, starts.size()); i++) {
+        best.push_back(starts[i].second);
+    }
+    return best;
+}
+
+std::optional<candidate> block_search::better_than(const effect &known, const std::vector<ranked> &ranking)
+{
+    const fit_result without = fit_without(known);
+    candidate best;
+    best.bic = bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) - bic_clear;
+    std::vector<const effect *> tried_before = found_;
+    for (auto at = ranking.rbegin(); at != ranking.rend(); ++at) {
+        const ranked &one = *at;
+        const bool is_known = std::find(tried_before.begin(), tried_before.end(), one.effect) != tried_before.end();
+        if (is_known || one.effect->is_rough || one.effect->switch_on != nullptr || !one.effect->refines.empty() ||
+            one.delta_bic < 0.0) {
+            continue;
+        }
+        tried_before.push_back(one.effect);
+        fit_result tried;
+        tried.cost = unlimited;
+        for (const rig &start : starts_beside(without.rig, one)) {
+            const auto parameters = joined(without.parameters, effect_parameters(*one.effect, start));
+            fit_result fitted = fit(model_, noise_, start, parameters, input_.options.replays_max);
+            if (fitted.cost < tried.cost) {
+                tried = std::move(fitted);
+            }
+        }
+        tried.rows = incumbent_.rows;
+        const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
+        if (bic < best.bic) {
+            best = {one.effect, std::move(tried), bic, 0.0};
+        }
+    }
+    return best.effect == nullptr ? std::nullopt : std::optional(std::move(best));
+}
+
+bool block_search::prove_exchange(cause &known, const candidate &other)
+{
+    const fit_result before = incumbent_;
+    incumbent_ = other.fitted;
+    fit_result without = fit_without(*other.effect);
+    without.rows = before.rows;
+    incumbent_ = without;
+    metric_ = noise_;
+    const gain gained = gain_of(other, false);
+    if (gained.low <= 0.0) {
+        incumbent_ = before;
+        return false;
+    }
+    known = {other.effect, {}, bic_of(without.cost, without.rows, without.parameters.size()) - other.bic};
+    known.share_explained = std::min(1.0, (without.cost - other.fitted.cost) / excess(without.cost, without.rows));
+    known.held_out_gain = gained.value;
+    known.held_out_gain_low = gained.low;
+    known.held_out_gain_high = gained.high;
+    incumbent_ = other.fitted;
+    return true;
+}
+
+} // namespace berth
