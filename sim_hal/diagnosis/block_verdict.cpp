@@ -233,9 +233,12 @@ bool block_search::may_hide_in_noise(const remains &left)
            rms_of(error_left(), model_.uses(), row_use::fit) > (left.has_causes ? slow : slow_alone) * noise_.sigma;
 }
 
-bool block_search::is_motion(const remains &)
+bool block_search::is_motion(const remains &left)
 {
-    return !has_floor_ && noise_.rows_per_fact > model_.rows_per_fact();
+    const bool is_replay =
+        left.has_causes && left.has_thresholds &&
+        cost_of(model_, noise_, incumbent_.rig) < share_of_replay * cost_of(model_, noise_, base_.rig);
+    return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact();
 }
 
 bool block_search::exceeds_uncertainty(double cost) const
