@@ -42,6 +42,7 @@ void block_search::run(block_diagnosis &result)
             break;
         }
     }
+    divide_stand_in(result);
     conclude(result);
 }
 

@@ -111,8 +111,17 @@ class block_search
     void exchange_stand_ins(block_diagnosis &result);
     /* Where to begin with an effect beside the `others` of the model: the best of its starts. */
     std::vector<rig> starts_beside(const rig &others, const ranked &known);
+    /* That effect fitted beside the others. */
+    fit_result fit_beside(const fit_result &others, const ranked &known);
+    /* Those of any round that are not believed, the latest first, of which slopes mean something. */
+    std::vector<const ranked *> others_weighed(const std::vector<ranked> &ranking) const;
+    /* What an exchange has to reach. */
+    double bic_of_exchange() const;
     /* The best of those that were weighed in any round; none: `known` is the best itself. */
     std::optional<candidate> better_than(const effect &known, const std::vector<ranked> &ranking);
+    /* The last one may stand in the place of two, of which neither by itself is better: a resonance in that of a lag
+     * and a longer dead time. */
+    void divide_stand_in(block_diagnosis &result);
     /* On data that no fit has seen; the incumbent and the cause then have it. */
     bool prove_exchange(cause &known, const candidate &other);
 

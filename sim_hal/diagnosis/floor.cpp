@@ -49,6 +49,10 @@ noise_model floor_under(block_model &model, const rig &rig)
         remove_lines(unexplained, model.uses());
         noise = noise_of(model, unexplained, false);
     }
+    constexpr double clearly = 1.3;
+    if (noise.rms > clearly * rms_of(error, model.uses(), row_use::fit)) { /* few rows, and nearly all are motion */
+        noise = noise_of_differences(error, model.uses());
+    }
     return at_least(noise, precision_of(model));
 }
 

@@ -125,6 +125,22 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
     return best;
 }
 
+noise_model noise_of_differences(const std::vector<double> &error, const std::vector<row_use> &uses)
+{
+    std::vector<double> sizes;
+    for (std::size_t n = 3; n < error.size(); n++) {
+        if (std::all_of(uses.begin() + static_cast<std::ptrdiff_t>(n) - 3,
+                        uses.begin() + static_cast<std::ptrdiff_t>(n) + 1,
+                        [](row_use use) { return use == row_use::fit; })) {
+            sizes.push_back(std::abs(error[n] - 3.0 * error[n - 1] + 3.0 * error[n - 2] - error[n - 3]));
+        }
+    }
+    noise_model noise;
+    noise.rows = sizes.size();
+    noise.sigma = noise.rms = std::max(1e-300, 1.4826 * median_of(sizes) / std::sqrt(20.0));
+    return noise;
+}
+
 double median_of(std::vector<double> values)
 {
     if (values.empty()) {

@@ -58,6 +58,10 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
 noise_model estimate_noise_robustly(const std::vector<double> &error, const std::vector<row_use> &uses,
                                     colour colour);
 
+/* White noise as large as third differences say, which hardly know of motion: their variance is 20 times its own. By
+ * the median of their sizes, so that steps do not count. */
+noise_model noise_of_differences(const std::vector<double> &error, const std::vector<row_use> &uses);
+
 double median_of(std::vector<double> values);
 
 /* w_n / sigma of the rows with this use, in order; rows whose past is not in use are left out. */

@@ -59,12 +59,12 @@ inline std::vector<effect_values> both_signs(std::initializer_list<double> value
     return all;
 }
 
-/* A delay of a few periods more or less. */
+/* A delay of a few periods more or less: under steps each leads no farther than its neighbours. */
 inline std::vector<effect_values> shifted(double delay_ms, double period_ms)
 {
     std::vector<effect_values> all;
-    all.reserve(6);
-    for (const double periods : {-3.0, -1.0, -0.5, 0.5, 1.0, 3.0}) {
+    all.reserve(8);
+    for (const double periods : {-3.0, -1.0, -0.5, 0.5, 1.0, 3.0, 6.0, 12.0}) {
         all.push_back({std::max(0.1 * period_ms, delay_ms + periods * period_ms)});
     }
     return all;

@@ -33,24 +33,6 @@ command_position_m = "qm_m"
 operator_force_N = { column = "vir_V", scale = 35.15065 }
 """
 
-# A hobby servo as the robot; its angle in half turns is displayed as metres. It goes to a command as soon as that is
-# there: nothing interpolates.
-SERVO = """
-name = "servo"
-[loop]
-rate_Hz = 50
-[robot]
-dead_time_ms = 20.0
-interpolation = "hold"
-[sensor]
-delay_ms = 20.0
-[signals]
-command_position_m = "command_halfturn"
-robot_position_m = "real_angle_halfturn"
-segment = "rollout"
-"""
-
-
 def diagnose(out, *arguments):
     """The diagnosis in `out`; it must not fail."""
     done = command("diagnose", *arguments, "--out", out)
@@ -166,24 +148,6 @@ def test_friction_and_offset_of_a_real_drive(tmp_path, tolerance):
     assert causes["manipulator.gravity_offset"]["gravity_offset_N"] == pytest.approx(-3.1648, rel=0.02)
     assert list(causes)[2:] == ["manipulator.asymmetric_friction"]
     assert all(cause["held_out_gain"]["ci95"][0] > 0.0 for cause in found["causes"])
-
-
-def test_speed_limit_of_a_real_servo(tmp_path):
-    """A servo that cannot follow: named, and flagged as not the whole of it."""
-    (record,) = measured("hobby_servo/paired_real_sim.csv.gz")
-    rig = tmp_path / "servo.toml"
-    rig.write_text(SERVO)
-    found = diagnose(tmp_path, record, "--rig", rig)
-    assert found["verdict"] == "partly_explained" and found["block"] == "robot"
-    assert list(values(found)) == ["robot.velocity_limit", "robot.lag"]
-    (limit,) = (p for p in found["causes"][0]["parameters"] if p["name"] == "velocity_limit_m_per_s")
-    # 1.52 to 1.55 half turns a second, read from the slopes of the record: data/hobby_servo/PROVENANCE.md
-    low, high = limit["ci95"]
-    assert low < 1.55 and high > 1.52
-    assert limit["value"] == pytest.approx(1.535, rel=0.06)
-    assert [rival["effect"] for rival in found["alternatives"]] == ["robot.dead_time"]
-    residual = found["residual"]["robot_position_m"]["held_out"]
-    assert residual["after"] < 0.12 * residual["before"]
 
 
 # --- what is refused ----------------------------------------------------------------------------------------------
