@@ -156,8 +156,8 @@ def layout(title, x_title, y_title, **more):
             "yaxis": AXIS | {"title": {"text": y_title}} | more.pop("y", {}),
             "title": {"text": title, "font": {"size": 15}, "xref": "paper", "x": 0, "yref": "paper", "y": 1,
                       "yanchor": "bottom", "pad": {"b": 10}},
-            "height": 400, "margin": {"l": 70, "r": 20, "t": 44, "b": 96}, "hovermode": "closest",
-            "legend": {"orientation": "h", "y": -0.2, "yanchor": "top"}} | more
+            "height": 450, "margin": {"l": 70, "r": 20, "t": 64, "b": 130}, "hovermode": "closest",
+            "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom"}} | more
 
 
 def line_trace(x, y, name, colour, dash="solid"):

@@ -28,9 +28,10 @@ struct hypothesis {
     fit_result fitted;
 };
 
-std::string name_of(const hypothesis &one)
+std::string name_of(const hypothesis &one, const block_diagnosis &found)
 {
-    return one.effect == nullptr ? "nothing" : std::string(one.effect->name);
+    const char *const no_more = found.causes.empty() ? "nothing" : "no more than what is named";
+    return one.effect == nullptr ? no_more : std::string(one.effect->name);
 }
 
 /* `special` is what `general` becomes for some values of its parameters. */
@@ -231,7 +232,7 @@ std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, c
     next_experiment made;
     made.rig = rivals[0].fitted.rig;
     for (const hypothesis &one : rivals) {
-        made.rivals.push_back(name_of(one));
+        made.rivals.push_back(name_of(one, found));
     }
     const std::vector<excitation> excitations = candidate_excitations(given, shown);
     std::vector<outcome> ranking =
@@ -251,7 +252,7 @@ std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, c
     const hypothesis &a = rivals[best.hardest.first];
     const hypothesis &b = rivals[best.hardest.second];
     made.predicted_gap = best.gap;
-    const std::string pair = name_of(a) + " and " + name_of(b);
+    const std::string pair = name_of(a, found) + " and " + name_of(b, found);
     if (best.share < 1.0) {
         made.calibration = calibration_for(a.effect, b.effect);
         made.why = "whatever the operator does, re-fitted parameters make " + pair +

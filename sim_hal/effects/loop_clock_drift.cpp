@@ -11,6 +11,7 @@ effect loop_clock_drift()
         "The robot takes the newest setpoint at ticks of its own clock, which runs off: the dead time is T_R and "
         "a sawtooth between 0 and T.";
     made.source = "two quartzes";
+    made.calibration = {22, "count the robot's own cycles against the loop's over an hour"};
     made.parameters = {{"robot.clock_drift_ppm", -5000.0, 5000.0, {}}, {"robot.clock_phase_ms", 0.0, 100.0, {}}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;

@@ -44,6 +44,7 @@ effect manipulator_asymmetric_friction()
                    "friction that differs as well is, while it moves, a constant force: manipulator.gravity_offset, "
                    "which builds up with the presliding then.";
     made.source = "Janot, Gautier & Brunot 2019 (EMPS benchmark)";
+    made.calibration = {35, "pull the manipulator slowly forwards and backwards, and compare the forces"};
     made.parameters = {
         {"manipulator.damping_asymmetry_N_s_per_m", -1e7, 1e7, "b: damping is larger by it forwards"}};
     made.starts = [](const rig &, const record_scales &scales) {

@@ -13,6 +13,8 @@ effect manipulator_quadratic_stiffness()
     made.name = "manipulator.quadratic_stiffness";
     made.physics = "A spring that is stiffer on one side, even: a further force K2 (x - x_op)^2.";
     made.source = "Duffing";
+    made.calibration = {
+        33, "pull the manipulator slowly over its whole way, both ways, and record the force over the way"};
     made.parameters = {
         {"manipulator.quadratic_stiffness_N_per_m2", -1e15, 1e15, "of a further force K2 (x - x_op)^2"}};
     made.starts = [](const rig &, const record_scales &scales) {

@@ -12,6 +12,7 @@ effect object_impact_damping()
     made.name = "object.impact_damping";
     made.physics = "Damping that grows with depth p: a contact force k p (1 + c p') instead of k p + d p'.";
     made.source = "Hunt & Crossley 1975";
+    made.calibration = {30, "let the tool strike the material at some speeds, and record how fast it leaves"};
     made.parameters = {
         {"object.impact_damping_s_per_m", 0.0, 1e4, "c: contact force k p (1 + c p') instead of k p + d p'"}};
     made.starts = [](const rig &, const record_scales &scales) {

@@ -75,6 +75,7 @@ effect object_second_mode()
     made.name = "object.second_mode";
     made.physics = "A further mass hangs on the object: m2 x2'' + d2 (x2' - x') + k2 (x2 - x) = 0.";
     made.source = "the next mode of a flexible appendage";
+    made.calibration = {28, "tap the object, and record how it rings"};
     made.parameters = {{"object.second_mass_kg", 0.0, 1e9, "m2 of a further mass on the object; 0: none"},
                        {"object.second_frequency_Hz", 0.05, 200.0, "of the further mass by itself"},
                        {"object.second_damping_ratio", 0.0, 1.0, "of the same"}};

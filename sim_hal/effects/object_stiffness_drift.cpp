@@ -28,6 +28,8 @@ effect object_stiffness_drift()
     made.name = "object.stiffness_drift";
     made.physics = "The object's spring changes while the loop runs: k (1 + r t).";
     made.source = "temperature, foam that settles";
+    made.calibration = {29,
+                        "pull the object over a known way before a long run and after it, and compare the forces"};
     made.parameters = {{"object.stiffness_drift_per_s", -1.0, 1.0, "r: stiffness k (1 + r t)"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({0.1 / scales.duration_s, 0.5 / scales.duration_s});

@@ -10,6 +10,8 @@ effect robot_acceleration_limit()
     made.name = "robot.acceleration_limit";
     made.physics = "The robot follows as fast as |r''| <= A permits.";
     made.source = "drive limits";
+    made.calibration = {16,
+                        "command a step, and record the robot's way with an instrument much faster than the loop"};
     made.parameters = {{"robot.acceleration_limit_m_per_s2", 1e-9, 1e9, {}}};
     made.starts = [](const rig &, const record_scales &scales) {
         return limits_below(scales.acceleration_m_per_s2);

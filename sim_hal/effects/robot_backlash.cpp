@@ -48,6 +48,8 @@ effect robot_backlash()
     made.physics = "Play in the gears: r stays until the reference u has moved through the gap b, then follows: "
                    "r = clamp(r, u - b/2, u + b/2).";
     made.source = "the play operator, Brokate & Sprekels, Hysteresis and Phase Transitions";
+    made.calibration = {
+        18, "push and pull the robot by hand while it holds its place, and read the way with a dial gauge"};
     made.parameters = {{"robot.backlash_m", 0.0, 10.0, "full width of the play"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return sizes_of(scales.position_m, {0.003, 0.01, 0.03, 0.1, 0.3});

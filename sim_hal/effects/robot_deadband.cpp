@@ -35,6 +35,8 @@ effect robot_deadband()
     made.name = "robot.deadband";
     made.physics = "A setpoint nearer than delta to the one that the robot stands on is ignored; else it is taken.";
     made.source = "servo drives";
+    made.calibration = {
+        19, "command ever larger steps from rest, and read with a dial gauge which is the first to move it"};
     made.parameters = {
         {"robot.deadband_m", 0.0, 10.0, "setpoints nearer than this to the last one taken are ignored"}};
     made.starts = [](const rig &, const record_scales &scales) {

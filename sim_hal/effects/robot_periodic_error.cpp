@@ -35,6 +35,8 @@ effect robot_periodic_error()
     made.name = "robot.periodic_error";
     made.physics = "An error that repeats over the path: r = r0 + a sin(2 pi r0 / L + phi).";
     made.source = "gear teeth, strain-wave gears, spindles";
+    made.calibration = {
+        20, "move the robot slowly over several turns of its gears, and measure the way with another instrument"};
     made.parameters = {{"robot.periodic_error_m", 0.0, 1.0, "a"},
                        {"robot.periodic_error_pitch_m", 1e-9, 100.0, "L"},
                        {"robot.periodic_error_phase_rad", -7.0, 7.0, "phi"}};

@@ -34,6 +34,8 @@ effect sensor_periodic_disturbance()
     made.name = "sensor.periodic_disturbance";
     made.physics = "Something that has nothing to do with the motion hums into the force: a sin(2 pi f t + phi).";
     made.source = "mains, fans, pumps";
+    made.calibration = {23,
+                        "read the sensor with nothing attached to it, with the robot's drives on and with them off"};
     made.parameters = {{"sensor.periodic_N", 0.0, 1e6, "a of a disturbance a sin(2 pi f t + phi)"},
                        {"sensor.periodic_frequency_Hz", 0.01, 5000.0, "f of the same"},
                        {"sensor.periodic_phase_rad", -7.0, 7.0, "phi of the same"}};

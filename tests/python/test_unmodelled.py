@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+import scipy.linalg
 from conftest import EXIT_DONE, EXIT_INPUT, command, settings
 
 PERIOD_s = 0.0025
@@ -153,3 +154,22 @@ def test_the_floor_has_an_interval(tmp_path, faultless):
         assert low < told["residual"][channel]["fit"]["floor"] < high
         assert high - low == pytest.approx(2 * 1.96 * sigma / np.sqrt(2 * rows), rel=0.2)
         assert low - (high - low) < sigma < high + (high - low)
+
+
+def test_a_manipulator_of_which_all_is_scaled_may_be_a_force_that_is(tmp_path):
+    mass_kg, damping_N_s_per_m, stiffness_N_per_m, scale = 150.0, 400.0, 6000.0, 0.85
+    t_s, push_N = multisine(12000, 6, amplitude_m=200.0)
+    step = scipy.linalg.expm(PERIOD_s * np.array([[0, 1, 0], [-stiffness_N_per_m / mass_kg, -damping_N_s_per_m / mass_kg,
+                                                              1 / mass_kg], [0, 0, 0]]))
+    state, position_m = np.zeros(2), np.empty(len(t_s))
+    for n, force_N in enumerate(push_N):
+        position_m[n] = state[0]
+        state = step[:2, :2] @ state + step[:2, 2] * force_N
+    position_m += 1e-6 * np.random.default_rng(8).standard_normal(len(t_s))
+    rig = tmp_path / "rig.toml"
+    rig.write_text(f'[manipulator]\nmass_kg = {mass_kg}\ndamping_N_s_per_m = {damping_N_s_per_m}\n'
+                   f'stiffness_N_per_m = {stiffness_N_per_m}\n[operator]\ninterface = "force"\n')
+    record = write(tmp_path / "record.csv", t_s=t_s, command_position_m=position_m, operator_force_N=scale * push_N)
+    told = diagnosed(tmp_path, record, "--rig", rig)
+    assert [cause["effect"] for cause in told["causes"]] == ["manipulator.parameters"]
+    assert any("forces that are all" in note and "known weight" in note for note in told["notes"]), told["notes"]
