@@ -32,7 +32,7 @@ bool moves_smoothly(const std::vector<double> &x)
 
 /* Every value but a few is a whole number of steps away from the first one; of a step that is one by chance, a tenth
  * are. */
-bool is_whole(const std::vector<double> &x, double step)
+bool is_lattice(const std::vector<double> &x, double step)
 {
     constexpr double rounding = 0.05;
     constexpr double share = 0.99;
@@ -51,7 +51,7 @@ double command_step_m(const record &data, const rig &rig)
     const std::vector<double> &x = data.command_position_m;
     const double step_m = x.empty() ? 0.0 : lattice_step(x);
     const bool is_coarse = step_m > no_coarser * setpoint_step_m(rig.firmware);
-    return is_coarse && is_whole(x, step_m) && moves_smoothly(x) ? step_m : 0.0;
+    return is_coarse && is_lattice(x, step_m) && moves_smoothly(x) ? step_m : 0.0;
 }
 
 double rms_of_command_steps(block block, const record &data, const rig &rig, const sample_events &events)
