@@ -128,3 +128,27 @@ TEST_CASE("noise: white noise stays white, and a regression keeps what only it d
     CHECK(found.ar[0] == doctest::Approx(1.6).epsilon(0.03));
     CHECK(found.sigma == doctest::Approx(1.0).epsilon(0.025));
 }
+
+TEST_CASE("noise: third differences know of the noise beside a motion that is a thousand times larger")
+{
+    constexpr std::size_t rows = 4000;
+    SEEDED(random, "noise: third*");
+    std::vector<double> error(rows);
+    for (std::size_t n = 0; n < rows; n++) {
+        const double jump = n % 500 < 250 ? 0.0 : 3.0; /* a few steps do not count */
+        error[n] = 5.0 * std::sin(0.01 * static_cast<double>(n)) + jump + 0.005 * normal(random);
+    }
+    const std::vector<berth::row_use> uses(rows, berth::row_use::fit);
+    const berth::noise_model found = berth::noise_of_differences(error, uses);
+    CHECK(found.rms == doctest::Approx(0.005).epsilon(0.1));
+    CHECK(berth::rms_ci95(found, uses) ==
+          doctest::Approx(1.96 * found.rms / std::sqrt(2.0 * (rows - 3))).epsilon(0.01));
+}
+
+TEST_CASE("noise: the rms of a slow noise is known as well as its squared autocorrelation says")
+{
+    constexpr double keeps = 0.9; /* 1 + 2 sum of keeps^(2k) = (1 + keeps^2) / (1 - keeps^2) = 9.526 */
+    constexpr std::size_t rows = 10000;
+    const berth::noise_model slow{{keeps}, std::sqrt(1.0 - keeps * keeps), 1.0, 1.0, rows};
+    CHECK(berth::rms_ci95(slow, {}) == doctest::Approx(1.96 * std::sqrt(0.5 * 9.5263 / rows)).epsilon(1e-3));
+}
