@@ -79,8 +79,9 @@ class block_search
     double improvement(const candidate &best, double bic_before) const;
     bool is_harmonic_of_motion(const candidate &one) const;
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
-    /* Little beside the first effect may be its own finer way, unless a record with another command shows it
-     * clearly, too: of a real servo its lag and dead time beside its velocity limit. */
+    /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
+     * it proves itself clearly as gain_of() asks: of a real servo its lag and dead time beside its velocity limit.
+     */
     bool is_shown_by_unseen(const candidate &best, double better, double share, double of_all);
     bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                 double bic_before, double explainable);
