@@ -20,7 +20,7 @@ constexpr double bic_unseen = 60.0; /* the same as bic_clear where nothing is le
  * the full fit of such candidates reached half of it at most. */
 constexpr double hopeless = 0.4;
 
-constexpr double held_out_least = 0.05; /* share of the explainable error that an effect explains on unseen data */
+constexpr double of_unseen_least = 0.25;    /* of what is little beside the first effect */
 constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
 constexpr double share_of_all = 0.02;
@@ -204,108 +204,6 @@ bool block_search::is_no_plain_curve(const candidate &one)
     return (left - curves * shares).squaredNorm() - one.fitted.cost > clear;
 }
 
-gain block_search::gain_of(const candidate &best, bool may_act_in_one_stretch)
-{
-    constexpr double hardly = 0.05;
-    paired_sums sums;
-    add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
-             unseen_ ? row_use::fit : row_use::held_out);
-    gain first = gain_from(sums);
-    if (predicts_worse(best)) {
-        first.low = std::min(first.low, 0.0);
-        return first;
-    }
-    if (first.low > 0.0 || first.value < -hardly) {
-        return first;
-    }
-    if (unseen_ != nullptr && input_.without_switching_fault != nullptr && is_far_on_unseen(best.fitted.rig)) {
-        return first; /* it shows much, and the candidate hardly any of that */
-    }
-    const gain crossed = crossed_gain(best, halves_by_tenths());
-    const bool shows_it = crossed.low > 0.0 && crossed.of_explainable >= held_out_least;
-    return shows_it || !may_act_in_one_stretch ? crossed : crossed_gain(best, halves_where_it_acts(best));
-}
-
-gain block_search::crossed_gain(const candidate &best, const halves &held_out)
-{
-    paired_sums crossed;
-    for (const std::vector<row_use> &half : held_out) {
-        block_model model(model_.which(), *input_.fit, given_, events_.fit, held_out_parts::none);
-        model.use(half);
-        search_options half_as_long = input_.options;
-        half_as_long.replays_max /= 2;
-        const fit_result without =
-            fit(model, metric_, incumbent_.rig, incumbent_.parameters, half_as_long.replays_max);
-        fit_result with = fit_effect(model, metric_, *best.effect, best.fitted, without, half_as_long);
-        if (with.cost > without.cost - bic_clear) {
-            with = without; /* this half knows nothing of it */
-        }
-        add_sums(crossed, model, metric_, without.rig, with.rig, row_use::held_out);
-    }
-    return gain_from(crossed);
-}
-
-bool block_search::is_far_on_unseen(const rig &rig)
-{
-    constexpr double far = 4.0; /* of the white sum of squares */
-    const auto rows = std::count(unseen_->uses().begin(), unseen_->uses().end(), row_use::fit);
-    return cost_of(*unseen_, metric_, rig) > far * static_cast<double>(rows) / metric_.rows_per_fact;
-}
-
-bool block_search::predicts_worse(const candidate &best)
-{
-    constexpr double worse =
-        1.005; /* of the plain error: weighted by the noise's colour, a slow one hardly counts */
-    if (unseen_ == nullptr) {
-        return false;
-    }
-    const auto plain_rms = [&](const rig &rig) {
-        std::vector<double> error;
-        unseen_->error(rig, error);
-        return rms_of(error, unseen_->uses(), row_use::fit);
-    };
-    return plain_rms(best.fitted.rig) > worse * plain_rms(incumbent_.rig);
-}
-
-block_search::halves block_search::halves_by_tenths() const
-{
-    const auto uses = [&](held_out_parts parts) {
-        return block_model(model_.which(), *input_.fit, given_, events_.fit, parts).uses();
-    };
-    return {uses(held_out_parts::odd), uses(held_out_parts::even)};
-}
-
-block_search::halves block_search::halves_where_it_acts(const candidate &best)
-{
-    constexpr double parts = 8.0;
-    block_model model(model_.which(), *input_.fit, given_, events_.fit, held_out_parts::none);
-    std::vector<double> before;
-    std::vector<double> after;
-    model.error(incumbent_.rig, before);
-    model.error(best.fitted.rig, after);
-    double all = 0.0;
-    for (std::size_t n = 0; n < before.size(); n++) {
-        all += std::pow(before[n] - after[n], 2);
-    }
-    halves made{model.uses(), model.uses()};
-    double sum = 0.0;
-    for (std::size_t n = 0; n < before.size(); n++) {
-        sum += std::pow(before[n] - after[n], 2);
-        std::vector<row_use> &seen_by_other = made[static_cast<int>(parts * sum / std::max(all, 1e-300)) % 2];
-        if (seen_by_other[n] == row_use::fit) {
-            seen_by_other[n] = row_use::held_out;
-        }
-    }
-    return made;
-}
-
-bool block_search::is_better_throughout(const candidate &one)
-{
-    paired_sums sums;
-    add_sums(sums, model_, metric_, incumbent_.rig, one.fitted.rig, row_use::fit);
-    return blocks_that_differ(sums) > few_blocks;
-}
-
 double block_search::improvement(const candidate &best, double bic_before) const
 {
     return std::min(bic_before - best.bic, incumbent_.cost - best.fitted.cost);
@@ -341,15 +239,10 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
     return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_least && of_all >= of_all_least;
 }
 
-bool block_search::is_shown_by_unseen(const candidate &best, double better, double share, double of_all)
+bool block_search::may_be_shown_by_unseen(const candidate &best, double better, double share, double of_all) const
 {
-    constexpr double of_unseen = 0.25; /* of what the first effect leaves there */
-    if (unseen_ == nullptr || is_rest_ || !best.effect->refines.empty() || better < bic_unseen ||
-        share < share_worthwhile || of_all < share_of_all_clear) {
-        return false;
-    }
-    const gain shown = gain_of(best, false);
-    return shown.low > 0.0 && shown.of_explainable > of_unseen;
+    return unseen_ != nullptr && !is_rest_ && best.effect->refines.empty() && better >= bic_unseen &&
+           share >= share_worthwhile && of_all >= share_of_all_clear;
 }
 
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
@@ -361,12 +254,14 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
     const double better = improvement(best, bic_before);
     gain gained{}; /* fits on parts of the record: only for what else speaks for */
+    double asked = held_out_least;
     if (is_worthwhile(best, better, share, of_all)) {
         gained = gain_of(best, share > share_of_rest && better > bic_unseen);
-    } else if (is_shown_by_unseen(best, better, share, of_all)) {
-        gained = gain_of(best, false);
+    } else if (may_be_shown_by_unseen(best, better, share, of_all)) {
+        gained = gain_on_unseen(best);
+        asked = of_unseen_least;
     }
-    if (gained.low <= 0.0 || gained.of_explainable < held_out_least) {
+    if (gained.low <= 0.0 || gained.of_explainable < asked) {
         const bool is_little = of_all < left_full && !exceeds_uncertainty(incumbent_.cost);
         is_suspect_ = is_suspect_ || (better > bic_suspect && of_all > share_of_precision && !is_little &&
                                       is_better_throughout(best));

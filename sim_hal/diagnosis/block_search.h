@@ -56,7 +56,22 @@ class block_search
     /* Whether a curve over the robot's position is clearly better than a polynomial of the fourth degree with the
      * base's parameters. */
     bool is_no_plain_curve(const candidate &one);
-    /* On the validation record or the parts held out. Where these show it hardly, or in a moment only, they prove
+    /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was
+     * taken for, BIC alone boasts. */
+    double improvement(const candidate &best, double bic_before) const;
+    bool is_harmonic_of_motion(const candidate &one) const;
+    bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
+    /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
+     * it proves itself clearly there: of a real servo its lag and dead time beside its velocity limit. */
+    bool may_be_shown_by_unseen(const candidate &best, double better, double share, double of_all) const;
+    bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
+                double bic_before, double explainable);
+
+    /* --- what it explains on data that no fit has seen: block_gain.cpp --- */
+
+    /* On the validation record or the parts held out. */
+    gain gain_on_unseen(const candidate &best);
+    /* The same. Where these show it hardly, or in a moment only, they prove
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
     gain gain_of(const candidate &best, bool may_act_in_one_stretch);
 
@@ -74,17 +89,6 @@ class block_search
     halves halves_where_it_acts(const candidate &best);
     /* Not in a few moments only, which our own precision may make up. */
     bool is_better_throughout(const candidate &one);
-    /* How much better BIC and the white sum of squares say it is: where the error is smaller than the noise was
-     * taken for, BIC alone boasts. */
-    double improvement(const candidate &best, double bic_before) const;
-    bool is_harmonic_of_motion(const candidate &one) const;
-    bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
-    /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
-     * it proves itself clearly as gain_of() asks: of a real servo its lag and dead time beside its velocity limit.
-     */
-    bool is_shown_by_unseen(const candidate &best, double better, double share, double of_all);
-    bool accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
-                double bic_before, double explainable);
 
     /* --- the model goes on with it: block_adoption.cpp --- */
 

@@ -98,6 +98,7 @@ class Tuning:
     ROUNDS = 5
     LITTLE = 1e4  # chi2; from 631 on it was seen to go to nothing
     STEP = 1e-3  # of a tolerance's width, or of a further parameter: for slopes
+    NOTHING = 1.0  # chi2: no more to be gained
     FURTHER_MAX = 1e3  # times where it begins
 
     def __init__(self, scenario):
@@ -167,9 +168,13 @@ class Tuning:
             return float(np.sum(before**2)), self.left(truth, changes_at(begin[:count]), begin[count:])
         stepped = np.concatenate([begin[:count], np.clip(self.step(before, begin[count:]), self.low, self.high)])
         starts = sorted((begin, stepped), key=lambda z: np.nan_to_num(np.sum(rest(z) ** 2), nan=np.inf))
-        inside = np.clip(starts[0], low + 1e-10, high - 1e-10)
-        found = least_squares(rest, inside, slopes, (low, high), ftol=1e-5, x_scale="jac", max_nfev=25)
-        best = min((found.x, starts[0]), key=lambda z: np.sum(rest(z) ** 2))
+        best = starts[0]
+        for method in ("dogbox", "trf"):  # trf was seen to crawl along a bound, dogbox wants independent slopes
+            inside = np.clip(best, low + 1e-10, high - 1e-10)
+            found = least_squares(rest, inside, slopes, (low, high), method, ftol=1e-5, x_scale="jac", max_nfev=25)
+            best = min((found.x, best), key=lambda z: np.sum(rest(z) ** 2))
+            if np.sum(rest(best) ** 2) < self.NOTHING:
+                break
         return float(np.sum(rest(best) ** 2)), self.left(truth, changes_at(best[:count]), best[count:])
 
 

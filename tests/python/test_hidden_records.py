@@ -15,6 +15,7 @@ from scipy.signal import StateSpace, dlsim
 FOLDER = ROOT / "tests" / "hidden_effects"
 sys.path.insert(0, str(FOLDER))
 import detectability  # noqa: E402
+import equivalents  # noqa: E402
 import scenario as scenarios  # noqa: E402
 from effects import LIBRARY, Change  # noqa: E402
 from noise import Noise  # noqa: E402
@@ -168,6 +169,13 @@ def test_a_force_scaled_by_a_sensor_is_an_object_scaled_within_its_tolerances():
     allowed = {name: (low, high) for name, _, low, high in detectability.tunable(made)}
     assert all(allowed[name][0] < value < allowed[name][1] for name, value in scaled.items()), made.seed
     assert detectability.assess(made)[0]["chi2"] < 10.0 < np.sum(detectability.stacked(made, added) ** 2), made.seed
+
+
+def test_an_object_that_a_scaled_sensor_looks_like_is_found_from_afar():
+    """1.6e6 away in chi2, and along the tolerance of a stiffness that hardly matters: an optimiser may crawl there."""
+    made = scenarios.draw(181049, "sensor.gain", "medium")
+    begin = equivalents.beginnings(made, "object.parameters", {})[0]
+    assert equivalents.chi2_between(made, {"object.parameters": begin}) < 1e-6
 
 
 def test_every_effect_of_the_library_can_be_drawn():
