@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "replay.h"
+#include "robot_reference.h"
 
 namespace berth
 {

@@ -43,9 +43,10 @@ noise_model floor_under(block_model &model, const rig &rig)
 {
     std::vector<double> error;
     model.error(rig, error);
+    const std::vector<feature> features = features_of_motion(model, rig, error);
     noise_model noise = noise_of(model, error, true);
     for (int pass = 0; pass < 2; pass++) {
-        std::vector<double> unexplained = find_leftover(model, noise, rig, error).unexplained;
+        std::vector<double> unexplained = find_leftover(model, noise, features, error).unexplained;
         remove_lines(unexplained, model.uses());
         noise = noise_of(model, unexplained, false);
     }

@@ -4,217 +4,12 @@
 #include <array>
 #include <cmath>
 #include <Eigen/Dense>
-#include <optional>
 
 namespace berth
 {
 
 namespace
 {
-
-struct feature {
-    error_class kind;
-    std::vector<double> values;
-    bool is_of_shape = false; /* simulated output and its changes: a lag that is taken for a delay leaves these */
-};
-
-using signal = std::vector<double>;
-
-signal derivative(const signal &x, const std::vector<record_segment> &segments, double period_s)
-{
-    signal rate(x.size(), 0.0);
-    for (const record_segment &part : segments) {
-        for (std::size_t n = part.begin + 1; n + 1 < part.end; n++) {
-            rate[n] = (x[n + 1] - x[n - 1]) / (2.0 * period_s);
-        }
-    }
-    return rate;
-}
-
-double largest(const signal &x)
-{
-    double size = 1e-300;
-    for (const double value : x) {
-        size = std::max(size, std::abs(value));
-    }
-    return size;
-}
-
-void scale_to_one(signal &x)
-{
-    const double size = largest(x);
-    for (double &value : x) {
-        value /= size;
-    }
-}
-
-/* Direction with memory: what a play or a presliding friction of this length keeps of it. */
-signal direction_memory(const signal &x, double length)
-{
-    signal z(x.size(), 0.0);
-    for (std::size_t n = 1; n < x.size(); n++) {
-        const double way = (x[n] - x[n - 1]) / length;
-        const double direction = way < 0.0 ? -1.0 : 1.0;
-        z[n] = direction + (z[n - 1] - direction) * std::exp(-std::abs(way));
-    }
-    return z;
-}
-
-class feature_maker
-{
-  public:
-    explicit feature_maker(const record &record) : record_(record) {}
-
-    template <typename function>
-    void add(error_class kind, function value)
-    {
-        feature made{kind, signal(record_.size())};
-        for (std::size_t n = 0; n < record_.size(); n++) {
-            made.values[n] = value(n);
-        }
-        features.push_back(std::move(made));
-    }
-
-    /* From `first` on. */
-    void add_lags(const signal &x, int first)
-    {
-        for (const int lag : {-6, -4, -2, -1, 0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32}) {
-            if (lag < first) {
-                continue;
-            }
-            add(error_class::linear, [&](std::size_t n) {
-                const auto at = static_cast<std::ptrdiff_t>(n) - lag;
-                const auto last = static_cast<std::ptrdiff_t>(x.size()) - 1;
-                return x[static_cast<std::size_t>(std::min(std::max<std::ptrdiff_t>(at, 0), last))];
-            });
-        }
-    }
-
-    /* Laws of position, velocity and time. */
-    void add_laws(signal x, signal v, const std::optional<int> &first_lag)
-    {
-        scale_to_one(x);
-        scale_to_one(v);
-        const double span = static_cast<double>(record_.size());
-        const auto sign = [](double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; };
-        const auto time = [&](std::size_t n) { return 2.0 * static_cast<double>(n) / span - 1.0; };
-        if (first_lag) {
-            add_lags(x, *first_lag);
-        } else {
-            add(error_class::linear, [&](std::size_t n) { return x[n]; });
-            add(error_class::linear, [&](std::size_t n) { return v[n]; });
-        }
-        add(error_class::even, [](std::size_t) { return 1.0; });
-        add(error_class::even, [&](std::size_t n) { return x[n] * x[n]; });
-        add(error_class::even, [&](std::size_t n) { return v[n] * v[n]; });
-        add(error_class::even, [&](std::size_t n) { return std::abs(v[n]); });
-        add(error_class::odd, [&](std::size_t n) { return x[n] * x[n] * x[n]; });
-        add(error_class::odd, [&](std::size_t n) { return x[n] * std::abs(x[n]); });
-        add(error_class::odd, [&](std::size_t n) { return v[n] * std::abs(v[n]); });
-        add(error_class::odd, [&](std::size_t n) { return v[n] * v[n] * v[n]; });
-        add(error_class::odd, [&](std::size_t n) { return x[n] * x[n] * v[n]; });
-        add(error_class::odd, [&](std::size_t n) { return sign(x[n]); });
-        add(error_class::odd, [&](std::size_t n) { return std::max(std::abs(x[n]) - 0.7, 0.0) * sign(x[n]); });
-        add(error_class::odd, [&](std::size_t n) { return std::max(std::abs(v[n]) - 0.6, 0.0) * sign(v[n]); });
-        add(error_class::hysteresis, [&](std::size_t n) { return sign(v[n]); });
-        for (const double length : {0.01, 0.05, 0.25}) {
-            const signal memory = direction_memory(x, length);
-            add(error_class::hysteresis, [&](std::size_t n) { return memory[n]; });
-        }
-        add(error_class::drift, [&](std::size_t n) { return time(n); });
-        add(error_class::drift, [&](std::size_t n) { return time(n) * time(n); });
-        for (const double length : {0.05, 0.15}) { /* warming up; of the record */
-            add(error_class::drift,
-                [&](std::size_t n) { return std::exp(-static_cast<double>(n) / (length * span)); });
-        }
-        add(error_class::drift, [&](std::size_t n) { return time(n) * x[n]; });
-        add(error_class::drift, [&](std::size_t n) { return time(n) * v[n]; });
-    }
-
-    void add_shape(signal y)
-    {
-        for (int order = 0; order < 5; order++) {
-            scale_to_one(y);
-            features.push_back({error_class::linear, y, true});
-            y = change(y);
-        }
-    }
-
-    std::vector<feature> features;
-
-  private:
-    signal change(const signal &y) const
-    {
-        signal made(y.size(), 0.0);
-        for (const record_segment &part : record_.segments) {
-            for (std::size_t n = part.begin + 2; n < part.end; n++) {
-                made[n] = y[n] - y[n - 1];
-            }
-        }
-        return made;
-    }
-
-    const record &record_;
-};
-
-/* The noise of the force moves the manipulator, and that the command: from the tick after it on the command knows of
- * it. Motion that follows such a command explains that noise and says nothing about the hardware. */
-int first_lag_before_reaction(const record &record, const rig &rig)
-{
-    const double late_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig));
-    return -static_cast<int>(late_s / record.period_s);
-}
-
-std::vector<feature> make_features(block_model &model, const rig &rig)
-{
-    const record &record = model.data();
-    feature_maker maker(record);
-    if (model.which() == block::manipulator) {
-        const signal &x = record.command_position_m;
-        maker.add_laws(x, derivative(x, record.segments, record.period_s), {});
-        signal force = record.operator_force_N.empty() ? signal(record.size(), 0.0) : record.operator_force_N;
-        for (std::size_t n = 0; n < record.force_N.size(); n++) {
-            force[n] -= record.force_N[n];
-        }
-        if (largest(force) > 1e-290) {
-            scale_to_one(force);
-            maker.add(error_class::linear, [&](std::size_t n) { return force[n]; });
-        }
-        for (feature &made : maker.features) {
-            model.respond_to_force(rig, made.values);
-        }
-        return std::move(maker.features);
-    }
-    /* The motion as the model has it. */
-    const signal &x = model.motion().at_tick_m;
-    const int reaction = first_lag_before_reaction(record, rig);
-    maker.add_laws(x, derivative(x, record.segments, record.period_s), reaction);
-    signal simulated(record.size());
-    std::vector<double> error;
-    model.error(rig, error);
-    for (std::size_t n = 0; n < simulated.size(); n++) {
-        simulated[n] = model.measured()[n] - error[n];
-    }
-    if (model.which() == block::force) {
-        for (feature &made : maker.features) {
-            model.respond_to_force(rig, made.values);
-        }
-        signal f = simulated;
-        signal a = derivative(derivative(x, record.segments, record.period_s), record.segments, record.period_s);
-        scale_to_one(a);
-        maker.add_lags(a, reaction + 2); /* a is known two ticks later */
-        scale_to_one(f);
-        maker.add(error_class::odd, [&](std::size_t n) { return f[n] * std::abs(f[n]); });
-        maker.add(error_class::odd, [&](std::size_t n) { return f[n] * f[n] * f[n]; });
-        maker.add(error_class::even, [&](std::size_t n) { return f[n] * f[n]; });
-        maker.add(error_class::even, [&](std::size_t n) { return std::abs(f[n]); });
-        maker.add(error_class::drift, [&](std::size_t n) {
-            return f[n] * (2.0 * static_cast<double>(n) / static_cast<double>(f.size()) - 1.0);
-        });
-    }
-    maker.add_shape(std::move(simulated));
-    return std::move(maker.features);
-}
 
 /* Each is predicted from all others. */
 constexpr std::size_t blocks = 12;
@@ -236,6 +31,37 @@ Eigen::VectorXd solve(const Eigen::MatrixXd &g, const Eigen::VectorXd &b, double
 }
 
 using block_parts = std::array<normal_equations, blocks>;
+
+/* Rows out of use are 0 in white, and say nothing. */
+block_parts equations_of(const std::vector<feature> &features, const std::vector<double> &error,
+                         const whitening &by_row)
+{
+    const std::size_t size = error.size();
+    Eigen::MatrixXd white(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(features.size()));
+    Eigen::VectorXd target(static_cast<Eigen::Index>(size));
+    for (std::size_t i = 0; i < features.size(); i++) {
+        by_row.apply(features[i].values, white.col(static_cast<Eigen::Index>(i)).data());
+    }
+    by_row.apply(error, target.data());
+    block_parts parts;
+    for (std::size_t i = 0; i < blocks; i++) {
+        const std::size_t begin = (i * size + blocks - 1) / blocks;
+        const std::size_t end = ((i + 1) * size + blocks - 1) / blocks;
+        const auto first = static_cast<Eigen::Index>(begin);
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        const auto rows = white.middleRows(first, count);
+        normal_equations &part = parts[i];
+        part.g = Eigen::MatrixXd::Zero(white.cols(), white.cols());
+        part.g.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+        part.g.triangularView<Eigen::Upper>() = part.g.transpose();
+        part.b = rows.transpose() * target.segment(first, count);
+        part.square = target.segment(first, count).squaredNorm();
+        for (std::size_t n = begin; n < end; n++) {
+            part.rows += by_row.is_known(n) ? 1.0 : 0.0;
+        }
+    }
+    return parts;
+}
 
 normal_equations sum_of(const block_parts &parts)
 {
@@ -290,59 +116,12 @@ block_parts of_shape(const block_parts &parts, const std::vector<feature> &featu
 
 } // namespace
 
-leftover find_leftover(block_model &model, const noise_model &noise, const rig &rig,
+leftover find_leftover(const block_model &model, const noise_model &noise, const std::vector<feature> &features,
                        const std::vector<double> &error)
 {
-    const std::vector<feature> features = make_features(model, rig);
     const auto count = static_cast<Eigen::Index>(features.size());
     const std::vector<row_use> &uses = model.uses();
-    const std::size_t size = error.size();
-
-    const whitening by_row(noise, uses);
-    std::vector<signal> white_features(features.size());
-    for (std::size_t i = 0; i < features.size(); i++) {
-        by_row.apply(features[i].values, white_features[i]);
-    }
-    signal white_error;
-    by_row.apply(error, white_error);
-    block_parts parts;
-    for (normal_equations &part : parts) {
-        part.g = Eigen::MatrixXd::Zero(count, count);
-        part.b = Eigen::VectorXd::Zero(count);
-    }
-    constexpr Eigen::Index batch = 256;
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(batch, count);
-    Eigen::VectorXd targets = Eigen::VectorXd::Zero(batch);
-    Eigen::Index filled = 0;
-    std::size_t part_of_batch = 0;
-    const auto flush = [&] {
-        normal_equations &part = parts[part_of_batch];
-        const Eigen::MatrixXd block = rows.topRows(filled);
-        part.g.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
-        part.b += block.transpose() * targets.head(filled);
-        part.square += targets.head(filled).squaredNorm();
-        part.rows += static_cast<double>(filled);
-        filled = 0;
-    };
-    for (std::size_t n = 0; n < size; n++) {
-        const std::size_t part = n * blocks / size;
-        if (filled == batch || (filled > 0 && part != part_of_batch)) {
-            flush();
-        }
-        part_of_batch = part;
-        if (!by_row.is_known(n)) {
-            continue;
-        }
-        for (Eigen::Index i = 0; i < count; i++) {
-            rows(filled, i) = white_features[static_cast<std::size_t>(i)][n];
-        }
-        targets(filled++) = white_error[n];
-    }
-    flush();
-    for (normal_equations &part : parts) {
-        part.g.triangularView<Eigen::Upper>() = part.g.transpose();
-    }
-
+    const block_parts parts = equations_of(features, error, whitening(noise, uses));
     const normal_equations all = sum_of(parts);
     const prediction best = predict_across(parts);
     leftover result;
@@ -366,14 +145,19 @@ leftover find_leftover(block_model &model, const noise_model &noise, const rig &
         }
     }
     result.unexplained = error;
-    for (std::size_t n = 0; n < size; n++) {
-        if (uses[n] != row_use::none) {
-            for (Eigen::Index i = 0; i < count; i++) {
-                result.unexplained[n] -= c(i) * features[static_cast<std::size_t>(i)].values[n];
-            }
+    for (std::size_t i = 0; i < features.size(); i++) {
+        const double share = c(static_cast<Eigen::Index>(i));
+        for (std::size_t n = 0; n < error.size(); n++) {
+            result.unexplained[n] -= uses[n] != row_use::none ? share * features[i].values[n] : 0.0;
         }
     }
     return result;
+}
+
+leftover find_leftover(const block_model &model, const noise_model &noise, const rig &rig,
+                       const std::vector<double> &error)
+{
+    return find_leftover(model, noise, features_of_motion(model, rig, error), error);
 }
 
 } // namespace berth

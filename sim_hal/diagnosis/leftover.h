@@ -3,19 +3,12 @@
 #ifndef SIM_HAL_DIAGNOSIS_LEFTOVER_H
 #define SIM_HAL_DIAGNOSIS_LEFTOVER_H
 
-#include <string>
 #include <vector>
 
-#include "block_model.h"
+#include "motion_features.h"
 
 namespace berth
 {
-
-/* How an error depends on the motion. */
-enum class error_class { linear, odd, even, drift, hysteresis, count };
-
-constexpr std::string_view error_class_names[] = {"linear in the motion", "odd in the motion", "even in the motion",
-                                                  "drift over time", "hysteresis or direction of motion"};
 
 struct leftover {
     double explained = 0.0; /* sum of squares of the white error that the features explain on unseen parts */
@@ -25,8 +18,12 @@ struct leftover {
     std::vector<double> unexplained; /* error less what the features explain, in the block's unit, one a row */
 };
 
-/* `error`: of the model under test, `rig` its rig. */
-leftover find_leftover(block_model &model, const noise_model &noise, const rig &rig,
+/* Of an error of the model. */
+leftover find_leftover(const block_model &model, const noise_model &noise, const std::vector<feature> &features,
+                       const std::vector<double> &error);
+
+/* The same; `rig`: of the error, and the model's last one. */
+leftover find_leftover(const block_model &model, const noise_model &noise, const rig &rig,
                        const std::vector<double> &error);
 
 } // namespace berth

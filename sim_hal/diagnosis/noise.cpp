@@ -219,20 +219,28 @@ whitening::whitening(const noise_model &noise, const std::vector<row_use> &uses)
     double predicted = drive / (1.0 - keep);
     gain_.resize(uses.size());
     scale_.resize(uses.size());
+    double of = -1.0; /* the prediction that these are of: in the long run it stays the same */
+    double gain = 0.0;
+    double scale = 0.0;
     for (std::size_t n = 0; n < uses.size(); n++) {
-        gain_[n] = is_known_[n] != 0 ? predicted / (predicted + white) : 0.0;
-        scale_[n] = 1.0 / (noise.sigma * std::sqrt(predicted + white));
+        if (predicted != of) {
+            of = predicted;
+            gain = predicted / (predicted + white);
+            scale = 1.0 / (noise.sigma * std::sqrt(predicted + white));
+        }
+        gain_[n] = is_known_[n] != 0 ? gain : 0.0;
+        scale_[n] = scale;
         predicted = keep * predicted * (1.0 - gain_[n]) + drive;
     }
 }
 
-void whitening::apply(const std::vector<double> &x, std::vector<double> &white) const
+void whitening::apply(const std::vector<double> &x, double *white) const
 {
-    white.assign(x.size(), 0.0);
     double slow = 0.0;
     const std::size_t order = noise_.ar.size();
     const double scale = 1.0 / noise_.sigma;
     for (std::size_t n = 0; n < x.size(); n++) {
+        white[n] = 0.0;
         if (!gain_.empty()) {
             const double news = x[n] - slow;
             white[n] = is_known_[n] != 0 ? scale_[n] * news : 0.0;
@@ -251,8 +259,8 @@ void whiten(const noise_model &noise, const std::vector<double> &error, const st
             row_use use, std::vector<double> &white)
 {
     const whitening by_row(noise, uses);
-    std::vector<double> all;
-    by_row.apply(error, all);
+    std::vector<double> all(error.size());
+    by_row.apply(error, all.data());
     white.clear();
     for (std::size_t n = 0; n < error.size(); n++) {
         if (uses[n] == use && by_row.is_known(n)) {

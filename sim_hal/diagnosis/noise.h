@@ -37,8 +37,8 @@ class whitening
 
     /* Rows without a past in use have no white value of their own. */
     bool is_known(std::size_t row) const { return is_known_[row] != 0; }
-    /* In standard deviations of w; 0 where it is not known. */
-    void apply(const std::vector<double> &x, std::vector<double> &white) const;
+    /* In standard deviations of w, as many as x has; 0 where it is not known. */
+    void apply(const std::vector<double> &x, double *white) const;
 
   private:
     const noise_model &noise_;

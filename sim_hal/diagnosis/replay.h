@@ -49,12 +49,8 @@ struct robot_motion {
     std::vector<double> at_tick_m;  /* one a row */
 };
 
-/* What a motion is for: the positions at the ticks alone, or the way between them as well. */
+/* What a motion is for: the positions at the ticks alone, or those of all steps as well. */
 enum class motion_detail { at_ticks, way };
-
-/* How long a setpoint is on its way to the robot: feedback and operator command go first on the bus. A robot's own
- * clock looks for setpoints that have come. */
-double setpoint_arrival_s(const rig &rig);
 
 /* Setpoints to motion: setpoint effects, dead time and interpolation, transfer behaviour, motion effects. A tick
  * has at least `steps_min` steps. */

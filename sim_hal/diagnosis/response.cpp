@@ -64,18 +64,18 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd &columns)
     return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
 }
 
-/* Of white + share change, without what the basis makes up for. */
-tangent_space::prospect best_of(const Eigen::MatrixXd &basis, const Eigen::VectorXd &white,
+/* Of what the basis leaves of an error, with `change` added to that. */
+tangent_space::prospect best_of(const Eigen::MatrixXd &basis, const Eigen::VectorXd &rest,
                                 const Eigen::VectorXd &change, double least, double most)
 {
-    const Eigen::VectorXd rest = white - basis * (basis.transpose() * white);
     const Eigen::VectorXd left = change - basis * (basis.transpose() * change);
     const double square = left.squaredNorm();
     if (!(square > 0.0) || !std::isfinite(square)) {
         return {0.0, least};
     }
-    const double share = std::min(most, std::max(least, -left.dot(rest) / square));
-    return {white.squaredNorm() - (rest + share * left).squaredNorm(), share};
+    const double along = left.dot(rest);
+    const double share = std::min(most, std::max(least, -along / square));
+    return {-share * (2.0 * along + share * square), share};
 }
 
 } // namespace
@@ -105,16 +105,26 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
     }
 }
 
-tangent_space::prospect tangent_space::best_share(const Eigen::VectorXd &white, const Eigen::VectorXd &change,
-                                                  double least, double most) const
+tangent_space::target tangent_space::target_of(const Eigen::VectorXd &white) const
 {
-    prospect best = best_of(basis_, white, change, least, most);
-    best.decrease -= white.squaredNorm() - less(white).squaredNorm(); /* what they could do without it */
+    target made{white, less(white), {}, 0.0};
+    if (basis_of_all_.size() > 0) {
+        made.rest_of_all = white - basis_of_all_ * (basis_of_all_.transpose() * white);
+        made.decrease_by_all = white.squaredNorm() - made.rest_of_all.squaredNorm();
+    }
+    return made;
+}
+
+tangent_space::prospect tangent_space::best_share(const target &error, const Eigen::VectorXd &change, double least,
+                                                  double most) const
+{
+    const prospect best = best_of(basis_, error.rest, change, least, most);
     if (basis_of_all_.size() == 0) {
         return best;
     }
-    const prospect more = best_of(basis_of_all_, white, change, least, most);
-    const Eigen::VectorXd moved = least_squares_solution(slopes_of_all_, -(white + more.share * change));
+    prospect more = best_of(basis_of_all_, error.rest_of_all, change, least, most);
+    more.decrease += error.decrease_by_all;
+    const Eigen::VectorXd moved = least_squares_solution(slopes_of_all_, -(error.white + more.share * change));
     for (Eigen::Index i = 0; i < moved.size(); i++) {
         if (inward_[static_cast<std::size_t>(i)] * moved(i) < 0.0) {
             return best; /* out of its bounds */

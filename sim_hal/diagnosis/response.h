@@ -33,14 +33,21 @@ class tangent_space
     /* Without what the parameters that are not at a bound make up for. */
     Eigen::VectorXd less(const Eigen::VectorXd &x) const { return x - basis_ * (basis_.transpose() * x); }
 
-    /* How much smaller the sum of squares of `white` gets with `share` times `change` added to it, the parameters
-     * making the best of it; `share` is the best one between `least` and `most`. */
+    /* How much smaller the sum of squares of a white error gets with `share` times `change` added to it, the
+     * parameters making the best of it; `share` is the best one between `least` and `most`. */
     struct prospect {
         double decrease;
         double share;
     };
-    prospect best_share(const Eigen::VectorXd &white, const Eigen::VectorXd &change, double least,
-                        double most) const;
+    /* A white error, and what the parameters leave of it. */
+    struct target {
+        Eigen::VectorXd white;
+        Eigen::VectorXd rest;
+        Eigen::VectorXd rest_of_all; /* with those at a bound */
+        double decrease_by_all;      /* what these could do without any change */
+    };
+    target target_of(const Eigen::VectorXd &white) const;
+    prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most) const;
 
   private:
     Eigen::MatrixXd basis_;         /* orthonormal; of those not at a bound */

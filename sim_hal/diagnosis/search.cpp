@@ -7,6 +7,7 @@
 #include "drifting_clock.h"
 #include "progressive_fit.h"
 #include "response.h"
+#include "robot_reference.h"
 #include "spectrum_lines.h"
 
 namespace berth
@@ -288,6 +289,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
     const known_slopes slopes = slopes_at(model, noise, incumbent, here);
     const tangent_space base(incumbent, slopes);
+    const tangent_space::target target = base.target_of(here);
     const record_scales scales = scales_of(model, incumbent.rig, error, options);
 
     std::vector<start_point> starts;
@@ -298,7 +300,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
             /* The effect in another size, as far as it is linear in it. */
             const bool is_scaled = effect->is_proportional && values[0] != 0.0;
             const auto [decrease, best] =
-                base.best_share(here, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
+                base.best_share(target, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
             start.promise = decrease;
             start.is_hidden =
                 options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);

@@ -23,20 +23,24 @@ class play final : public motion_stage
     {
         const double before_m = held_m_;
         held_m_ = std::min(std::max(held_m_, value - half_m_), value + half_m_);
-        /* It stood until the gap was crossed, and went with the drive for the rest of the step. */
-        const double way_m = value - driven_m_;
-        const double share = way_m == 0.0 ? 1.0 : (held_m_ - before_m) / way_m;
-        bulge_m_ = 0.5 * (share - 1.0) * (held_m_ - before_m);
+        moved_m_ = held_m_ - before_m;
+        way_m_ = value - driven_m_;
         driven_m_ = value;
         return held_m_;
     }
-    double bulge() const override { return bulge_m_; }
+    double bulge() const override
+    {
+        /* It stood until the gap was crossed, and went with the drive for the rest of the step. */
+        const bool is_straight = way_m_ == 0.0 || moved_m_ == 0.0 || moved_m_ == way_m_;
+        return is_straight ? 0.0 : 0.5 * (moved_m_ / way_m_ - 1.0) * moved_m_;
+    }
 
   private:
     double half_m_;
     double held_m_ = 0.0;
     double driven_m_ = 0.0;
-    double bulge_m_ = 0.0;
+    double way_m_ = 0.0; /* of the drive on the last step */
+    double moved_m_ = 0.0;
 };
 
 } // namespace

@@ -16,6 +16,7 @@ class periodic_error final : public motion_stage
     {
     }
     void start(double) override {}
+    bool has_memory() const override { return false; }
     double advance(double value, double) override
     {
         return value + amplitude_m_ * std::sin(rad_per_m_ * value + phase_rad_);

@@ -33,6 +33,9 @@ class motion_stage
     /* Where it turned off a straight line on the last step: by how much it passed beside that line on average. */
     virtual double bulge() const { return 0.0; }
 
+    /* What it makes of a value depends on the way there. */
+    virtual bool has_memory() const { return true; }
+
     /* The signal jumps to `value`. */
     virtual double jump(double value) { return advance(value, 0.0); }
 };

@@ -64,7 +64,8 @@ object_steps::object_steps(const rig &rig)
     : plant_(object_alone(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
       grip_close_s_(rig.run.grip_close_s), grip_release_s_(rig.run.grip_release_s),
       impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0),
-      friction_N_(value_of_effect(rig, "object.coulomb_friction_N"))
+      friction_N_(value_of_effect(rig, "object.coulomb_friction_N")),
+      switches_(plant_.one_sided || grip_force_N_ > 0.0 || grip_release_s_ < never || grip_close_s_ > 0.0)
 {
 }
 

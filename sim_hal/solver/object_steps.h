@@ -117,10 +117,7 @@ class object_steps
     bool watches() const { return switches() || friction_N_ > 0.0; }
 
     /* There is a contact that begins and ends, or a grip that closes or gives way. */
-    bool switches() const
-    {
-        return plant_.one_sided || grip_force_N_ > 0.0 || grip_release_s_ < never || grip_close_s_ > 0.0;
-    }
+    bool switches() const { return switches_; }
 
     /* Once it was started: a step is a map of state and robot alone, the one of a grip that holds. */
     bool is_linear() const { return forces_.empty() && !switches(); }
@@ -187,16 +184,17 @@ class object_steps
     {
         const bool is_crossley = impact_damping_s_per_m_ > 0.0 && mode == grip::holds;
         const step_map &map = maps[static_cast<std::size_t>(is_crossley ? grip::free_of_material : mode)];
+        /* The state comes last: what the robot does need not wait for the step before. */
         body_state next{};
-        for (std::size_t column = 0; column < rows; column++) {
-            for (std::size_t row = 0; row < rows; row++) {
-                next[row] += map.column[column][row] * state_[column];
-            }
-        }
         const double inputs[3] = {line_.position_m, line_.velocity_m_per_s, 1.0};
         for (std::size_t column = 0; column < 3; column++) {
             for (std::size_t row = 0; row < rows; row++) {
                 next[row] += map.column[rows + column][row] * inputs[column];
+            }
+        }
+        for (std::size_t column = 0; column < rows; column++) {
+            for (std::size_t row = 0; row < rows; row++) {
+                next[row] += map.column[column][row] * state_[column];
             }
         }
         if (!forces_.empty() || is_crossley) {
@@ -218,6 +216,7 @@ class object_steps
     double gripped_at_m_ = 0.0; /* robot less object, at the instant */
     double impact_damping_s_per_m_;
     double friction_N_; /* dry */
+    bool switches_;
     std::vector<std::unique_ptr<force_stage>> forces_;
     body_state state_{};
     grip grip_ = grip::holds;

@@ -47,7 +47,7 @@ double largest_difference_m(const std::vector<double> &a, const std::vector<doub
 
 } // namespace
 
-TEST_CASE("robot: where it is at the ticks needs no steps between, if one thing alone bends its way")
+TEST_CASE("robot: where it is at the ticks needs no steps between, if one thing with a memory alone bends its way")
 {
     const std::vector<std::vector<std::string>> alone = {
         {"robot.backlash_m=1e-3"},
@@ -55,6 +55,7 @@ TEST_CASE("robot: where it is at the ticks needs no steps between, if one thing 
         {"robot.lag_ms=20", "robot.velocity_limit_m_per_s=0.05"},
         {"robot.periodic_error_m=1e-4", "robot.periodic_error_pitch_m=3e-3"},
         {"robot.transfer_frequency_Hz=12", "robot.transfer_damping_ratio=0.6"},
+        {"robot.backlash_m=1e-3", "robot.periodic_error_m=1e-4", "robot.periodic_error_pitch_m=3e-3"},
     };
     for (const std::vector<std::string> &settings : alone) {
         CAPTURE(settings[0]);
