@@ -41,6 +41,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
         }
     }
     if (!best.effect->is_rough) {
+        fit_behind_switching();
         fit_without_colour();
         incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
     }
@@ -89,6 +90,26 @@ bool block_search::hold_out_beside_slips()
     }
     model_.hold_out(best);
     return best != before;
+}
+
+void block_search::fit_behind_switching()
+{
+    if (input_.without_switching_fault == nullptr) {
+        return;
+    }
+    std::vector<free_parameter> own;
+    std::copy_if(incumbent_.parameters.begin(), incumbent_.parameters.end(), std::back_inserter(own),
+                 [](const free_parameter &known) { return known.key->path.substr(0, 6) != "robot."; });
+    const noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+    const fit_result settled = fit(model_, white, incumbent_.rig, own, input_.options.replays_max);
+    if (settled.cost >= cost_of(model_, white, incumbent_.rig)) {
+        return;
+    }
+    incumbent_.rig = settled.rig;
+    const noise_model under = floor_under(model_, incumbent_.rig);
+    if (!has_floor_ && under.rms < noise_.rms) {
+        noise_ = under;
+    }
 }
 
 void block_search::fit_without_colour()

@@ -11,50 +11,95 @@ namespace berth
 namespace
 {
 
-/* Mean lateness of a part of the record, from error = -late velocity, and how well it is known. */
-struct lateness {
-    double time_s;
-    double late_s;
-    double weight;
+/* Parts of the record: a slip within one is known by the mean of its two sides only, and may come in the middle of
+ * a fast move, where it weighs most. */
+constexpr double part_s = 0.02;
+
+/* How late the robot was over time, from error = -late velocity, in parts of the record that weigh by the square of
+ * the velocity; as sums from the start, so that what a sawtooth leaves costs as much as it has teeth. */
+class lateness_over_time
+{
+  public:
+    lateness_over_time(const std::vector<double> &error, const std::vector<double> &position_m, double period_s)
+        : length_(std::max<std::size_t>(4, static_cast<std::size_t>(part_s / period_s))), period_s_(period_s)
+    {
+        sums_.push_back({});
+        for (std::size_t begin = 1; begin + length_ < error.size(); begin += length_) {
+            double both = 0.0;
+            double square = 0.0;
+            for (std::size_t n = begin; n < begin + length_; n++) {
+                const double velocity = (position_m[n + 1] - position_m[n - 1]) / (2.0 * period_s);
+                both -= error[n] * velocity;
+                square += velocity * velocity;
+            }
+            const double late_s = square > 0.0 ? both / square : 0.0;
+            const double time_s = time_of(sums_.size() - 1);
+            const sums &last = sums_.back();
+            sums_.push_back({last.weight + square, last.late + square * late_s, last.time + square * time_s});
+            late_squared_ += square * late_s * late_s;
+            late_by_time_ += square * late_s * time_s;
+            time_squared_ += square * time_s * time_s;
+        }
+    }
+
+    bool is_empty() const { return !(sums_.back().weight > 0.0); }
+
+    /* Weighted square of what a sawtooth leaves; its mean is free, as the dead time is. */
+    double left_by(double drift, double phase_s) const
+    {
+        const sums &all = sums_.back();
+        /* Of the lateness less the drift, and then less phase - k T within tooth k. */
+        double sum = all.late - drift * all.time;
+        double square = late_squared_ - drift * (2.0 * late_by_time_ - drift * time_squared_);
+        std::size_t begin = 0;
+        double tooth = std::floor((phase_s + drift * time_of(0)) / period_s_);
+        while (begin + 1 < sums_.size()) {
+            const std::size_t end = end_of_tooth(begin, tooth, drift, phase_s);
+            const double weight = sums_[end].weight - sums_[begin].weight;
+            const double late = sums_[end].late - sums_[begin].late;
+            const double time = sums_[end].time - sums_[begin].time;
+            const double offset_s = phase_s - tooth * period_s_;
+            sum -= offset_s * weight;
+            square += offset_s * (offset_s * weight - 2.0 * (late - drift * time));
+            tooth += drift > 0.0 ? 1.0 : -1.0;
+            begin = end;
+        }
+        return square - sum * sum / all.weight;
+    }
+
+  private:
+    struct sums {
+        double weight = 0.0;
+        double late = 0.0; /* times weight */
+        double time = 0.0;
+    };
+
+    double time_of(std::size_t part) const
+    {
+        return period_s_ * (1.0 + static_cast<double>(length_) * (static_cast<double>(part) + 0.5));
+    }
+
+    /* The first part whose middle is in the next one. */
+    std::size_t end_of_tooth(std::size_t begin, double tooth, double drift, double phase_s) const
+    {
+        const std::size_t count = sums_.size() - 1;
+        if (drift == 0.0) {
+            return count;
+        }
+        const double slip_s = ((drift > 0.0 ? tooth + 1.0 : tooth) * period_s_ - phase_s) / drift;
+        const double part = (slip_s / period_s_ - 1.0) / static_cast<double>(length_) - 0.5;
+        return part < static_cast<double>(count)
+                   ? std::max(begin, static_cast<std::size_t>(std::max(0.0, std::ceil(part))))
+                   : count;
+    }
+
+    std::size_t length_; /* rows in a part */
+    double period_s_;
+    std::vector<sums> sums_;
+    double late_squared_ = 0.0;
+    double late_by_time_ = 0.0;
+    double time_squared_ = 0.0;
 };
-
-std::vector<lateness> lateness_over_time(const std::vector<double> &error, const std::vector<double> &position_m,
-                                         double period_s)
-{
-    const std::size_t length = std::max<std::size_t>(10, static_cast<std::size_t>(0.2 / period_s));
-    std::vector<lateness> parts;
-    parts.reserve(error.size() / length);
-    for (std::size_t begin = 1; begin + length < error.size(); begin += length) {
-        double both = 0.0;
-        double square = 0.0;
-        for (std::size_t n = begin; n < begin + length; n++) {
-            const double velocity = (position_m[n + 1] - position_m[n - 1]) / (2.0 * period_s);
-            both -= error[n] * velocity;
-            square += velocity * velocity;
-        }
-        if (square > 0.0) {
-            const double middle = static_cast<double>(begin) + 0.5 * static_cast<double>(length);
-            parts.push_back({middle * period_s, both / square, square});
-        }
-    }
-    return parts;
-}
-
-/* Weighted square of what a sawtooth leaves; its mean is free, as the dead time is. */
-double left_by(const std::vector<lateness> &parts, double drift, double phase_s, double period_s)
-{
-    double weight = 0.0;
-    double sum = 0.0;
-    double square = 0.0;
-    for (const lateness &part : parts) {
-        const double way = (phase_s + drift * part.time_s) / period_s;
-        const double rest = part.late_s - period_s * (way - std::floor(way));
-        weight += part.weight;
-        sum += part.weight * rest;
-        square += part.weight * rest * rest;
-    }
-    return weight > 0.0 ? square - sum * sum / weight : 0.0;
-}
 
 /* A sawtooth: how many periods it drifts over the record, and which share of the way to its first slip it has behind
  * it at the start. Of a slow one, that slips once or never, the share is of the way that it goes in the record. */
@@ -100,16 +145,19 @@ std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const
 {
     constexpr int wraps_max = 30; /* of the sawtooth over the record, either way */
     constexpr int steps_a_wrap = 8;
-    constexpr int shares = 16;
     constexpr std::size_t refined = 24;
-    const std::vector<lateness> parts = lateness_over_time(error, position_m, period_s);
-    if (parts.empty()) {
+    const lateness_over_time lateness(error, position_m, period_s);
+    if (lateness.is_empty()) {
         return {};
     }
     const double duration_s = period_s * static_cast<double>(error.size());
     const auto left = [&](const sawtooth &tooth) {
         const clock_guess guess = guess_of(tooth, duration_s, period_s);
-        return left_by(parts, 1e-6 * guess.drift_ppm, 1e-3 * guess.phase_ms, period_s);
+        return lateness.left_by(1e-6 * guess.drift_ppm, 1e-3 * guess.phase_ms);
+    };
+    /* Of a tooth: where a slip is has to be right to two parts. */
+    const auto shares_of = [&](double wraps) {
+        return std::max(16, static_cast<int>(duration_s / std::max(1.0, std::abs(wraps)) / (2.0 * part_s)));
     };
     std::vector<double> sizes = {1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0};
     for (int i = 1; i <= wraps_max * steps_a_wrap; i++) {
@@ -120,6 +168,7 @@ std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const
     for (const double size : sizes) {
         for (const double wraps : {-size, size}) {
             sawtooth best{wraps, 0.0};
+            const int shares = shares_of(wraps);
             const int tried = size < 1.0 ? shares + 1 : shares; /* one without a slip */
             for (int k = 0; k < tried; k++) {
                 sawtooth one{wraps, (k + 0.5) / shares};
@@ -133,7 +182,8 @@ std::vector<clock_guess> drifting_clocks(const std::vector<double> &error, const
     std::sort(trials.begin(), trials.end(), is_better);
     trials.resize(std::min(trials.size(), refined));
     for (sawtooth &one : trials) {
-        refine(one, 0.25 * std::abs(one.wraps) / std::max(1.0, 2.0 * std::abs(one.wraps)), 0.25 / shares, left);
+        refine(one, 0.25 * std::abs(one.wraps) / std::max(1.0, 2.0 * std::abs(one.wraps)),
+               0.25 / shares_of(one.wraps), left);
     }
     std::sort(trials.begin(), trials.end(), is_better);
     std::vector<clock_guess> guesses;
