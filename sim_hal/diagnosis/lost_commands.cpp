@@ -286,6 +286,13 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
         return {};
     }
     events.lost_command = std::move(finder.lost);
+    if (rows.empty()) { /* none by itself: the decoder looked at all that move */
+        for (std::size_t n = 1; n < record.size(); n++) {
+            if (way_of(n) != 0.0) {
+                rows.push_back(n);
+            }
+        }
+    }
     std::size_t all = 0; /* with those that another channel has shown */
     for (const std::size_t n : rows) {
         all += events.lost_command[n] != 0;

@@ -220,10 +220,17 @@ void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_rec
 void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
 {
     constexpr double well_above = 1.2; /* times the floor */
+    constexpr std::string_view why = "what the robot does is not explained, and the force follows it";
     if (leaves_something(robot) && robot.fit_rms.after > well_above * robot.fit_rms.floor &&
         (force.verdict == verdict::named || force.verdict == verdict::one_of)) {
         force.verdict = verdict::partly_explained;
-        force.doubts.emplace_back("what the robot does is not explained, and the force follows it");
+        force.doubts.push_back(why);
+    }
+    /* A floor that was found in an error which follows the robot is none. */
+    if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&
+        !force.floor_is_measured && !force.alternatives.empty()) {
+        force.verdict = verdict::unknown;
+        force.doubts.push_back(why);
     }
 }
 
