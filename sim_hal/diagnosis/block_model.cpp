@@ -123,6 +123,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
     const auto rows_with_spring =
         std::max<std::size_t>(20, static_cast<std::size_t>(window_with_spring_s / record.period_s));
     window_length_ = integrates ? rows_without_spring : rows_with_spring;
+    play_m_ = std::max(value_of_effect(base, "robot.backlash_m"), 2.0 * value_of_effect(base, "robot.deadband_m"));
     divide(held_out, window_length_);
     starts_ = starts_of_windows(record, windows_);
     if (block == block::manipulator && !record.command_position_m.empty()) {
@@ -199,6 +200,21 @@ bool block_model::starts_at_rest(const record_segment &segment) const
     return std::abs(off_m) < 0.02 * range_m && std::abs(way_m) < 0.002 * range_m;
 }
 
+/* Where in its play or dead band the robot began is known as well as it was seen, and a stiff contact shows when it
+ * starts to move. Rows; 0 where that takes long. */
+std::size_t block_model::until_play_is_crossed(const record_segment &segment) const
+{
+    const std::vector<double> &x = record_.command_position_m;
+    if (block_ != block::force || !(play_m_ > 0.0)) {
+        return 0;
+    }
+    std::size_t rows = 0;
+    while (segment.begin + rows < segment.end && std::abs(x[segment.begin + rows] - x[segment.begin]) <= play_m_) {
+        rows++;
+    }
+    return rows < (segment.end - segment.begin) / 4 ? rows : 0;
+}
+
 /* Between rows that are missing: a force that is guessed would be integrated. */
 void block_model::add_windows(const record_segment &segment, std::size_t length)
 {
@@ -234,7 +250,9 @@ void block_model::divide(held_out_parts held_out, std::size_t length)
         const record_segment &segment = record_.segments[i];
         const bool starts_anew = block_ == block::manipulator;
         const std::size_t skip =
-            starts_anew || starts_at_rest(segment) ? 0 : std::min(settle, segment.end - segment.begin);
+            starts_anew || starts_at_rest(segment)
+                ? 0
+                : std::min(settle + until_play_is_crossed(segment), segment.end - segment.begin);
         for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
             const bool is_held = is_held_out(part_of(n, i), held_out, tenths_);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;

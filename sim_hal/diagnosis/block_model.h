@@ -71,6 +71,7 @@ class block_model
 
   private:
     std::size_t part_of(std::size_t row, std::size_t segment) const;
+    std::size_t until_play_is_crossed(const record_segment &segment) const;
     bool starts_at_rest(const record_segment &segment) const;
     void divide(held_out_parts held_out, std::size_t length);
     void add_windows(const record_segment &segment, std::size_t length);
@@ -90,6 +91,7 @@ class block_model
     const sample_events &events_;
     std::vector<row_use> uses_;
     std::array<std::size_t, 2> tenths_{3, 7}; /* held out, of two_tenths */
+    double play_m_ = 0.0;                     /* of the robot, or the width of its dead band */
     std::size_t window_length_ = 0;
     std::vector<record_segment> windows_; /* manipulator: parts that each start anew, from these states */
     std::vector<Eigen::Vector2d> starts_;

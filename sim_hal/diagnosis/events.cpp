@@ -27,10 +27,11 @@ namespace
  * smallest steps about them: so that a step of the wire or an encoder does not look like a repetition. Not at the
  * largest and smallest values, where a limit holds it. */
 struct repetitions {
-    std::vector<std::uint8_t> rows;  /* empty: no more than by chance */
-    std::vector<std::uint8_t> moves; /* rows that would have told, and that nothing repeats by chance */
-    std::size_t count = 0;           /* of repetitions that are none by chance */
-    std::size_t of = 0;              /* so many rows that would have told */
+    std::vector<std::uint8_t> rows;    /* empty: no more than by chance */
+    std::vector<std::uint8_t> moves;   /* rows that would have told, and that nothing repeats by chance */
+    std::vector<std::uint8_t> counted; /* the rows that count, be they repetitions or not */
+    std::size_t count = 0;             /* of repetitions among them that are none by chance */
+    std::size_t of = 0;                /* so many rows count */
 };
 
 std::size_t count_of_both(const std::vector<std::uint8_t> &one, const std::vector<std::uint8_t> &other)
@@ -125,14 +126,15 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
         const std::size_t all = count_of_both(rows, chances);
         const bool are_enough = surely >= enough;
         told.count = are_enough ? surely : all - std::min(all, static_cast<std::size_t>(by_chance));
-        told.of = count_of(are_enough ? sure : chances);
+        told.counted = are_enough ? sure : std::move(chances);
         told.rows = std::move(rows);
     } else if (are_more(surely, 0.5 * static_cast<double>(sure_single_steps))) {
         told.count = surely;
-        told.of = count_of(sure);
+        told.counted = sure;
         std::transform(rows.begin(), rows.end(), sure.begin(), rows.begin(), std::bit_and<>());
         told.rows = std::move(rows);
     }
+    told.of = count_of(told.counted);
     told.moves = std::move(sure);
     return told;
 }
@@ -235,10 +237,16 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
         events.force_repeats = force_told.rows;
     }
     std::size_t whole = 0;
+    std::size_t force_alone = force_told.count; /* it may lose more by itself */
     if (!record.robot_position_m.empty() && !record.force_N.empty()) {
         const whole_ticks ticks = find_whole_ticks(record, robot_told.moves, force_told.moves);
         whole = ticks.count;
         if (whole > 0) {
+            std::size_t together = 0;
+            for (std::size_t n = 0; n < force_told.rows.size(); n++) {
+                together += force_told.rows[n] != 0 && force_told.counted[n] != 0 && ticks.rows[n] != 0;
+            }
+            force_alone -= std::min(force_alone, together);
             events.robot_repeats = ticks.rows;
             events.force_repeats.resize(record.size(), 0);
             std::transform(ticks.rows.begin(), ticks.rows.end(), events.force_repeats.begin(),
@@ -246,8 +254,6 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
             found.push_back(found_in("loop.lost_samples", whole, ticks.chances));
         }
     }
-    /* The force may lose more by itself. */
-    const std::size_t force_alone = force_told.count - std::min(force_told.count, whole);
     if (force_alone >= events_min && (whole == 0 || 10 * force_alone >= 3 * whole) &&
         given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
         given.bus.loss_probability == 0.0) {
