@@ -7,6 +7,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../../sim_hal/diagnosis/clock_slips.h"
 #include "../../sim_hal/diagnosis/clock_ways.h"
+#include "../../sim_hal/diagnosis/robot_reference.h"
 #include "../../sim_hal/diagnosis/slip_table.h"
 
 using namespace berth;
