@@ -167,6 +167,31 @@ void block_search::divide_stand_in(block_diagnosis &result)
     leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
 }
 
+bool block_search::may_be_two(const block_diagnosis &result)
+{
+    constexpr double as_well = 10.0; /* of the white sum of squares: one in 600 by chance */
+    const bool is_one = found_.size() == 1 && model_.which() == block::robot && !found_[0]->is_rough &&
+                        found_[0]->switch_on == nullptr && found_[0]->parameters.size() == 2;
+    if (!is_one) {
+        return false;
+    }
+    std::vector<const ranked *> others = others_weighed(result.ranking);
+    others.erase(std::remove_if(others.begin(), others.end(),
+                                [](const ranked *one) { return one->effect->parameters.size() != 1; }),
+                 others.end());
+    const double cost = cost_of(model_, noise_, incumbent_.rig);
+    const fit_result without = fit_without(*found_[0]);
+    for (const ranked *const first : others) {
+        const fit_result with_first = fit_beside(without, *first);
+        for (const ranked *const second : others) {
+            if (first != second && fit_beside(with_first, *second).cost < cost + as_well) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 bool block_search::prove_exchange(cause &known, const candidate &other)
 {
     const fit_result before = incumbent_;

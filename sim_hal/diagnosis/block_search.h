@@ -130,6 +130,9 @@ class block_search
     /* The last one may stand in the place of two, of which neither by itself is better: a resonance in that of a lag
      * and a longer dead time. */
     void divide_stand_in(block_diagnosis &result);
+    /* The only cause, of two parameters, is no better than two of one each: a resonance that hardly swings is a lag
+     * and a longer dead time to slow motion. */
+    bool may_be_two(const block_diagnosis &result);
     /* On data that no fit has seen; the incumbent and the cause then have it. */
     bool prove_exchange(cause &known, const candidate &other);
 

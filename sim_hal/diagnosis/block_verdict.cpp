@@ -127,6 +127,9 @@ verdict block_search::verdict_of(block_diagnosis &result)
             result.doubts.push_back(one.why);
         }
     }
+    if (result.doubts.empty() && may_be_two(result)) {
+        result.doubts.emplace_back("two other effects together do as well");
+    }
     if (result.doubts.empty() && !input_.has_events && is_plainly_above(left)) {
         result.doubts.emplace_back("what is left is above the floor");
     }

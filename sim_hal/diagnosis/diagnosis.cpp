@@ -293,6 +293,7 @@ diagnosis diagnose(const diagnosis_request &request)
         if (is_behind_robot) {
             ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
             doubt_reports(result.blocks.back(), found, events, before, start);
+            doubt_tolerances(result.blocks.back(), found, result.given);
             doubt_force(result.blocks.back(), found);
         }
         before = start;

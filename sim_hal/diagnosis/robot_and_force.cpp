@@ -217,6 +217,33 @@ void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_rec
     robot.doubts.insert(robot.doubts.begin(), "the force knows nothing of it: the reports are off, not the motion");
 }
 
+void doubt_tolerances(block_diagnosis &robot, block_diagnosis &force, const rig &as_given)
+{
+    constexpr double far = 1.5; /* tolerances: noise moves none so far */
+    const auto is_far = [&](const free_parameter &known) {
+        const std::string_view key = known.key->path;
+        const auto &fitted = force.fitted.parameters;
+        const bool is_fitted = std::any_of(fitted.begin(), fitted.end(),
+                                           [&](const free_parameter &one) { return one.key->path == key; });
+        const bool is_of_cause = std::any_of(robot.causes.begin(), robot.causes.end(), [&](const cause &found) {
+            return std::any_of(found.effect->parameters.begin(), found.effect->parameters.end(),
+                               [&](const effect_parameter &own) { return own.key == key; });
+        });
+        return is_fitted && !is_of_cause &&
+               std::abs(value_of(force.fitted.rig, key) - known.expected) > far * known.expected_sd;
+    };
+    const auto base = base_parameters(block::robot, as_given);
+    if (robot.causes.empty() || std::none_of(base.begin(), base.end(), is_far)) {
+        return;
+    }
+    for (block_diagnosis *const block : {&robot, &force}) {
+        if (block->verdict == verdict::named || block->verdict == verdict::one_of) {
+            block->verdict = verdict::partly_explained;
+            block->doubts.emplace_back("the force moves what is known of the robot far out of its tolerance");
+        }
+    }
+}
+
 void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
 {
     constexpr double well_above = 1.2; /* times the floor */

@@ -36,6 +36,10 @@ void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, event
 void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                    const block_start &robot_start, const block_start &force_start);
 
+/* A robot that is named rightly leaves the rest of it within its tolerances, whatever the force shows more of it;
+ * `as_given`: the rig with what is known. */
+void doubt_tolerances(block_diagnosis &robot, block_diagnosis &force, const rig &as_given);
+
 /* No cause in the force is sure behind a robot that does what nothing explains. */
 void doubt_force(const block_diagnosis &robot, block_diagnosis &force);
 
