@@ -68,16 +68,22 @@ bool manipulator_steps::is_divided(const input &in) const
 
 void manipulator_steps::step(const step_map &map, double step_s, const input &in)
 {
-    const Eigen::Vector2d next = map.leftCols<2>() * state_ + map.col(2) * in.operator_position_m +
-                                 map.col(3) * in.operator_velocity_m_per_s + map.col(4) * in.push_N;
-    const double middle_m = 0.5 * (state_(0) + next(0));
+    /* By its numbers: expressions of matrices this small are not inlined. */
+    const auto free = [&](int row) {
+        return map(row, 0) * state_(0) + map(row, 1) * state_(1) + map(row, 2) * in.operator_position_m +
+               map(row, 3) * in.operator_velocity_m_per_s + map(row, 4) * in.push_N;
+    };
+    const double next_m = free(0);
+    const double next_m_per_s = free(1);
+    const double middle_m = 0.5 * (state_(0) + next_m);
     double sum_N = 0.0;
     for (auto &force : forces_) {
         sum_N += force->force_N(
-            {middle_m, middle_m - in.operator_position_m, next(1) - map(1, 4) * sum_N, in.time_s, map(1, 4)},
+            {middle_m, middle_m - in.operator_position_m, next_m_per_s - map(1, 4) * sum_N, in.time_s, map(1, 4)},
             step_s);
     }
-    state_ = next - map.col(4) * sum_N;
+    state_(0) = next_m - map(0, 4) * sum_N;
+    state_(1) = next_m_per_s - map(1, 4) * sum_N;
 }
 
 } // namespace berth
