@@ -96,8 +96,8 @@ class block_search
     /* No fit sees where a slip is that is held out: then two tenths without one are. Returns whether that changed.
      */
     bool hold_out_beside_slips();
-    /* Where a fault that switches is upstream, its parameters make the error jump, and a fit with them gets stuck: it
-     * begins where this block's own ones are best. */
+    /* Where a fault that switches is upstream, its parameters make the error jump, and a fit with them gets stuck:
+     * it begins where this block's own ones are best. */
     void fit_behind_switching();
     /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
      * the noise counts as white, and its colour is measured anew. */
