@@ -208,6 +208,14 @@ def test_a_slip_in_the_middle_of_a_fast_move_and_a_disturbance_behind_it_are_bot
             assert abs(parameter["value"] - true) < high - low
 
 
+def test_a_resonance_that_a_lag_and_a_longer_dead_time_match_is_told_in_part(tmp_path):
+    """A second-order lag that hardly swings; the reports have nothing against it."""
+    _, told = hidden_and_told(tmp_path, 812, "--effect", "robot.lag,robot.dead_time")
+    robot = next(block for block in told["blocks"] if block["block"] == "robot")
+    print(robot["verdict"], robot["doubts"])
+    assert told["verdict"] == "partly_explained" and "two other effects together do as well" in robot["doubts"]
+
+
 def test_setpoints_that_only_the_force_decodes_are_counted(tmp_path):
     """Behind dry friction of 26 times the noise no loss stands out by itself."""
     effects, told = hidden_and_told(tmp_path, 214044, "--kind", "two")

@@ -1,5 +1,5 @@
-/* Pinocchio's URDF reader includes this header of urdfdom, which none of the Python packages brings. Of what it
- * says, the two names alone are needed: the library knows the rest. */
+/* Pinocchio's URDF reader includes this header of urdfdom, which none of the Python packages brings. Of what it says,
+ * the two names alone are needed: the library knows the rest. */
 #ifndef PINOCCHIO_LACKS_URDF_MODEL_H
 #define PINOCCHIO_LACKS_URDF_MODEL_H
 
