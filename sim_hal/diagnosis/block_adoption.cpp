@@ -52,6 +52,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     }
     start_over_from_given();
     start_over_from_other_scales();
+    renew_floor();
     drop_stand_ins(result);
     exchange_stand_ins(result);
     std::vector<double> error;
@@ -123,6 +124,19 @@ void block_search::fit_without_colour()
     if (under.rms < noise_.rms) {
         incumbent_ = plain;
         noise_ = under;
+    }
+}
+
+void block_search::renew_floor()
+{
+    constexpr double clearly = 0.8;
+    if (has_floor_) {
+        return;
+    }
+    const noise_model under = floor_under(model_, incumbent_.rig);
+    if (under.rms < clearly * noise_.rms) {
+        noise_ = under;
+        incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
     }
 }
 

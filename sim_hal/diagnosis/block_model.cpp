@@ -315,6 +315,18 @@ void block_model::error(const rig &rig, std::vector<double> &error)
     }
 }
 
+void block_model::error_beside(const rig &rig, std::vector<double> &error)
+{
+    if (block_ != block::manipulator || found_starts_.empty()) {
+        this->error(rig, error);
+        return;
+    }
+    replay_manipulator(rig, record_, windows_, found_starts_, simulated_);
+    error.resize(record_.size());
+    compare(simulated_, error);
+    remove_followed(error, all_windows());
+}
+
 /* Measured less simulated. */
 void block_model::compare(const std::vector<double> &simulated, std::vector<double> &error) const
 {

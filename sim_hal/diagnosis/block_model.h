@@ -45,6 +45,11 @@ class block_model
     /* Measured less simulated, one a row, in m or N; rows not in use have 0. */
     void error(const rig &rig, std::vector<double> &error);
 
+    /* The same of a rig hardly beside the last one of error(): a manipulator's windows start from the states found
+     * there, and what other starts would change is taken out as it was there (Kaufman's approximation of variable
+     * projection, BIT 1975). */
+    void error_beside(const rig &rig, std::vector<double> &error);
+
     const std::vector<double> &measured() const;
 
     /* rms of the rounding to the step in which it was measured. */
@@ -80,9 +85,11 @@ class block_model
     void replay_windows(const rig &rig, std::vector<double> &error);
     std::vector<Eigen::Vector2d> remove_starts(const rig &rig, std::vector<double> &error) const;
     void follow_starts(const rig &rig, const std::vector<Eigen::Vector2d> &starts,
-                       const std::vector<double> &at_start);
+                       const std::vector<std::size_t> &open, const std::vector<double> &at_start);
+    std::vector<std::size_t> all_windows() const;
     std::vector<double> squares_of_windows(const std::vector<double> &error) const;
-    std::vector<Eigen::Vector2d> remove_followed(std::vector<double> &error) const;
+    std::vector<Eigen::Vector2d> remove_followed(std::vector<double> &error,
+                                                 const std::vector<std::size_t> &windows) const;
     void move_manipulator(const rig &rig, std::vector<double> &force_N) const;
     void pass_sensor(const rig &rig, std::vector<double> &force_N) const;
 
@@ -96,6 +103,7 @@ class block_model
     std::vector<record_segment> windows_; /* manipulator: parts that each start anew, from these states */
     std::vector<Eigen::Vector2d> starts_;
     double range_m_ = 0.0;                        /* of the command */
+    std::vector<Eigen::Vector2d> found_starts_;   /* of the last error(); empty: they were not followed */
     std::array<std::vector<double>, 2> followed_; /* of the replay, by position and velocity of its window's start */
     robot_motion motion_;
     std::vector<double> motion_keys_; /* what motion_ was made for */

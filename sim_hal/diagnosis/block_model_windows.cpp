@@ -1,6 +1,9 @@
 /* The manipulator's block: windows that each start anew, from the state that fits them best. */
+#include <algorithm>
 #include <cmath>
 #include <Eigen/QR>
+#include <iterator>
+#include <numeric>
 
 #include "../effects/active.h"
 #include "../solver/decompositions.h"
@@ -13,25 +16,25 @@ namespace
 {
 
 /* What would leave the range of the record belongs to a replay that has run away. */
-void add_to(std::vector<Eigen::Vector2d> &starts, const std::vector<Eigen::Vector2d> &off, double range_m)
+void add_to(std::vector<Eigen::Vector2d> &starts, const std::vector<Eigen::Vector2d> &off,
+            const std::vector<std::size_t> &windows, double range_m)
 {
-    for (std::size_t i = 0; i < starts.size(); i++) {
+    for (std::size_t i = 0; i < windows.size(); i++) {
         if (std::abs(off[i](0)) < range_m && std::isfinite(off[i](1))) {
-            starts[i] += off[i];
+            starts[windows[i]] += off[i];
         }
     }
 }
 
-/* Each is no larger than the other, or hardly. */
-bool all_nearly(const std::vector<double> &squares, const std::vector<double> &others)
+/* Those of some windows. */
+template <class value>
+std::vector<value> picked(const std::vector<value> &of_all, const std::vector<std::size_t> &windows)
 {
-    constexpr double hardly = 1.02;
-    for (std::size_t i = 0; i < squares.size(); i++) {
-        if (squares[i] > hardly * others[i]) {
-            return false;
-        }
-    }
-    return true;
+    std::vector<value> some;
+    some.reserve(windows.size());
+    std::transform(windows.begin(), windows.end(), std::back_inserter(some),
+                   [&](std::size_t window) { return of_all[window]; });
+    return some;
 }
 
 } // namespace
@@ -42,6 +45,7 @@ bool all_nearly(const std::vector<double> &squares, const std::vector<double> &o
  * there the linear way is the truer one (friction of the EMPS benchmark within 1 % rather than 4 %). */
 void block_model::replay_windows(const rig &rig, std::vector<double> &error)
 {
+    found_starts_.clear();
     replay_manipulator(rig, record_, windows_, starts_, simulated_);
     compare(simulated_, error);
     const std::vector<Eigen::Vector2d> off = remove_starts(rig, error);
@@ -49,7 +53,8 @@ void block_model::replay_windows(const rig &rig, std::vector<double> &error)
         return;
     }
     std::vector<Eigen::Vector2d> starts = starts_;
-    add_to(starts, off, range_m_);
+    std::vector<std::size_t> open = all_windows();
+    add_to(starts, off, open, range_m_);
     std::vector<double> at_start;
     replay_manipulator(rig, record_, windows_, starts, at_start);
     compare(at_start, error);
@@ -59,33 +64,45 @@ void block_model::replay_windows(const rig &rig, std::vector<double> &error)
         return;
     }
     constexpr int rounds_max = 4;
-    for (int round = 0; round < rounds_max; round++) {
+    constexpr double hardly = 1.02; /* times smaller */
+    for (int round = 0; round < rounds_max && !open.empty(); round++) {
         const std::vector<double> before = squares_of_windows(error);
-        follow_starts(rig, starts, at_start);
-        add_to(starts, remove_followed(error), range_m_);
-        const bool is_there = all_nearly(before, squares_of_windows(error));
-        replay_manipulator(rig, record_, windows_, starts, at_start);
+        follow_starts(rig, starts, open, at_start);
+        add_to(starts, remove_followed(error, open), open, range_m_);
+        const std::vector<double> after = squares_of_windows(error);
+        replay_manipulator(rig, record_, picked(windows_, open), picked(starts, open), at_start);
         compare(at_start, error);
-        if (is_there) {
-            break;
-        }
+        open.erase(
+            std::remove_if(open.begin(), open.end(), [&](std::size_t i) { return before[i] <= hardly * after[i]; }),
+            open.end());
     }
-    remove_followed(error);
+    remove_followed(error, all_windows());
+    found_starts_ = std::move(starts);
 }
 
-/* Differences of the replay by position and velocity of each window's start. */
-void block_model::follow_starts(const rig &rig, const std::vector<Eigen::Vector2d> &starts,
-                                const std::vector<double> &at_start)
+std::vector<std::size_t> block_model::all_windows() const
 {
+    std::vector<std::size_t> all(windows_.size());
+    std::iota(all.begin(), all.end(), 0U);
+    return all;
+}
+
+/* Differences of the replay by position and velocity of the starts of some windows. */
+void block_model::follow_starts(const rig &rig, const std::vector<Eigen::Vector2d> &starts,
+                                const std::vector<std::size_t> &open, const std::vector<double> &at_start)
+{
+    const std::vector<record_segment> windows = picked(windows_, open);
     for (int i = 0; i < 2; i++) {
         const double step = 1e-4 * range_m_ * (i == 0 ? 1.0 : 0.01 / record_.period_s);
-        std::vector<Eigen::Vector2d> aside = starts;
+        std::vector<Eigen::Vector2d> aside = picked(starts, open);
         for (Eigen::Vector2d &start : aside) {
             start(i) += step;
         }
-        replay_manipulator(rig, record_, windows_, aside, followed_[i]);
-        for (std::size_t n = 0; n < at_start.size(); n++) {
-            followed_[i][n] = (followed_[i][n] - at_start[n]) / step;
+        replay_manipulator(rig, record_, windows, aside, followed_[i]);
+        for (const record_segment &window : windows) {
+            for (std::size_t n = window.begin; n < window.end; n++) {
+                followed_[i][n] = (followed_[i][n] - at_start[n]) / step;
+            }
         }
     }
 }
@@ -101,11 +118,13 @@ std::vector<double> block_model::squares_of_windows(const std::vector<double> &e
     return squares;
 }
 
-std::vector<Eigen::Vector2d> block_model::remove_followed(std::vector<double> &error) const
+std::vector<Eigen::Vector2d> block_model::remove_followed(std::vector<double> &error,
+                                                          const std::vector<std::size_t> &windows) const
 {
     std::vector<Eigen::Vector2d> off;
-    off.reserve(windows_.size());
-    for (const record_segment &window : windows_) {
+    off.reserve(windows.size());
+    for (const std::size_t at : windows) {
+        const record_segment &window = windows_[at];
         const auto count = static_cast<Eigen::Index>(window.end - window.begin);
         Eigen::MatrixXd basis(count, 2);
         for (int i = 0; i < 2; i++) {

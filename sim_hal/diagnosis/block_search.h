@@ -102,6 +102,8 @@ class block_search
     /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
      * the noise counts as white, and its colour is measured anew. */
     void fit_without_colour();
+    /* An estimated floor under what is explained now, if that lies lower. */
+    void renew_floor();
     /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
      * start. */
     void start_over_from_given();
@@ -133,6 +135,11 @@ class block_search
     /* The only cause, of two parameters, is no better than two of one each: a resonance that hardly swings is a lag
      * and a longer dead time to slow motion. */
     bool may_be_two(const block_diagnosis &result);
+    /* Two more at once, of which neither is believed without the other beside what was found: dry friction that
+     * differs between the directions is a constant force and a damping that differs. Of a manipulator, from its
+     * equation of motion. */
+    bool add_pair(block_diagnosis &result);
+    candidate best_regressed_pair(std::array<const effect *, 2> &two);
     /* On data that no fit has seen; the incumbent and the cause then have it. */
     bool prove_exchange(cause &known, const candidate &other);
 

@@ -81,6 +81,18 @@ class problem
     {
         set(places);
         model_.error(rig_, error_);
+        weigh(out);
+    }
+
+    void residual_beside(const Eigen::VectorXd &places, Eigen::VectorXd &out)
+    {
+        set(places);
+        model_.error_beside(rig_, error_);
+        weigh(out);
+    }
+
+    void weigh(Eigen::VectorXd &out)
+    {
         whiten(noise_, error_, model_.uses(), row_use::fit, white_);
         rows_ = static_cast<Eigen::Index>(white_.size());
         out.resize(rows_ + count());
@@ -206,6 +218,11 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
     } else {
         least_squares_problem task;
         task.residual = [&](const Eigen::VectorXd &x, Eigen::VectorXd &out) { problem.residual(x, out); };
+        if (model.which() == block::manipulator) {
+            task.residual_beside = [&](const Eigen::VectorXd &x, Eigen::VectorXd &out) {
+                problem.residual_beside(x, out);
+            };
+        }
         task.low = Eigen::VectorXd::Zero(problem.count());
         task.high = Eigen::VectorXd::Ones(problem.count());
         task.step = Eigen::VectorXd::Constant(problem.count(), difference);

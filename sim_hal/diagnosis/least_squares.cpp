@@ -96,6 +96,21 @@ class marquardt
     void evaluate(const Eigen::VectorXd &x, Eigen::VectorXd &residual)
     {
         problem_.residual(x, residual);
+        evaluated_ = x;
+        now_.evaluations++;
+    }
+
+    /* At a finite difference from where it is now. */
+    void evaluate_beside(const Eigen::VectorXd &x, Eigen::VectorXd &residual)
+    {
+        if (!problem_.residual_beside) {
+            evaluate(x, residual);
+            return;
+        }
+        if (evaluated_ != now_.x) {
+            evaluate(now_.x, residual);
+        }
+        problem_.residual_beside(x, residual);
         now_.evaluations++;
     }
 
@@ -121,7 +136,7 @@ class marquardt
         const bool is_in_upper_half = now_.x(i) > 0.5 * (problem_.low(i) + problem_.high(i));
         Eigen::VectorXd moved = now_.x;
         moved(i) += is_in_upper_half ? -step_(i) : step_(i);
-        evaluate(moved, tried_);
+        evaluate_beside(moved, tried_);
         now_.jacobian.col(i) = (tried_ - now_.residual) / (moved(i) - now_.x(i));
         return (tried_ - now_.residual).norm();
     }
@@ -205,6 +220,7 @@ class marquardt
     const least_squares_problem &problem_;
     Eigen::VectorXd step_; /* of finite differences */
     least_squares_result now_;
+    Eigen::VectorXd evaluated_; /* last */
     Eigen::VectorXd tried_;
     double damping_ = 1e-3;
     bool is_fresh_ = true;

@@ -17,6 +17,8 @@ namespace berth
 
 struct least_squares_problem {
     std::function<void(const Eigen::VectorXd &x, Eigen::VectorXd &residual)> residual;
+    /* The same at a finite difference beside the last point of `residual`, if that is cheaper there. */
+    std::function<void(const Eigen::VectorXd &x, Eigen::VectorXd &residual)> residual_beside;
     Eigen::VectorXd low;
     Eigen::VectorXd high;
     Eigen::VectorXd step; /* of finite differences */

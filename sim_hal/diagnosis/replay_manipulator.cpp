@@ -47,7 +47,7 @@ void replay_manipulator(const rig &rig, const record &record, const std::vector<
                         const std::vector<Eigen::Vector2d> &starts, std::vector<double> &position_m)
 {
     manipulator_steps steps(rig, record.period_s);
-    position_m.assign(record.size(), 0.0);
+    position_m.resize(record.size());
     for (std::size_t i = 0; i < windows.size(); i++) {
         const record_segment &window = windows[i];
         steps.start(starts[i]);

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "drifting_clock.h"
+#include "manipulator_regression.h"
 #include "progressive_fit.h"
 #include "response.h"
 #include "robot_reference.h"
@@ -22,6 +23,7 @@ struct start_point {
     berth::rig rig;
     double promise; /* decrease of the white sum of squares */
     bool is_hidden; /* by the noise of the robot's reports: of many thresholds, no size need promise much */
+    bool is_regressed = false; /* all sizes are as the equation of motion has them */
 };
 
 } // namespace
@@ -294,6 +296,15 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
 
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
+        std::vector<rig> regressed_ones = regressed_starts(model, incumbent, found, *effect);
+        for (rig &regressed : regressed_ones) {
+            const Eigen::VectorXd change = white_error(model, noise, regressed) - here;
+            const double decrease = base.best_share(target, change, 0.9, 1.1).decrease;
+            starts.push_back({effect, std::move(regressed), decrease, false, true});
+        }
+        if (!regressed_ones.empty()) {
+            continue;
+        }
         for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
             start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0, false};
             const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
@@ -325,7 +336,9 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (tried >= options.fits_max || (start.promise < 10.0 && !start.is_hidden)) {
             break;
         }
-        const auto parameters = joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
+        const auto parameters = start.is_regressed
+                                    ? parameters_about(start.rig, incumbent, found, *start.effect)
+                                    : joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
         candidate made;
         made.effect = start.effect;
         made.fitted =
@@ -335,7 +348,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
                 ? fit_rough(model, noise, *start.effect,
                             rough_start(model, noise, start, starts, incumbent, options), incumbent, options,
                             start.effect->acts_at_once ? 1.3 : spacing_about(start, starts))
-                : fit(model, noise, start.rig, parameters, options.replays_max, &slopes);
+                : fit(model, noise, start.rig, parameters, options.replays_max,
+                      start.is_regressed ? nullptr : &slopes);
         made.white_cost = made.fitted.cost;
         made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
         candidates.push_back(std::move(made));

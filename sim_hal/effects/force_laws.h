@@ -11,6 +11,9 @@
 namespace berth
 {
 
+/* Of the presliding way: over it the force is straight to 1e-4 of itself. */
+constexpr double coarse_way = 0.03;
+
 /* Dry friction. Without presliding: whatever stops the body within the sub-step, but no more than the friction, so
  * that it sticks and slides without a limit velocity. With presliding the force builds up over a short way, as
  * asperities bend (Dahl 1968), exact over the way of a sub-step. */
@@ -31,14 +34,15 @@ class dry_friction final : public force_stage
         const double direction = way < 0.0 ? -1.0 : 1.0;
         constexpr double no_more = 45.0; /* exp(-45) is below the rounding of 1, and slow to compute */
         const double ways = std::abs(way) / presliding_m_;
-        bent_ = ways > no_more ? direction : direction + (bent_ - direction) * std::exp(-ways);
+        if (bent_ != direction) {
+            bent_ = ways > no_more ? direction : direction + (bent_ - direction) * std::exp(-ways);
+        }
         return bent_ * friction_N_;
     }
     bool is_abrupt(double way_m) const override
     {
-        constexpr double coarse = 0.03; /* of the presliding way: less than 1e-4 of the force is missed */
         constexpr double nearly_full = 0.9999;
-        return std::abs(bent_) < nearly_full && way_m > coarse * presliding_m_;
+        return std::abs(bent_) < nearly_full && way_m > coarse_way * presliding_m_;
     }
 
   private:

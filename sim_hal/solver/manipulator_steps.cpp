@@ -1,6 +1,7 @@
 #include "manipulator_steps.h"
 
 #include "../effects/active.h"
+#include "../effects/force_laws.h"
 #include "exponential.h"
 
 namespace berth
@@ -28,6 +29,7 @@ Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double st
 manipulator_steps::manipulator_steps(const rig &rig, double period_s)
     : forces_(active_stages(rig, &effect::on_body, "manipulator")),
       friction_N_(value_of_effect(rig, "manipulator.coulomb_friction_N")),
+      turning_way_m_(coarse_way * value_of_effect(rig, "manipulator.coulomb_presliding_m")),
       steps_(forces_.empty() ? 1 : steps_with_effects), step_s_(period_s / steps_),
       map_(make_map(rig.firmware.manipulator, step_s_)),
       fine_map_(make_map(rig.firmware.manipulator, step_s_ / turning_parts))
@@ -44,37 +46,44 @@ void manipulator_steps::start(const Eigen::Vector2d &state)
 
 void manipulator_steps::advance(const input &in)
 {
+    const held over_step = held_over(map_, in);
+    const held over_part = held_over(fine_map_, in);
     for (int i = 0; i < steps_; i++) {
-        if (friction_N_ > 0.0 && is_divided(in)) {
+        if (friction_N_ > 0.0 && is_divided(over_step)) {
             for (int part = 0; part < turning_parts; part++) {
-                step(fine_map_, step_s_ / turning_parts, in);
+                step(fine_map_, step_s_ / turning_parts, over_part, in);
             }
         } else {
-            step(map_, step_s_, in);
+            step(map_, step_s_, over_step, in);
         }
     }
 }
 
-/* Unless it goes on as it went whatever the friction does, and that does nothing else. */
-bool manipulator_steps::is_divided(const input &in) const
+manipulator_steps::held manipulator_steps::held_over(const step_map &map, const input &in)
 {
-    const double free_m_per_s = map_.row(1).head<2>().dot(state_) + map_(1, 2) * in.operator_position_m +
-                                map_(1, 3) * in.operator_velocity_m_per_s + map_(1, 4) * in.push_N;
+    const auto made = [&](int row) {
+        return map(row, 2) * in.operator_position_m + map(row, 3) * in.operator_velocity_m_per_s +
+               map(row, 4) * in.push_N;
+    };
+    return {made(0), made(1)};
+}
+
+/* Unless it goes on as it went whatever the friction does, or turns within what bends straight, and nothing else is
+ * abrupt. */
+bool manipulator_steps::is_divided(const held &driven) const
+{
+    const double free_m_per_s = map_(1, 0) * state_(0) + map_(1, 1) * state_(1) + driven.rate_m_per_s;
     const double most_m_per_s = map_(1, 4) * friction_N_;
     const double way_m = step_s_ * std::max(std::abs(state_(1)), std::abs(free_m_per_s));
     const bool may_turn = state_(1) > 0.0 ? free_m_per_s <= most_m_per_s : free_m_per_s >= -most_m_per_s;
-    return may_turn || any_is_abrupt(forces_, way_m);
+    return (may_turn && way_m >= turning_way_m_) || any_is_abrupt(forces_, way_m);
 }
 
-void manipulator_steps::step(const step_map &map, double step_s, const input &in)
+void manipulator_steps::step(const step_map &map, double step_s, const held &driven, const input &in)
 {
     /* By its numbers: expressions of matrices this small are not inlined. */
-    const auto free = [&](int row) {
-        return map(row, 0) * state_(0) + map(row, 1) * state_(1) + map(row, 2) * in.operator_position_m +
-               map(row, 3) * in.operator_velocity_m_per_s + map(row, 4) * in.push_N;
-    };
-    const double next_m = free(0);
-    const double next_m_per_s = free(1);
+    const double next_m = map(0, 0) * state_(0) + map(0, 1) * state_(1) + driven.way_m;
+    const double next_m_per_s = map(1, 0) * state_(0) + map(1, 1) * state_(1) + driven.rate_m_per_s;
     const double middle_m = 0.5 * (state_(0) + next_m);
     double sum_N = 0.0;
     for (auto &force : forces_) {

@@ -34,11 +34,19 @@ class manipulator_steps
   private:
     using step_map = Eigen::Matrix<double, 2, 5>; /* of (x, v, x_op, v_op, push) */
 
-    bool is_divided(const input &in) const;
-    void step(const step_map &map, double step_s, const input &in);
+    /* What operator and force make of position and velocity over a step. */
+    struct held {
+        double way_m;
+        double rate_m_per_s;
+    };
+
+    static held held_over(const step_map &map, const input &in);
+    bool is_divided(const held &driven) const;
+    void step(const step_map &map, double step_s, const held &driven, const input &in);
 
     std::vector<std::unique_ptr<force_stage>> forces_;
-    double friction_N_; /* dry */
+    double friction_N_;    /* dry */
+    double turning_way_m_; /* over which it turns */
     int steps_;
     double step_s_;
     step_map map_;
