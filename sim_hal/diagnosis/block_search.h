@@ -148,8 +148,8 @@ class block_search
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
     /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out
-     * than in the middle of the way, or fast than slow: the most of all causes. */
-    using forms = std::array<double, 3>;
+     * than in the middle of the way, fast than slow, or from a moment on: the most of all causes. */
+    using forms = std::array<double, 4>;
     forms improved_by_other_forms();
     struct remains {
         bool has_causes;
@@ -168,6 +168,9 @@ class block_search
         bool (block_search::*holds)(const remains &left);
     };
     static const doubt doubts[];
+    /* A cause gains less on unseen data than a floor that was found in the error itself is uncertain by: twice that
+     * is what its square is. */
+    bool gains_hardly(const block_diagnosis &result) const;
     /* By more than any excuse is good for, whatever the other doubts say. */
     bool is_plainly_above(const remains &left);
     bool shows_line(const remains &left);
@@ -192,6 +195,7 @@ class block_search
     bool changes_over_time(const remains &left) { return acts_otherwise(left, 0); }
     bool changes_over_way(const remains &left) { return acts_otherwise(left, 1); }
     bool changes_with_velocity(const remains &left) { return acts_otherwise(left, 2); }
+    bool changes_at_once(const remains &left) { return acts_otherwise(left, 3); }
     bool acts_otherwise(const remains &left, std::size_t form);
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;

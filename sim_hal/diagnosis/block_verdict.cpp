@@ -112,6 +112,7 @@ const block_search::doubt block_search::doubts[] = {
     {"an effect that is not believed would lower the error", &block_search::has_suspect},
     {"a good part of the explainable error is left", &block_search::leaves_much},
     {"what is named acts otherwise early than late", &block_search::changes_over_time},
+    {"what is named acts otherwise from one moment on", &block_search::changes_at_once},
     {"what is named acts otherwise far out than in the middle of the way", &block_search::changes_over_way},
     {"what is named acts otherwise fast than slow", &block_search::changes_with_velocity},
 };
@@ -126,6 +127,10 @@ verdict block_search::verdict_of(block_diagnosis &result)
         if (!is_rest_ && (this->*one.holds)(left)) {
             result.doubts.push_back(one.why);
         }
+    }
+    if (result.doubts.empty() && gains_hardly(result)) {
+        result.doubts.emplace_back(
+            "less is gained than an estimated noise is uncertain by; a standstill would tell");
     }
     if (result.doubts.empty() && may_be_two(result)) {
         result.doubts.emplace_back("two other effects together do as well");
@@ -153,6 +158,14 @@ bool block_search::is_plainly_above(const remains &left)
     const double rows = static_cast<double>(rows_under(noise_));
     const double above = cost_of(model_, noise_, incumbent_.rig) - rows;
     return !left.has_causes || above > share_of_replay * explainable();
+}
+
+bool block_search::gains_hardly(const block_diagnosis &result) const
+{
+    const double uncertain = rms_ci95(noise_, model_.uses()) / noise_.rms;
+    return !has_floor_ && std::any_of(result.causes.begin(), result.causes.end(), [&](const cause &one) {
+        return one.effect->refines.empty() && one.held_out_gain < uncertain;
+    });
 }
 
 bool block_search::shows_line(const remains &left)

@@ -282,27 +282,27 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
     return scales;
 }
 
-std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
-                                      const rig &given, const std::vector<const effect *> &found,
-                                      const search_options &options)
+namespace
+{
+
+/* The starts of all effects that are to be tried, the most promising first; `here`: the incumbent's white error. */
+std::vector<start_point> starts_by_promise(block_model &model, const noise_model &noise, const fit_result &incumbent,
+                                           const Eigen::VectorXd &here, const known_slopes &slopes, const rig &given,
+                                           const std::vector<const effect *> &found, const search_options &options)
 {
     std::vector<double> error;
     model.error(incumbent.rig, error);
-    const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
-    const known_slopes slopes = slopes_at(model, noise, incumbent, here);
     const tangent_space base(incumbent, slopes);
     const tangent_space::target target = base.target_of(here);
     const record_scales scales = scales_of(model, incumbent.rig, error, options);
-
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
-        std::vector<rig> regressed_ones = regressed_starts(model, incumbent, found, *effect);
-        for (rig &regressed : regressed_ones) {
-            const Eigen::VectorXd change = white_error(model, noise, regressed) - here;
-            const double decrease = base.best_share(target, change, 0.9, 1.1).decrease;
-            starts.push_back({effect, std::move(regressed), decrease, false, true});
+        const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
+        for (const rig &rig : regressed) {
+            const Eigen::VectorXd change = white_error(model, noise, rig) - here;
+            starts.push_back({effect, rig, base.best_share(target, change, 0.9, 1.1).decrease, false, true});
         }
-        if (!regressed_ones.empty()) {
+        if (!regressed.empty()) {
             continue;
         }
         for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
@@ -324,6 +324,19 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     std::sort(starts.begin(), starts.end(), [](const start_point &a, const start_point &b) {
         return std::tie(a.is_hidden, a.promise) > std::tie(b.is_hidden, b.promise);
     });
+    return starts;
+}
+
+} // namespace
+
+std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
+                                      const rig &given, const std::vector<const effect *> &found,
+                                      const search_options &options)
+{
+    const Eigen::VectorXd here = white_error(model, noise, incumbent.rig);
+    const known_slopes slopes = slopes_at(model, noise, incumbent, here);
+    const std::vector<start_point> starts =
+        starts_by_promise(model, noise, incumbent, here, slopes, given, found, options);
 
     std::vector<candidate> candidates;
     int tried = 0;

@@ -173,3 +173,32 @@ def test_a_manipulator_of_which_all_is_scaled_may_be_a_force_that_is(tmp_path):
     told = diagnosed(tmp_path, record, "--rig", rig)
     assert [cause["effect"] for cause in told["causes"]] == ["manipulator.parameters"]
     assert any("forces that are all" in note and "known weight" in note for note in told["notes"]), told["notes"]
+
+
+@pytest.mark.parametrize("jumps", [True, False])
+def test_a_bias_that_jumps_is_no_drift(tmp_path, faultless, jumps):
+    """A straight line has three quarters of the square of a step in its middle; what is left of that is small."""
+    share = np.linspace(0.0, 1.0, len(faultless["t_s"]))
+    offset_N = 0.25 * (share > 0.5) if jumps else 0.5 * share
+    told = diagnosed(tmp_path, write(tmp_path / "record.csv", **faultless | {"force_N": faultless["force_N"] + offset_N}),
+                     "--rig", "ess")
+    [force] = [block for block in told["blocks"] if block["block"] == "force"]
+    print(force["verdict"], [(cause["effect"], cause["delta_bic"]) for cause in force["causes"]], force["doubts"])
+    assert [cause["effect"] for cause in force["causes"]] == ["sensor.drift"]
+    assert force["verdict"] == ("partly_explained" if jumps else "named")
+    assert ("what is named acts otherwise from one moment on" in force["doubts"]) == jumps
+
+
+@pytest.mark.parametrize("is_measured", [True, False])
+def test_what_gains_less_than_the_noise_is_known_is_believed_beside_a_standstill_alone(tmp_path, faultless, is_measured):
+    rng = np.random.default_rng(4)
+    rows = len(faultless["t_s"])
+    record = write(tmp_path / "record.csv", **faultless | {"force_N": faultless["force_N"] + 0.022})
+    still = write(tmp_path / "standstill.csv", t_s=faultless["t_s"], command_position_m=np.zeros(rows),
+                  robot_position_m=5e-6 * rng.standard_normal(rows), force_N=0.2 * rng.standard_normal(rows))
+    told = diagnosed(tmp_path, record, "--rig", "ess", *(["--standstill", still] if is_measured else []))
+    [force] = [block for block in told["blocks"] if block["block"] == "force"]
+    print(force["verdict"], [(cause["effect"], cause["held_out_gain"]) for cause in force["causes"]], force["doubts"])
+    assert [cause["effect"] for cause in force["causes"]] == ["sensor.bias"]
+    assert force["verdict"] == ("named" if is_measured else "partly_explained")
+    assert any("a standstill would tell" in doubt for doubt in force["doubts"]) != is_measured

@@ -148,3 +148,27 @@ TEST_CASE("least squares: a frequency is found though a difference turns it roun
     CHECK(std::abs(found.x(0) - 7.3) < 1e-6);
     CHECK(std::abs(found.x(1) - 0.4) < 1e-5);
 }
+
+TEST_CASE("least squares: differences are asked for beside the point that was evaluated last, and nowhere else")
+{
+    berth::least_squares_problem task = boxed(2, 0.0, 4.0);
+    VectorXd last;
+    int beside = 0;
+    bool is_beside = true;
+    const auto value = [](const VectorXd &x) { /* Rosenbrock's valley */
+                                               return VectorXd{{10.0 * (x(1) - x(0) * x(0)), 1.0 - x(0)}};
+    };
+    task.residual = [&](const VectorXd &x, VectorXd &out) {
+        last = x;
+        out = value(x);
+    };
+    task.residual_beside = [&](const VectorXd &x, VectorXd &out) {
+        is_beside = is_beside && (x - last).norm() < 1e-5;
+        beside++;
+        out = value(x);
+    };
+    const berth::least_squares_result found = berth::solve_least_squares(task, VectorXd{{3.0, 0.5}});
+    CHECK(beside > 2);
+    CHECK(is_beside);
+    CHECK((found.x - VectorXd{{1.0, 1.0}}).norm() < 1e-6);
+}
