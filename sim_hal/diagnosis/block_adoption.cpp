@@ -166,10 +166,9 @@ void block_search::start_over_from_other_scales()
             continue;
         }
         const std::string_view scale = known->parameters.back().key;
-        const double found = value_of(incumbent_.rig, scale);
-        for (const double factor : {0.1, 0.35, 3.0, 10.0}) {
+        const auto start_over = [&](double value) {
             rig again = incumbent_.rig;
-            set_number(again, scale, factor * found);
+            set_number(again, scale, value);
             /* Between bounds about here: those of the first start may be what the scale is at. */
             const auto parameters = joined(incumbent_.parameters, effect_parameters(*known, again));
             fit_result other = fit(model_, noise_, again, parameters, input_.options.replays_max);
@@ -177,7 +176,43 @@ void block_search::start_over_from_other_scales()
                 other.rows = incumbent_.rows;
                 incumbent_ = std::move(other);
             }
+        };
+        const double found = value_of(incumbent_.rig, scale);
+        for (const double factor : {0.1, 0.35, 3.0, 10.0}) {
+            start_over(factor * found);
         }
+        if (model_.which() == block::manipulator) {
+            close_in_on_scale(*known);
+        }
+    }
+}
+
+void block_search::close_in_on_scale(const effect &known)
+{
+    constexpr int rounds_max = 4;
+    constexpr double leads_on = 0.99; /* of the sum of squares */
+    const std::string_view scale = known.parameters.back().key;
+    const noise_model white{{}, noise_.rms, noise_.rms, noise_.rows_per_fact};
+    fit_result best = incumbent_;
+    best.cost = cost_of(model_, white, best.rig);
+    bool is_better = true;
+    for (int round = 0; round < rounds_max && is_better; round++) {
+        const fit_result before = best;
+        for (const double factor : {0.5, 0.75, 0.9, 1.1, 1.35, 2.0}) {
+            rig start = before.rig;
+            set_number(start, scale, factor * value_of(before.rig, scale));
+            const auto parameters = joined(incumbent_.parameters, effect_parameters(known, start));
+            fit_result other = fit(model_, white, start, parameters, input_.options.replays_max / 3);
+            if (other.cost < best.cost) {
+                best = std::move(other);
+            }
+        }
+        is_better = best.cost < leads_on * before.cost;
+    }
+    fit_result other = fit(model_, noise_, best.rig, best.parameters, input_.options.replays_max);
+    if (other.cost < incumbent_.cost) {
+        other.rows = incumbent_.rows;
+        incumbent_ = std::move(other);
     }
 }
 

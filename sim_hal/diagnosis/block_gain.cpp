@@ -3,19 +3,27 @@
 
 #include "acceptance.h"
 #include "block_search.h"
+#include "clock_slips.h"
 
 namespace berth
 {
 
 gain block_search::gain_on_unseen(const candidate &best)
 {
+    block_model &model = unseen_ ? *unseen_ : model_;
+    const std::vector<row_use> uses = model.uses();
+    const bool may_slip = unseen_ != nullptr && input_.without_switching_fault != nullptr &&
+                          incumbent_.rig.robot.clock == robot_clock::free;
+    if (may_slip) {
+        model.use(uses_beside_slips(model, incumbent_.rig));
+    }
     paired_sums sums;
-    add_sums(sums, unseen_ ? *unseen_ : model_, metric_, incumbent_.rig, best.fitted.rig,
-             unseen_ ? row_use::fit : row_use::held_out);
+    add_sums(sums, model, metric_, incumbent_.rig, best.fitted.rig, unseen_ ? row_use::fit : row_use::held_out);
     gain made = gain_from(sums);
     if (predicts_worse(best)) {
         made.low = std::min(made.low, 0.0);
     }
+    model.use(uses);
     return made;
 }
 

@@ -69,7 +69,8 @@ class block_search
 
     /* --- what it explains on data that no fit has seen: block_gain.cpp --- */
 
-    /* On the validation record or the parts held out. */
+    /* On the validation record or the parts held out. Behind a clock of its own without the rows of slips: one that
+     * comes a tick apart is all that another record shows of what it rings in. */
     gain gain_on_unseen(const candidate &best);
     /* The same. Where these show it hardly, or in a moment only, they prove
      * nothing: then the record's odd parts are predicted from its even ones and the other way round. */
@@ -109,6 +110,9 @@ class block_search
     void start_over_from_given();
     /* Beside what else was found, another minimum may be the lower one. */
     void start_over_from_other_scales();
+    /* A fit stops at ripples of the error, and what is left of a wrong scale hides in the noise's colour: from
+     * scales about the one found, nearer and nearer, with all rows alike. */
+    void close_in_on_scale(const effect &known);
     /* An effect found first may have stood in for one found later. */
     void drop_stand_ins(block_diagnosis &result);
     fit_result fit_without(const effect &dropped);
