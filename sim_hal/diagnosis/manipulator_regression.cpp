@@ -270,12 +270,14 @@ std::vector<rig> regressed_starts(const block_model &model, const fit_result &in
             }
         }
     }
-    constexpr double bent_way = 1e-5; /* of the range */
+    constexpr double bent_ways[] = {0.0, 1e-5, 1e-4, 1e-3}; /* of the range */
     const std::vector<double> &x = model.data().command_position_m;
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
     std::vector<double> ways = {value_of(incumbent.rig, presliding)};
     if (value_of(incumbent.rig, "manipulator.coulomb_friction_N") > 0.0 || effect.parameters.size() > 1) {
-        ways = {0.0, bent_way * (*most - *least)};
+        for (const double share : bent_ways) {
+            ways.push_back(share * (*most - *least));
+        }
     }
     std::vector<rig> starts;
     for (const double width_s : {0.1, 0.3}) {

@@ -15,7 +15,7 @@ namespace berth
  * motion may turn are left out. Least squares over the rows of the fit, with the base parameters' priors.
  *
  * Rigs with `effect` beside those `found`, all sizes as the equation has them: from shorter and longer stretches,
- * with dry friction that builds up at once, as in `incumbent`, or over a short way. None of another block, of a
+ * with dry friction that builds up as in `incumbent`, at once, or over short ways. None of another block, of a
  * manipulator without a spring, where a size does not stand in the equation, or where what was measured does not
  * decide. */
 std::vector<rig> regressed_starts(const block_model &model, const fit_result &incumbent,
