@@ -28,7 +28,6 @@ constexpr double share_of_all = 0.02;
  * beside its velocity limit. */
 constexpr double share_of_all_clear = 0.002;
 constexpr double share_clear = 0.5;
-constexpr double bic_beyond_doubt = 150.0;
 constexpr double share_of_all_refining = 0.003;
 constexpr double share_of_rest = 0.9; /* nearly all that is left */
 

@@ -130,7 +130,7 @@ void block_search::fit_without_colour()
 void block_search::renew_floor()
 {
     constexpr double clearly = 0.8;
-    if (has_floor_) {
+    if (has_floor_ || model_.which() != block::manipulator) {
         return;
     }
     const noise_model under = floor_under(model_, incumbent_.rig);

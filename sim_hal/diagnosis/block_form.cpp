@@ -18,12 +18,22 @@ struct modulation {
     std::vector<double> by_row;
 };
 
+/* The command; of a manipulator, whose command is measured, without its noise: what follows from that follows from
+ * the error itself. */
+std::vector<double> way_of(const block_model &model, const std::vector<double> &error)
+{
+    const record &data = model.data();
+    std::vector<double> x = !data.command_position_m.empty() ? data.command_position_m : data.robot_position_m;
+    for (std::size_t n = 0; n < x.size() && model.which() == block::manipulator; n++) {
+        x[n] -= error[n];
+    }
+    return x;
+}
+
 /* From -1 to 1 over the record; from 0 in the middle of the way to 1 at its ends; from 0 at rest to 1 where it is
  * fastest. */
-void add_smooth(const record &data, std::vector<modulation> &all)
+void add_smooth(const std::vector<double> &x, std::vector<modulation> &all)
 {
-    const std::vector<double> &x =
-        !data.command_position_m.empty() ? data.command_position_m : data.robot_position_m;
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
     const double middle_m = 0.5 * (*least + *most);
     const double half_m = std::max(0.5 * (*most - *least), 1e-300);
@@ -74,11 +84,11 @@ block_search::forms block_search::improved_by_other_forms()
         return Eigen::VectorXd(x - basis * (basis.transpose() * x));
     };
     const Eigen::VectorXd rest = beside_parameters(left);
-    std::vector<modulation> modulations;
-    add_smooth(model_.data(), modulations);
-    add_steps(model_.data().size(), modulations);
     std::vector<double> here;
     model_.error(incumbent_.rig, here);
+    std::vector<modulation> modulations;
+    add_smooth(way_of(model_, here), modulations);
+    add_steps(here.size(), modulations);
     for (const effect *const cause : found_) {
         if (cause->switch_on != nullptr) {
             continue; /* slopes mean little there */

@@ -103,7 +103,7 @@ class block_search
     /* A line that a fit has left was taken for the noise's own colour, which then hides it from the next fit: once
      * the noise counts as white, and its colour is measured anew. */
     void fit_without_colour();
-    /* An estimated floor under what is explained now, if that lies lower. */
+    /* An estimated floor of the manipulator under what is explained now, if that lies lower. */
     void renew_floor();
     /* The base was fitted to an error that has a cause now: where that led astray, the given values are the better
      * start. */
@@ -172,8 +172,8 @@ class block_search
         bool (block_search::*holds)(const remains &left);
     };
     static const doubt doubts[];
-    /* A cause gains less on unseen data than a floor that was found in the error itself is uncertain by: twice that
-     * is what its square is. */
+    /* A cause that is not beyond doubt gains less on unseen data than a floor that was found in the error itself is
+     * uncertain by. */
     bool gains_hardly(const block_diagnosis &result) const;
     /* By more than any excuse is good for, whatever the other doubts say. */
     bool is_plainly_above(const remains &left);

@@ -128,7 +128,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
             result.doubts.push_back(one.why);
         }
     }
-    if (result.doubts.empty() && gains_hardly(result)) {
+    if (result.doubts.empty() && result.alternatives.empty() && gains_hardly(result)) {
         result.doubts.emplace_back(
             "less is gained than an estimated noise is uncertain by; a standstill would tell");
     }
@@ -164,7 +164,7 @@ bool block_search::gains_hardly(const block_diagnosis &result) const
 {
     const double uncertain = rms_ci95(noise_, model_.uses()) / noise_.rms;
     return !has_floor_ && std::any_of(result.causes.begin(), result.causes.end(), [&](const cause &one) {
-        return one.effect->refines.empty() && one.held_out_gain < uncertain;
+        return one.effect->refines.empty() && one.delta_bic < bic_beyond_doubt && one.held_out_gain < uncertain;
     });
 }
 

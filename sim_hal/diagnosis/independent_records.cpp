@@ -129,7 +129,11 @@ bool is_noisy_copy(const record &record, const signal &response, const signal &c
         return false;
     }
     const bool is_robot = &response == &record.robot_position_m;
-    return (how.is_mirrored && runs_backwards(response, cause)) ||
+    /* Of a manipulator it is the push that shows the damping: of a mass the motion hardly follows the push's rate.
+     */
+    const bool is_manipulator = &response == &record.command_position_m;
+    return (how.is_mirrored &&
+            (runs_backwards(response, cause) || (is_manipulator && runs_backwards(cause, response)))) ||
            (is_robot && lacks_a_cause(cause, how, differs, record.period_s));
 }
 
@@ -144,8 +148,10 @@ void refuse_copies(const record &record)
         {&record.command_position_m, &record.operator_force_N}};
     for (const auto &[response, cause] : pairs) {
         for (const turn &how : turns) {
-            /* A command that does the same again is a good one: only its answer must not. */
-            const bool may_repeat = response == &record.command_position_m;
+            /* A command that does the same again is a good one: only its answer must not. Without one it is itself
+             * what was measured. */
+            const bool may_repeat = response == &record.command_position_m &&
+                                    !(record.robot_position_m.empty() && record.force_N.empty());
             if (response->size() >= 2 * half_least &&
                 ((!may_repeat && is_exact(*response, how)) || is_noisy_copy(record, *response, *cause, how))) {
                 throw input_error(record.path + ": its second half is its first one" +

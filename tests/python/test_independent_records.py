@@ -4,7 +4,7 @@ What a command does again is none of that."""
 import numpy as np
 import pytest
 import scipy.signal
-from conftest import EXIT_DONE, command
+from conftest import EXIT_DONE, EXIT_INPUT, command
 from test_diagnosis import HEADER, diagnose, motion, refused, write
 
 
@@ -76,3 +76,37 @@ def test_a_periodic_command_is_no_copy(tmp_path, shape, lag_s):
         done = command("diagnose", record, "--rig", "ess", "--set", f"robot.dead_time_ms={max(2.5, 1e3 * lag_s)}",
                        "--out", tmp_path / "out")
         assert done.returncode == EXIT_DONE, (phase, done.stderr.decode())
+
+
+def pushed_mass(rows=8000, period_s=0.001):
+    """Time, force and position of a mass with viscous and dry friction, as an encoder of 0.1 um shows it."""
+    rng = np.random.default_rng(5)
+    t_s = period_s * np.arange(rows)
+    push_N = sum(60.0 / (1 + f) * np.sin(2 * np.pi * f * t_s + rng.uniform(0, 6.28)) for f in (0.3, 0.7, 1.1, 1.9, 3.1))
+    x_m, v_m_per_s, position_m = 0.0, 0.0, np.empty(rows)
+    for n in range(rows):
+        position_m[n] = x_m
+        v_m_per_s += period_s / 95.0 * (push_N[n] - 200.0 * v_m_per_s)
+        v_m_per_s -= np.clip(v_m_per_s, -1, 1) * min(1.0, period_s / 95.0 * 20.0 / max(abs(v_m_per_s), 1e-12))
+        x_m += period_s * v_m_per_s
+    return t_s, push_N, position_m
+
+
+@pytest.mark.parametrize("turn, share", [("mirrored", 0.0), ("mirrored", 0.01), ("again", 0.0), ("turned over", 0.0)])
+def test_a_push_and_the_way_it_made_are_no_second_measurement_of_themselves(tmp_path, turn, share):
+    """Of a manipulator alone the position is what was measured: a mass, whose damping turns with time."""
+    t_s, push_N, position_m = pushed_mass()
+    rig = tmp_path / "mass.toml"
+    rig.write_text('[manipulator]\nmass_kg = 95\ndamping_N_s_per_m = 200\nstiffness_N_per_m = 0\n'
+                   '[operator]\ninterface = "force"\n')
+    header = "t_s,operator_force_N,command_position_m"
+    whole = write(tmp_path / "whole.csv", header, t_s, push_N, position_m)
+    assert command("diagnose", whole, "--rig", rig, "--out", tmp_path / "whole").returncode == EXIT_DONE
+    how = (MIRRORED | REPEATED)[turn]
+    position_m = halves(position_m, how)
+    copy = write(tmp_path / "copy.csv", header, t_s, halves(push_N, how), position_m + noise(position_m, share))
+    done = command("diagnose", copy, "--rig", rig, "--out", tmp_path / "out")
+    message = done.stderr.decode()
+    print(message)
+    assert done.returncode == EXIT_INPUT and "second half" in message and "no independent evidence" in message
+    assert not (tmp_path / "out").exists()
