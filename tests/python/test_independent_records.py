@@ -78,7 +78,7 @@ def test_a_periodic_command_is_no_copy(tmp_path, shape, lag_s):
         assert done.returncode == EXIT_DONE, (phase, done.stderr.decode())
 
 
-def pushed_mass(rows=8000, period_s=0.001):
+def pushed_mass(rows=24000, period_s=0.001):
     """Time, force and position of a mass with viscous and dry friction, as an encoder of 0.1 um shows it."""
     rng = np.random.default_rng(5)
     t_s = period_s * np.arange(rows)
