@@ -176,6 +176,7 @@ std::array<double, 10> block_model::mean_squares_of_tenths(const std::vector<dou
 void block_model::hold_out(const std::array<std::size_t, 2> &tenths)
 {
     tenths_ = tenths;
+    found_starts_.clear(); /* they were of other windows */
     divide(held_out_parts::two_tenths, window_length_);
     starts_ = starts_of_windows(record_, windows_);
 }

@@ -14,12 +14,12 @@ namespace
 
 /* One stretch, integrated: x and its deflection from the operator's goal against the test function. */
 struct stretch {
-    double acceleration; /* over x'' */
-    double velocity;     /* of the deflection */
-    double deflection;
-    double square;
-    double cube;
-    double speed; /* over |x'| */
+    double acceleration_m_per_s2; /* over x'' */
+    double velocity_m_per_s;      /* of the deflection */
+    double deflection_m;
+    double square_m2;
+    double cube_m3;
+    double speed_m_per_s; /* over |x'| */
     double direction;
     double push_N;
 };
@@ -31,12 +31,12 @@ struct term {
 };
 
 constexpr term terms[] = {
-    {"manipulator.mass_kg", [](const stretch &s) { return s.acceleration; }},
-    {"manipulator.damping_N_s_per_m", [](const stretch &s) { return s.velocity; }},
-    {"manipulator.stiffness_N_per_m", [](const stretch &s) { return s.deflection; }},
-    {"manipulator.quadratic_stiffness_N_per_m2", [](const stretch &s) { return s.square; }},
-    {"manipulator.cubic_stiffness_N_per_m3", [](const stretch &s) { return s.cube; }},
-    {"manipulator.damping_asymmetry_N_s_per_m", [](const stretch &s) { return s.speed; }},
+    {"manipulator.mass_kg", [](const stretch &s) { return s.acceleration_m_per_s2; }},
+    {"manipulator.damping_N_s_per_m", [](const stretch &s) { return s.velocity_m_per_s; }},
+    {"manipulator.stiffness_N_per_m", [](const stretch &s) { return s.deflection_m; }},
+    {"manipulator.quadratic_stiffness_N_per_m2", [](const stretch &s) { return s.square_m2; }},
+    {"manipulator.cubic_stiffness_N_per_m3", [](const stretch &s) { return s.cube_m3; }},
+    {"manipulator.damping_asymmetry_N_s_per_m", [](const stretch &s) { return s.speed_m_per_s; }},
     {"manipulator.coulomb_friction_N", [](const stretch &s) { return s.direction; }},
     {"manipulator.gravity_offset_N", [](const stretch &) { return 1.0; }},
 };
@@ -103,19 +103,19 @@ stretch integrated(const record &data, const test_function &test, std::size_t be
         const std::size_t n = begin + i;
         const double x_m = data.command_position_m[n];
         const double off_m = x_m - at(data.operator_position_m, n);
-        made.acceleration += test.bend[i] * x_m;
+        made.acceleration_m_per_s2 += test.bend[i] * x_m;
         velocity -= test.slope[i] * x_m;
-        made.deflection += test.value[i] * off_m;
-        made.square += test.value[i] * off_m * off_m;
-        made.cube += test.value[i] * off_m * off_m * off_m;
+        made.deflection_m += test.value[i] * off_m;
+        made.square_m2 += test.value[i] * off_m * off_m;
+        made.cube_m3 += test.value[i] * off_m * off_m * off_m;
     }
     double goal_m_per_s = 0.0;
     for (std::size_t i = 0; i < test.middle.size(); i++) {
         made.push_N += test.middle[i] * (at(data.operator_force_N, begin + i) - at(data.force_N, begin + i));
         goal_m_per_s += test.middle[i] * at(data.operator_velocity_m_per_s, begin + i);
     }
-    made.velocity = velocity - goal_m_per_s;
-    made.speed = direction * velocity;
+    made.velocity_m_per_s = velocity - goal_m_per_s;
+    made.speed_m_per_s = direction * velocity;
     return made;
 }
 
