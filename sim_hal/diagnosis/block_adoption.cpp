@@ -55,9 +55,7 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     renew_floor();
     drop_stand_ins(result);
     exchange_stand_ins(result);
-    std::vector<double> error;
-    model_.error(incumbent_.rig, error);
-    leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+    find_what_is_left();
 }
 
 bool block_search::hold_out_beside_slips()

@@ -10,6 +10,17 @@
 namespace berth
 {
 
+bool block_search::prove_each(std::array<cause, 2> &causes, candidate both, const std::array<const effect *, 2> &two)
+{
+    for (std::size_t i = 0; i < two.size(); i++) {
+        both.effect = two[i];
+        if (!prove_exchange(causes[i], both)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 void block_search::divide_stand_in(block_diagnosis &result)
 {
     constexpr double clear = 1.2; /* of the white sum of squares that the noise has */
@@ -51,23 +62,18 @@ void block_search::divide_stand_in(block_diagnosis &result)
     std::array<cause, 2> causes;
     found_.back() = two[0];
     found_.push_back(two[1]);
-    for (std::size_t i = 0; i < two.size(); i++) {
-        best.effect = two[i];
-        if (!prove_exchange(causes[i], best)) {
-            found_.pop_back();
-            found_.back() = stand_in;
-            incumbent_ = before;
-            return;
-        }
+    if (!prove_each(causes, best, two)) {
+        found_.pop_back();
+        found_.back() = stand_in;
+        incumbent_ = before;
+        return;
     }
     result.causes.back() = causes[0];
     result.causes.push_back(causes[1]);
     result.alternatives.clear();
     is_suspect_ = false;
     drop_stand_ins(result);
-    std::vector<double> error;
-    model_.error(incumbent_.rig, error);
-    leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+    find_what_is_left();
 }
 
 bool block_search::may_be_two(const block_diagnosis &result)
@@ -142,13 +148,10 @@ bool block_search::add_pair(block_diagnosis &result)
     const fit_result before = incumbent_;
     std::array<cause, 2> causes;
     found_.insert(found_.end(), two.begin(), two.end());
-    for (std::size_t i = 0; i < two.size(); i++) {
-        best.effect = two[i];
-        if (!prove_exchange(causes[i], best)) {
-            found_.resize(found_.size() - two.size());
-            incumbent_ = before;
-            return false;
-        }
+    if (!prove_each(causes, best, two)) {
+        found_.resize(found_.size() - two.size());
+        incumbent_ = before;
+        return false;
     }
     result.causes.insert(result.causes.end(), causes.begin(), causes.end());
     result.alternatives.clear();
@@ -156,9 +159,7 @@ bool block_search::add_pair(block_diagnosis &result)
     start_over_from_other_scales();
     renew_floor();
     drop_stand_ins(result);
-    std::vector<double> error;
-    model_.error(incumbent_.rig, error);
-    leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+    find_what_is_left();
     return true;
 }
 

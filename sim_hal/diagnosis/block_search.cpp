@@ -108,11 +108,16 @@ bool block_search::balance_parts()
     return true;
 }
 
-void block_search::rate_base(block_diagnosis &result)
+void block_search::find_what_is_left()
 {
     std::vector<double> error;
     model_.error(incumbent_.rig, error);
     leftover_ = find_leftover(model_, noise_, incumbent_.rig, error);
+}
+
+void block_search::rate_base(block_diagnosis &result)
+{
+    find_what_is_left();
     result.explainable = excess(incumbent_.cost, incumbent_.rows);
 }
 

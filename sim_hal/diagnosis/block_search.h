@@ -31,6 +31,7 @@ class block_search
     /* Where the two tenths that are held out show far more or less of the error than the others, holds out two that
      * are more like the rest: a fit cannot find what acts where it does not look. Returns whether it did. */
     bool balance_parts();
+    void find_what_is_left(); /* of the incumbent, by what it depends on */
     void rate_base(block_diagnosis &result);
     /* Rows that say something of their own. */
     std::size_t rows_under(const noise_model &noise) const;
@@ -143,6 +144,8 @@ class block_search
      * differs between the directions is a constant force and a damping that differs. Of a manipulator, from its
      * equation of motion. */
     bool add_pair(block_diagnosis &result);
+    /* Of two that were fitted together, each beside the other. */
+    bool prove_each(std::array<cause, 2> &causes, candidate both, const std::array<const effect *, 2> &two);
     candidate best_regressed_pair(std::array<const effect *, 2> &two);
     /* On data that no fit has seen; the incumbent and the cause then have it. */
     bool prove_exchange(cause &known, const candidate &other);
