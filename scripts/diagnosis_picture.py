@@ -15,6 +15,8 @@ from report_figure import DOTS_PER_INCH, HEIGHT_PX, STYLE, WIDTH_PX, empty, lege
 from report_page import with_gaps  # noqa: E402
 
 CANDIDATES_MAX = 8
+HEADLINE_CHARACTERS, TEXT_CHARACTERS = 120, 190  # a line at most
+HEADLINE_HEIGHT, TEXT_HEIGHT = 0.026, 0.0185  # of the picture, a line
 
 
 def error_unit(block):
@@ -85,21 +87,25 @@ def plot_ranking(axes, block):
 
 
 def write_head(figure, diagnosis):
+    """Verdict and sentences; returns how far down the picture they reach."""
     word, colour = words.VERDICTS[diagnosis.told["verdict"]]
     block = diagnosis.main_block
     figure.text(0.03, 0.955, "berth diagnosis", fontsize=24, weight="bold")
     figure.text(0.975, 0.957, f" {word} ", fontsize=19, weight="bold", color="white", horizontalalignment="right",
                 bbox={"facecolor": colour, "edgecolor": "none", "pad": 5})
-    figure.text(0.03, 0.92, words.headline(diagnosis), fontsize=14, color=colour, weight="bold")
-    lines = [*(words.cause_sentence(cause, diagnosis.told["verdict"]) for cause in diagnosis.told["causes"][:2]),
+    headline = textwrap.wrap(words.headline(diagnosis), HEADLINE_CHARACTERS)
+    figure.text(0.03, 0.938, "\n".join(headline), fontsize=14, color=colour, weight="bold", verticalalignment="top")
+    lines = [*(words.cause_sentence(cause, diagnosis.told["verdict"]) for cause in diagnosis.told["causes"]),
              words.error_sentence(block)]
     if block.told["verdict"] in words.WITH_REST:
         lines.append(words.left_sentence(block))
-    wrapped = [part for line in lines for part in textwrap.wrap(line, 190)]
-    figure.text(0.03, 0.905, "\n".join(wrapped[:5]), fontsize=11, color="#333333", verticalalignment="top")
+    wrapped = [part for line in lines for part in textwrap.wrap(line, TEXT_CHARACTERS)]
+    top = 0.931 - HEADLINE_HEIGHT * len(headline)
+    figure.text(0.03, top, "\n".join(wrapped), fontsize=11, color="#333333", verticalalignment="top")
     hashes = ", ".join(f"{one['role']} {one['hash']}" for one in diagnosis.told["inputs"])
     figure.text(0.975, 0.012, f"{hashes}, berth {diagnosis.told['versions']['berth']}", fontsize=9, color="#888888",
                 horizontalalignment="right")
+    return top - TEXT_HEIGHT * len(wrapped)
 
 
 def build_picture(diagnosis):
@@ -107,9 +113,9 @@ def build_picture(diagnosis):
     block = diagnosis.main_block
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(WIDTH_PX / DOTS_PER_INCH, HEIGHT_PX / DOTS_PER_INCH), dpi=DOTS_PER_INCH)
-        write_head(figure, diagnosis)
-        grid = figure.add_gridspec(3, 2, width_ratios=[1.5, 1], left=0.06, right=0.98, top=0.77, bottom=0.075,
-                                   hspace=0.62, wspace=0.36)
+        head_end = write_head(figure, diagnosis)
+        grid = figure.add_gridspec(3, 2, width_ratios=[1.5, 1], left=0.06, right=0.98, top=min(0.77, head_end - 0.07),
+                                   bottom=0.075, hspace=0.62, wspace=0.40)
         plot_signals(figure.add_subplot(grid[0, 0]), block)
         plot_errors(figure.add_subplot(grid[1, 0]), block)
         plot_over_velocity(figure.add_subplot(grid[2, 0]), block)

@@ -151,7 +151,8 @@ def next_sentence(found):
 def headline(diagnosis):
     """The verdict in one sentence."""
     told = diagnosis.told
-    names = " and ".join(cause["effect"] for cause in told["causes"])
+    *first, last = [cause["effect"] for cause in told["causes"]] or [""]
+    names = f"{', '.join(first)} and {last}" if first else last
     block = diagnosis.main_block
     where = f"in the {BLOCKS[told['block']][0]}" if told["block"] else "in more than one block"
     verdict = told["verdict"]

@@ -119,6 +119,31 @@ def test_a_parameter_that_was_not_fitted_stands_as_given():
     assert diagnosis_words.estimate(cut | {"ci95": [-0.001, 0.003]}) == "0.001 ± 0.002"
 
 
+def test_the_picture_tells_every_cause_within_its_edges(made):
+    """However many there are: the sentences stay on the picture and above the plots."""
+    import diagnosis_picture
+    from diagnosis_data import read_diagnosis
+    from matplotlib import pyplot
+    verdict, folder, _ = made
+    found = read_diagnosis(folder)
+    if verdict != "named":
+        return
+    names = ["robot.backlash", "manipulator.quadratic_stiffness", "sensor.periodic_disturbance",
+             "object.impact_damping"]
+    cause = found.told["causes"][0]
+    found.told.update(verdict="partly_explained", causes=[cause | {"effect": name} for name in names])
+    figure = pyplot.figure(figsize=(16, 10), dpi=100)
+    end = diagnosis_picture.write_head(figure, found)
+    boxes = [text.get_window_extent() for text in figure.texts]
+    words = "".join(text.get_text() for text in figure.texts)
+    pyplot.close(figure)
+    assert all(words.count(name) == 2 for name in names)  # in the headline and in a sentence
+    assert all(0.0 <= box.x0 and box.x1 <= 1600.0 and box.y1 <= 1000.0 for box in boxes)
+    assert min(box.y0 for box in boxes if box.y0 > 100.0) >= 1000.0 * end - 5.0
+    title, _, headline, text, _ = sorted(boxes, key=lambda box: -box.y0)
+    assert title.y0 > headline.y1 > headline.y0 > text.y1
+
+
 def cells(page):
     """(place in diagnosis.json, text shown) of every cell that shows a number of it."""
     found = re.findall(r'<td class="number" data-of="([^"]+)">([^<]*)</td>', page.read_text(encoding="utf-8"))
