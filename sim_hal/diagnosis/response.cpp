@@ -133,4 +133,11 @@ tangent_space::prospect tangent_space::best_share(const target &error, const Eig
     return more.decrease > best.decrease ? more : best;
 }
 
+double tangent_space::least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const
+{
+    const bool any_at_bound = basis_of_all_.size() > 0;
+    const Eigen::VectorXd &rest = any_at_bound ? error.rest_of_all : error.rest;
+    return rest.squaredNorm() - best_of(any_at_bound ? basis_of_all_ : basis_, rest, change, least, most).decrease;
+}
+
 } // namespace berth

@@ -49,6 +49,9 @@ class tangent_space
     target target_of(const Eigen::VectorXd &white) const;
     prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most) const;
 
+    /* The least sum of squares that a share leaves, were no parameter at a bound. */
+    double least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const;
+
   private:
     Eigen::MatrixXd basis_;         /* orthonormal; of those not at a bound */
     Eigen::MatrixXd basis_of_all_;  /* the same with those at a bound; empty: there are none */

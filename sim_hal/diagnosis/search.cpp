@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "beginning.h"
 #include "drifting_clock.h"
 #include "manipulator_regression.h"
 #include "progressive_fit.h"
@@ -285,6 +286,9 @@ record_scales scales_of(block_model &model, const rig &rig, const std::vector<do
 namespace
 {
 
+/* Of the white sum of squares; what decreases it by less is no cause. */
+constexpr double worth_a_fit = 10.0;
+
 /* The starts of all effects that are to be tried, the most promising first; `here`: the incumbent's white error. */
 std::vector<start_point> starts_by_promise(block_model &model, const noise_model &noise, const fit_result &incumbent,
                                            const Eigen::VectorXd &here, const known_slopes &slopes, const rig &given,
@@ -295,6 +299,7 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     const tangent_space base(incumbent, slopes);
     const tangent_space::target target = base.target_of(here);
     const record_scales scales = scales_of(model, incumbent.rig, error, options);
+    beginning first(model, noise, incumbent, slopes, here);
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
         const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
@@ -307,14 +312,19 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
         }
         for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
             start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0, false};
-            const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
-            /* The effect in another size, as far as it is linear in it. */
-            const bool is_scaled = effect->is_proportional && values[0] != 0.0;
-            const auto [decrease, best] =
-                base.best_share(target, change, is_scaled ? 1e-3 : 0.1, is_scaled ? 30.0 : 3.0);
-            start.promise = decrease;
             start.is_hidden =
                 options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
+            /* The effect in another size, as far as it is linear in it. */
+            const bool is_scaled = effect->is_proportional && values[0] != 0.0;
+            const double least = is_scaled ? 1e-3 : 0.1;
+            const double most = is_scaled ? 30.0 : 3.0;
+            if (!is_scaled && !start.is_hidden && first.rules_out(start.rig, least, most, worth_a_fit)) {
+                starts.push_back(std::move(start));
+                continue;
+            }
+            const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
+            const auto [decrease, best] = base.best_share(target, change, least, most);
+            start.promise = decrease;
             if (is_scaled) {
                 set_number(start.rig, effect->parameters[0].key, best * values[0]);
             }
@@ -346,7 +356,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (same >= start.effect->fits_max) {
             continue;
         }
-        if (tried >= options.fits_max || (start.promise < 10.0 && !start.is_hidden)) {
+        if (tried >= options.fits_max || (start.promise < worth_a_fit && !start.is_hidden)) {
             break;
         }
         const auto parameters = start.is_regressed
