@@ -34,11 +34,15 @@ std::vector<double> taken_setpoints(const rig &rig, const record &record, const 
                                     const sample_events &events)
 {
     setpoint_path path(rig);
+    const double *const sent_m = record.command_position_m.data();
+    if (path.is_plain() && events.lost_command.empty()) {
+        return {sent_m + part.begin, sent_m + part.end};
+    }
     std::vector<double> taken(part.end - part.begin);
     double newest_m = path.start(part.stands_m.value_or(start_in_deadband_m(rig, record, part)));
     for (std::size_t n = 0; n < taken.size(); n++) {
         if (events.lost_command.empty() || events.lost_command[part.begin + n] == 0) {
-            newest_m = path.take(record.command_position_m[part.begin + n]);
+            newest_m = path.take(sent_m[part.begin + n]);
         }
         taken[n] = newest_m;
     }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "effects.h"
 #include "starts.h"
@@ -31,7 +32,9 @@ class play final : public motion_stage
     double bulge() const override
     {
         /* It stood until the gap was crossed, and went with the drive for the rest of the step. */
-        const bool is_straight = way_m_ == 0.0 || moved_m_ == 0.0 || moved_m_ == way_m_;
+        constexpr double rounded =
+            1e-9; /* of the way: the drive's and the tool's are differences of other numbers */
+        const bool is_straight = moved_m_ == 0.0 || std::abs(way_m_ - moved_m_) <= rounded * std::abs(way_m_);
         return is_straight ? 0.0 : 0.5 * (moved_m_ / way_m_ - 1.0) * moved_m_;
     }
 

@@ -25,6 +25,9 @@ class setpoint_path
     /* Returns where the robot goes. */
     double take(double setpoint_m);
 
+    /* It goes to each setpoint. */
+    bool is_plain() const { return stages_.empty() && !limits_; }
+
   private:
     std::vector<std::unique_ptr<setpoint_stage>> stages_;
     std::optional<drive_limits> limits_;
