@@ -49,6 +49,9 @@ noise_model floor_under(block_model &model, const rig &rig)
         std::vector<double> unexplained = find_leftover(model, noise, features, error).unexplained;
         remove_lines(unexplained, model.uses());
         noise = noise_of(model, unexplained, false);
+        if (!noise.has_colour()) {
+            break; /* as the first pass took it: a second one would find the same */
+        }
     }
     constexpr double clearly = 1.3;
     if (noise.rms > clearly * rms_of(error, model.uses(), row_use::fit)) { /* few rows, and nearly all are motion */

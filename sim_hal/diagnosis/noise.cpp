@@ -261,18 +261,20 @@ void whiten(const noise_model &noise, const std::vector<double> &error, const st
     const whitening by_row(noise, uses);
     std::vector<double> all(error.size());
     by_row.apply(error, all.data());
-    white.clear();
+    white.resize(error.size());
+    std::size_t count = 0;
     for (std::size_t n = 0; n < error.size(); n++) {
-        if (uses[n] == use && by_row.is_known(n)) {
-            white.push_back(all[n]);
-        }
+        white[count] = all[n]; /* stays where the row counts */
+        count += uses[n] == use && by_row.is_known(n) ? 1 : 0;
     }
+    white.resize(count);
 }
 
 namespace
 {
 
-/* How many rows in a row say as much as one of white noise. */
+/* How many rows in a row say as much as one of white noise; not a number where the regression is unstable, as one of
+ * few rows may be. */
 double rows_that_hang_together(const noise_model &noise)
 {
     constexpr std::size_t lags = 1000;
@@ -305,7 +307,9 @@ double rms_ci95(const noise_model &noise, const std::vector<row_use> &uses)
 {
     const auto in_use = static_cast<std::size_t>(std::count(uses.begin(), uses.end(), row_use::fit));
     const auto rows = static_cast<double>(std::max<std::size_t>(1, noise.rows > 0 ? noise.rows : in_use));
-    return 1.96 * noise.rms * std::sqrt(0.5 * rows_that_hang_together(noise) / rows);
+    const double together = rows_that_hang_together(noise);
+    const double facts = together < rows ? rows / together : 1.0;
+    return 1.96 * noise.rms * std::sqrt(0.5 / facts);
 }
 
 noise_model at_least(const noise_model &noise, double rms)

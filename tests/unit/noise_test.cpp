@@ -152,3 +152,9 @@ TEST_CASE("noise: the rms of a slow noise is known as well as its squared autoco
     const berth::noise_model slow{{keeps}, std::sqrt(1.0 - keeps * keeps), 1.0, 1.0, rows};
     CHECK(berth::rms_ci95(slow, {}) == doctest::Approx(1.96 * std::sqrt(0.5 * 9.5263 / rows)).epsilon(1e-3));
 }
+
+TEST_CASE("noise: of an unstable regression the rms is known as from one fact, and never not a number")
+{
+    const berth::noise_model unstable{{2.5}, 1.0, 3.0, 1.0, 100};
+    CHECK(berth::rms_ci95(unstable, {}) == doctest::Approx(1.96 * 3.0 * std::sqrt(0.5)));
+}
