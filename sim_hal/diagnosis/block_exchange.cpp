@@ -87,16 +87,16 @@ std::vector<const ranked *> block_search::others_weighed(const std::vector<ranke
     return others;
 }
 
-double block_search::bic_of_exchange() const
+double block_search::bic_better_by(double improvement) const
 {
-    return bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) - bic_clear;
+    return bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) - improvement;
 }
 
 std::optional<candidate> block_search::better_than(const effect &known, const std::vector<ranked> &ranking)
 {
     const fit_result without = fit_without(known);
     candidate best;
-    best.bic = bic_of_exchange();
+    best.bic = bic_better_by(bic_undecided);
     for (const ranked *const one : others_weighed(ranking)) {
         fit_result tried = fit_beside(without, *one);
         const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());

@@ -14,7 +14,7 @@ namespace
 
 /* What a cause's share in the error is multiplied by, and which form that is of. */
 struct modulation {
-    std::size_t form;
+    std::size_t form; /* its place in block_search::forms */
     std::vector<double> by_row;
 };
 
@@ -30,8 +30,8 @@ std::vector<double> way_of(const block_model &model, const std::vector<double> &
     return x;
 }
 
-/* From -1 to 1 over the record; from 0 in the middle of the way to 1 at its ends; from 0 at rest to 1 where it is
- * fastest. */
+/* The first three forms: from -1 to 1 over the record; from 0 in the middle of the way to 1 at its ends; from 0 at
+ * rest to 1 where it is fastest. */
 void add_smooth(const std::vector<double> &x, std::vector<modulation> &all)
 {
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
@@ -55,10 +55,9 @@ void add_smooth(const std::vector<double> &x, std::vector<modulation> &all)
 }
 
 /* From 0 to 1 at eighths of the record; and what makes such a step of a share that grows with time. */
-void add_steps(std::size_t rows, std::vector<modulation> &all)
+void add_steps(std::size_t rows, std::size_t form, std::vector<modulation> &all)
 {
     constexpr std::size_t parts = 8;
-    constexpr std::size_t form = 3;
     for (std::size_t part = 1; part < parts; part++) {
         std::vector<double> step(rows, 0.0);
         std::vector<double> step_by_time(rows, 0.0);
@@ -88,7 +87,7 @@ block_search::forms block_search::improved_by_other_forms()
     model_.error(incumbent_.rig, here);
     std::vector<modulation> modulations;
     add_smooth(way_of(model_, here), modulations);
-    add_steps(here.size(), modulations);
+    add_steps(here.size(), static_cast<std::size_t>(form::at_once), modulations);
     for (const effect *const cause : found_) {
         if (cause->switch_on != nullptr) {
             continue; /* slopes mean little there */
@@ -114,7 +113,7 @@ block_search::forms block_search::improved_by_other_forms()
     return improved;
 }
 
-bool block_search::acts_otherwise(const remains &left, std::size_t form)
+bool block_search::acts_otherwise(const remains &left, form of)
 {
     /* By one parameter more: one in 600 by chance. Of 240 beside 80 right names in hidden records two had more than
      * 7.3; beside neighbours of causes that the library lacks 10.9, 20 and 41 were seen. */
@@ -123,7 +122,8 @@ bool block_search::acts_otherwise(const remains &left, std::size_t form)
     constexpr double bearable_steps = 16.0;
     /* Of the explainable error: what the replay of a contact is off by took 1.4e-6 of it beside a right name. */
     constexpr double of_replay = 1e-5;
-    return left.improved_by[form] > std::max(form == 3 ? bearable_steps : bearable, of_replay * explainable());
+    return left.improved_by[static_cast<std::size_t>(of)] >
+           std::max(of == form::at_once ? bearable_steps : bearable, of_replay * explainable());
 }
 
 } // namespace berth

@@ -39,7 +39,7 @@ void block_search::divide_stand_in(block_diagnosis &result)
     const std::vector<const ranked *> others = others_weighed(result.ranking);
     std::array<const effect *, 2> two{};
     candidate best;
-    best.bic = bic_of_exchange();
+    best.bic = bic_better_by(bic_clear);
     for (const ranked *const first : others) {
         const fit_result with_first = fit_beside(without, *first);
         for (const ranked *const second : others) {
@@ -142,7 +142,7 @@ bool block_search::add_pair(block_diagnosis &result)
     incumbent_.rows = rows_under(noise_);
     std::array<const effect *, 2> two{};
     candidate best = best_regressed_pair(two);
-    if (best.effect == nullptr || best.bic > bic_of_exchange()) {
+    if (best.effect == nullptr || best.bic > bic_better_by(bic_clear)) {
         return false;
     }
     const fit_result before = incumbent_;

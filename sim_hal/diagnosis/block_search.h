@@ -130,8 +130,8 @@ class block_search
     fit_result fit_beside(const fit_result &others, const ranked &known);
     /* Those of any round that are not believed, the latest first, of which slopes mean something. */
     std::vector<const ranked *> others_weighed(const std::vector<ranked> &ranking) const;
-    /* What an exchange has to reach. */
-    double bic_of_exchange() const;
+    /* Of a model that is better than the incumbent by this. */
+    double bic_better_by(double improvement) const;
     /* The best of those that were weighed in any round; none: `known` is the best itself. */
     std::optional<candidate> better_than(const effect &known, const std::vector<ranked> &ranking);
     /* The last one may stand in the place of two, of which neither by itself is better: a resonance in that of a lag
@@ -156,7 +156,8 @@ class block_search
     verdict verdict_of(block_diagnosis &result);
     /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out
      * than in the middle of the way, fast than slow, or from a moment on: the most of all causes. */
-    using forms = std::array<double, 4>;
+    enum class form : std::size_t { over_time, over_way, with_velocity, at_once, count };
+    using forms = std::array<double, static_cast<std::size_t>(form::count)>;
     forms improved_by_other_forms();
     struct remains {
         bool has_causes;
@@ -199,11 +200,11 @@ class block_search
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     /* A cause acts otherwise than it is modelled, see forms. */
-    bool changes_over_time(const remains &left) { return acts_otherwise(left, 0); }
-    bool changes_over_way(const remains &left) { return acts_otherwise(left, 1); }
-    bool changes_with_velocity(const remains &left) { return acts_otherwise(left, 2); }
-    bool changes_at_once(const remains &left) { return acts_otherwise(left, 3); }
-    bool acts_otherwise(const remains &left, std::size_t form);
+    bool changes_over_time(const remains &left) { return acts_otherwise(left, form::over_time); }
+    bool changes_over_way(const remains &left) { return acts_otherwise(left, form::over_way); }
+    bool changes_with_velocity(const remains &left) { return acts_otherwise(left, form::with_velocity); }
+    bool changes_at_once(const remains &left) { return acts_otherwise(left, form::at_once); }
+    bool acts_otherwise(const remains &left, form of);
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */

@@ -3,8 +3,10 @@ stands in for the other until all are there."""
 
 import gzip
 
+import numba
 import numpy as np
 import pytest
+import scipy.optimize
 import scipy.signal
 from test_diagnosis import diagnose, measured, values, write
 
@@ -68,6 +70,70 @@ def test_each_limit_of_a_real_servo_is_found_where_other_rollouts_prove_it(tmp_p
     assert found["residual"]["robot_position_m"]["held_out"]["after"] < authors_simulation
 
 
+@numba.njit
+def servo(command, parameters, form, deadband, start, parts=10):
+    """A position servo by itself, 50 rows a second: dead time, gain and offset, second order within limits of velocity
+    and acceleration. Dead band: 1 of commands, 2 the drive rests, 3 the drive sees what is beyond it."""
+    dead_time_s, w, damping, velocity_max, acceleration_max, gain, offset = parameters
+    step_s = 0.02 / parts
+    angle, velocity, held = start, 0.0, gain * command[0] + offset
+    angles = np.zeros(len(command))
+    for row in range(len(command)):
+        angles[row] = angle
+        for part in range(parts):
+            sent = int(np.floor(((row * parts + part) * step_s - dead_time_s) / 0.02 + 1e-9))
+            goal = gain * command[max(sent, 0)] + offset
+            if form != 1 or abs(goal - held) > deadband:
+                held = goal
+            error = held - angle
+            if form >= 2:
+                beyond = error - np.sign(error) * deadband
+                error = 0.0 if abs(error) < deadband else beyond if form == 3 else error
+            pull = w * w * error - 2.0 * damping * w * velocity
+            velocity += step_s * min(max(pull, -acceleration_max), acceleration_max)
+            velocity = min(max(velocity, -velocity_max), velocity_max)
+            angle += step_s * velocity
+    return angles
+
+
+@pytest.mark.parametrize("form", [1, 2, 3])
+def test_a_dead_band_is_buried_in_what_else_a_real_servo_does(form):
+    """Why none is named: a program of its own, with all else that these rollouts show, is off by several times what the
+    dead band would do that is read from where the servo comes to rest. Fitted, that predicts unseen rollouts no better;
+    put into the data on top, and then known, it explains no share worth a name."""
+    (record,) = measured("hobby_servo/paired_real_sim.csv.gz")
+    table = np.loadtxt(gzip.open(record, "rt"), delimiter=",", skiprows=1)
+    rollouts = [table[table[:, 0] == number] for number in np.unique(table[:, 0])]
+    scales, begin = np.array([0.02, 25.0, 1.2, 1.5, 50.0, 1.0, 0.01]), np.array([0.6, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0])
+    size = 0.009  # half turns: PROVENANCE.md of these data
+
+    def moved(places, one, form, size):
+        return servo(one[:, 2], places * scales, form, size, one[0, 3])
+
+    def errors(places, chosen, form, size):
+        return np.concatenate([moved(places, one, form, size) - one[:, 3] for one in chosen])
+
+    def unseen_rms(chosen, form, size, begin):
+        places = scipy.optimize.least_squares(errors, begin, args=(chosen[1::2], form, size), diff_step=2e-3).x
+        return places, np.sqrt(np.mean(errors(places, chosen[::2], form, size) ** 2))
+
+    places, without = unseen_rms(rollouts, 0, 0.0, begin)
+    _, with_it = unseen_rms(rollouts, form, size, places)
+    effects = [moved(places, one, form, size) - moved(places, one, 0, 0.0) for one in rollouts]
+    effect = np.sqrt(np.mean(np.concatenate(effects) ** 2))
+    added = [one.copy() for one in rollouts]
+    for one, by in zip(added, effects):
+        one[:, 3] += by
+    _, ignored = unseen_rms(added, 0, 0.0, places)
+    _, known = unseen_rms(added, form, size, places)
+    print(f"half turns rms: dead band {effect:.4f}; unseen rollouts {without:.4f} without it, {with_it:.4f} with it; "
+          f"with another one put in {ignored:.4f} where it is ignored, {known:.4f} where it is known")
+    assert without < 0.0330  # its authors' own simulation, of all rollouts
+    assert effect < 0.3 * without
+    assert with_it > 0.98 * without
+    assert known > 0.98 * ignored
+
+
 STEPS = """
 name = "steps"
 [robot]
@@ -95,3 +161,19 @@ def test_a_lag_behind_a_dead_time_under_steps(tmp_path, dead_time_ms, lag_ms):
     for name, true in (("dead_time_ms", dead_time_ms), ("lag_ms", lag_ms)):
         low, high = told[name]["ci95"]
         assert abs(told[name]["value"] - true) < high - low < 0.2 * true
+
+
+@pytest.mark.parametrize("late_ms, gain", [(3.5, 0.02), (4.5, 0.01), (2.5, 0.01)])
+def test_a_dead_time_beside_a_gain_is_no_resonance(tmp_path, late_ms, gain):
+    """Slow motion hardly tells them apart; the gain was found second, and a resonance stood in for the dead time."""
+    period_s, dead_time_s = 0.0025, 0.0175
+    t_s = period_s * np.arange(12000)
+    sines = ((4e-3, 0.3), (3e-3, 1.1), (2e-3, 2.3), (1e-3, 4.0))
+    command_m = sum(a * np.sin(2.0 * np.pi * f * t_s + f) for a, f in sines)
+    robot_m = (1.0 + gain) * np.interp(t_s - dead_time_s - 1e-3 * late_ms, t_s, command_m)
+    robot_m += 5e-6 * np.random.default_rng(8).standard_normal(len(t_s))
+    record = write(tmp_path / "late.csv", "t_s,command_position_m,robot_position_m", t_s, command_m, robot_m)
+    found = diagnose(tmp_path, record, "--rig", "ess")
+    assert found["verdict"] == "named" and sorted(values(found)) == ["robot.dead_time", "robot.gain"]
+    [late] = [one for cause in found["causes"] for one in cause["parameters"] if one["name"] == "dead_time_ms"]
+    assert late["value"] == pytest.approx(1e3 * dead_time_s + late_ms, abs=0.01)
