@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "acceptance.h"
@@ -14,7 +15,8 @@ namespace berth
 namespace
 {
 
-std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect &effect)
+/* `precision`: see effect. */
+std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect &effect, double precision)
 {
     std::vector<parameter_estimate> all;
     for (const effect_parameter &parameter : effect.parameters) {
@@ -24,7 +26,9 @@ std::vector<parameter_estimate> estimates(const fit_result &fitted, const effect
                 ci95 = fitted.ci95[i];
             }
         }
-        all.push_back({std::string(parameter.key), value_of(fitted.rig, parameter.key), ci95});
+        const double value = value_of(fitted.rig, parameter.key);
+        const bool is_fitted = ci95 > 0.0;
+        all.push_back({std::string(parameter.key), value, is_fitted ? std::hypot(ci95, precision * value) : 0.0});
     }
     return all;
 }
@@ -263,15 +267,19 @@ fit_result block_search::fit_without(const effect &dropped)
 
 void block_search::fix_estimates(block_diagnosis &result) const
 {
+    double precision = 0.0;
+    for (const effect *const known : found_) {
+        precision = std::max(precision, known->precision);
+    }
     for (cause &known : result.causes) {
         if (!known.parameters.empty()) {
             continue;
         }
-        known.parameters = estimates(incumbent_, *known.effect);
+        known.parameters = estimates(incumbent_, *known.effect, precision);
         /* With a refinement, what the others are beside it: their own causes keep what they were without it. */
         for (const effect *const other : found_) {
             if (!known.effect->refines.empty() && other->refines.empty()) {
-                const auto more = estimates(incumbent_, *other);
+                const auto more = estimates(incumbent_, *other, precision);
                 known.parameters.insert(known.parameters.end(), more.begin(), more.end());
             }
         }

@@ -126,6 +126,9 @@ struct effect {
      * ways. */
     bool is_of_time_alone = false;
 
+    /* Of its replay: a share of the values, which are known no better however small the noise. */
+    double precision = 0.0;
+
     /* How many of the starts are worth a fit. */
     int fits_max = 2;
 
