@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <Eigen/QR>
+#include <Eigen/Core>
 
+#include "../solver/decompositions.h"
 #include "block_search.h"
 #include "response.h"
 
@@ -77,8 +78,7 @@ block_search::forms block_search::improved_by_other_forms()
     forms improved{};
     const Eigen::VectorXd left = white_error(model_, noise_, incumbent_.rig);
     const known_slopes slopes = slopes_at(model_, noise_, incumbent_, left);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(slopes.white);
-    const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(slopes.white.rows(), qr.rank());
+    const Eigen::MatrixXd basis = column_space(slopes.white);
     const auto beside_parameters = [&](const Eigen::VectorXd &x) {
         return Eigen::VectorXd(x - basis * (basis.transpose() * x));
     };

@@ -13,6 +13,7 @@
 #include "mistaken_signals.h"
 #include "record_table.h"
 #include "robot_and_force.h"
+#include "sample_age.h"
 #include "side_records.h"
 
 namespace berth
@@ -159,6 +160,22 @@ void judge_software(block_diagnosis &result, const rig &rig)
     }
 }
 
+/* What the rig file's delay of the force comes to. */
+void tell_sample_age(diagnosis &result, const rig &with_rate)
+{
+    const double age_ms = result.given.sensor.delay_ms;
+    if (with_rate.has_wandering_samples()) {
+        result.notes.push_back("neglected: with sensor.rate_Hz the age of the force changes from tick to tick; the "
+                               "replay takes it to be always " +
+                               formatted("%.4g ms", age_ms));
+    } else if (age_ms != with_rate.sensor.delay_ms) {
+        result.notes.push_back(formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
+                               formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ",
+                                         with_rate.sensor.delay_ms) +
+                               "and waits; sensor.sample_phase_ms says when in the tick it is taken");
+    }
+}
+
 /* What the record would have shown, and what would show more. */
 void tell_detectable(diagnosis &result, const sample_events &events, const diagnosis_request &request,
                      bool has_validation)
@@ -220,6 +237,8 @@ diagnosis diagnose(const diagnosis_request &request)
     result.given = request.rig;
     result.data = read_all(request.records, result.given, result.inputs);
     const record &data = result.data;
+    const rig with_rate = result.given;
+    result.given = with_age_as_delay(with_rate);
     refuse_copies(data);
     refuse_mistaken_signals(result.data, result.given);
     std::optional<record> validation;
@@ -245,10 +264,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                "would be better evidence");
     }
     result.notes.insert(result.notes.end(), data.notes.begin(), data.notes.end());
-    if (result.given.has_wandering_samples()) {
-        result.notes.push_back("neglected: with sensor.rate_Hz the age of the force changes from tick to tick; the "
-                               "replay takes it to be always sensor.delay_ms");
-    }
+    tell_sample_age(result, with_rate);
 
     result.extended = result.given;
     events_of_records events;
@@ -321,6 +337,8 @@ diagnosis diagnose(const diagnosis_request &request)
     tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
                                                        : "looking for the next experiment");
     propose_next(result, events.fit, request, validation.has_value());
+    result.extended = with_delay_of_age(result.extended, with_rate);
+    result.given = with_rate;
     std::size_t at_fault = 0;
     for (const block_diagnosis &block : result.blocks) {
         if (block.verdict != verdict::nothing_detectable) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include "../../firmware/sensor_layout.h"
+
 namespace berth
 {
 
@@ -267,7 +269,9 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
     const double step = lattice_step(record.force_N);
     /* q^2/12 is the variance of rounding; it has to be a good part of all that is not explained. */
     const double rounding = step / std::sqrt(12.0);
-    if (step == 0.0 || given.sensor.resolution_N > 0.5 * step ||
+    const double wire_N = sensor_layouts[given.firmware.sensor_channel.layout].force_step_N;
+    const double known_N = std::max(given.sensor.resolution_N, wire_N);
+    if (step == 0.0 || known_N > 0.5 * step ||
         rounding * rounding < rounding_share * noise_rms * noise_rms) {
         return {};
     }

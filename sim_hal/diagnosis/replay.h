@@ -38,7 +38,7 @@ struct tick_steps {
     std::size_t count() const { return duration_s.size(); }
 };
 
-/* `steps_min`: a tick has at least so many. */
+/* `steps_min`: a tick has at least so many; `rig.sensor.delay_ms` is the age of the force, see sample_age.h. */
 tick_steps divide_tick(const rig &rig, double period_s, int steps_min);
 
 /* The robot's position over time. */

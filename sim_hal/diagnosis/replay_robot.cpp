@@ -68,8 +68,7 @@ tick_steps divide_tick(const rig &rig, double period_s, int steps_min)
         wander ? 0.0
                : std::fmod(1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)), period_s);
     const double knot_s = after_tick_s < least_s ? period_s : after_tick_s;
-    const double late =
-        (1e-3 * rig.sensor.delay_ms - std::fmod(1e-3 * rig.sensor.sample_phase_ms, period_s)) / period_s;
+    const double late = 1e-3 * rig.sensor.delay_ms / period_s;
     const double whole = std::ceil(late - 1e-9);
     const double sample_s = std::max(0.0, (whole - late) * period_s);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/QR>
 
 #include "../solver/decompositions.h"
 
@@ -58,12 +57,6 @@ known_slopes slopes_at(block_model &model, const noise_model &noise, const fit_r
 namespace
 {
 
-Eigen::MatrixXd orthonormal(const Eigen::MatrixXd &columns)
-{
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-    return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
-}
-
 /* Of what the basis leaves of an error, with `change` added to that. */
 tangent_space::prospect best_of(const Eigen::MatrixXd &basis, const Eigen::VectorXd &rest,
                                 const Eigen::VectorXd &change, double least, double most)
@@ -99,9 +92,9 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
         slopes_of_all_.col(i) *= size > 0.0 ? 1.0 / size : 0.0;
         free.col(i) = slopes_of_all_.col(i) * (inward_.back() != 0.0 ? 0.0 : 1.0);
     }
-    basis_ = orthonormal(free);
+    basis_ = column_space(free);
     if (any_at_bound) {
-        basis_of_all_ = orthonormal(slopes_of_all_);
+        basis_of_all_ = column_space(slopes_of_all_);
     }
 }
 

@@ -16,6 +16,15 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd &columns)
     return Eigen::HouseholderQR<Eigen::MatrixXd>(columns).householderQ();
 }
 
+Eigen::MatrixXd column_space(const Eigen::MatrixXd &columns)
+{
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+    if (qr.rank() == 0) { /* a reflection of no columns would step into memory that is not there */
+        return Eigen::MatrixXd::Zero(columns.rows(), 0);
+    }
+    return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+}
+
 Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b)
 {
     return a.colPivHouseholderQr().solve(b);

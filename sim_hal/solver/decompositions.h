@@ -14,6 +14,9 @@ Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd &matrix);
 /* Square and orthonormal: the first columns span those given (of full rank), the others are across them. */
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd &columns);
 
+/* Orthonormal; its columns span those given, as many as these have rank. */
+Eigen::MatrixXd column_space(const Eigen::MatrixXd &columns);
+
 /* x of a x = b by least squares, for each column of b; for more rows than columns. */
 Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b);
 

@@ -76,6 +76,15 @@ def test_of_the_rig_that_made_a_log_only_noise_is_left(log, tmp_path):
     assert found["residual"]["force_N"]["fit"]["before"] == pytest.approx(0.2, rel=0.05)
 
 
+@pytest.mark.parametrize("layout", ["one_frame", "three_frames_intel"])
+def test_in_a_run_without_noise_the_steps_of_the_wire_are_no_fault(tmp_path, layout):
+    keys = ["--set", f'sensor_channel.layout="{layout}"', "--set", "run.duration_s=20"]
+    assert command("run", "ess", *keys, "--out", tmp_path).returncode == EXIT_DONE
+    found = diagnose(tmp_path / "out", tmp_path / "ess.ulg", "--rig", "ess", *keys)
+    assert found["verdict"] == "nothing_detectable" and found["causes"] == []
+    assert 0.0 < found["residual"]["force_N"]["fit"]["before"] < 0.01
+
+
 @pytest.mark.parametrize("more", [
     {}, {"robot.lag_ms": 15}, {"robot.lag_ms": 15, "robot.velocity_limit_m_per_s": 0.1}, {"robot.velocity_limit_m_per_s": 0.1},
     {"robot.backlash_m": 2e-4},
