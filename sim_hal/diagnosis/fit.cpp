@@ -133,6 +133,7 @@ class problem
     Eigen::Index rows() const { return rows_; }
     Eigen::Index count() const { return static_cast<Eigen::Index>(parameters_.size()); }
     double slope_at(Eigen::Index i, double place) const { return scales_[at(i)].slope_at(place); }
+    double value_at(Eigen::Index i, double place) const { return scales_[at(i)].value_at(place); }
 
   private:
     static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
@@ -173,9 +174,33 @@ struct spread {
     Eigen::MatrixXd correlation;
 };
 
+/* Of a parameter that does nothing over the step of a slope, as a threshold may: how far it goes, up or down, until the
+ * sum of squares has risen by what ends an interval of 95 %, or to its bound; at most twice too wide. */
+double half_width_where_flat(problem &problem, const Eigen::VectorXd &places, Eigen::Index i)
+{
+    constexpr double rise = 3.84;
+    constexpr double first_step = 1e-4;
+    Eigen::VectorXd residual;
+    problem.residual(places, residual);
+    const double most = residual.squaredNorm() + rise;
+    double widest = 0.0;
+    for (const double bound : {0.0, 1.0}) {
+        Eigen::VectorXd moved = places;
+        for (double step = first_step; moved(i) != bound; step *= 2.0) {
+            moved(i) = bound == 0.0 ? std::max(0.0, places(i) - step) : std::min(1.0, places(i) + step);
+            problem.residual(moved, residual);
+            if (residual.squaredNorm() > most) {
+                break;
+            }
+        }
+        widest = std::max(widest, std::abs(problem.value_at(i, moved(i)) - problem.value_at(i, places(i))));
+    }
+    return widest;
+}
+
 /* Half widths: from the curvature at the end, the white error's own size counting where it is above 1, or from the
  * spread over the record, whichever is wider. */
-spread spread_of(const problem &problem, const least_squares_result &found, double cost_per_row, Eigen::Index block)
+spread spread_of(problem &problem, const least_squares_result &found, double cost_per_row, Eigen::Index block)
 {
     Eigen::MatrixXd jacobian = found.jacobian;
     for (Eigen::Index i = 0; i < jacobian.cols(); i++) {
@@ -192,6 +217,11 @@ spread spread_of(const problem &problem, const least_squares_result &found, doub
     spread made;
     made.ci95.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
+        if (jacobian.col(i).norm() == 0.0) {
+            made.ci95.push_back(half_width_where_flat(problem, found.x, i));
+            made.sd_of_noise.push_back(made.ci95.back() / 1.96);
+            continue;
+        }
         made.sd_of_noise.push_back(std::sqrt(covariance(i, i)) / scale(i));
         made.ci95.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
     }

@@ -18,6 +18,9 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd &columns)
 
 Eigen::MatrixXd column_space(const Eigen::MatrixXd &columns)
 {
+    if (columns.cols() == 0) {
+        return columns;
+    }
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
     if (qr.rank() == 0) { /* a reflection of no columns would step into memory that is not there */
         return Eigen::MatrixXd::Zero(columns.rows(), 0);

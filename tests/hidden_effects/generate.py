@@ -19,7 +19,7 @@ import detectability  # noqa: E402
 from effects import LIBRARY, SIZES  # noqa: E402
 from noise import LEVELS  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
-from scenario import KINDS, draw  # noqa: E402
+from scenario import KINDS, PAIRS, draw  # noqa: E402
 
 HEADER = "t_s,operator_force_N,command_position_m,robot_position_m,force_N"
 
@@ -76,7 +76,7 @@ def arguments(words=None):
     parser.add_argument("--effect", help="'none', a name, or two with a comma: " + ", ".join([*LIBRARY, *OUTSIDE]))
     parser.add_argument("--size", choices=SIZES)
     parser.add_argument("--noise", choices=LEVELS)
-    parser.add_argument("--kind", choices=KINDS)
+    parser.add_argument("--kind", choices=sorted({*KINDS, *PAIRS}))
     return parser.parse_args(words)
 
 

@@ -11,6 +11,8 @@ from physics import Unstable, simulate
 from rigs import Rig, draw_rig
 
 KINDS = {"fault_free": 0.2, "single": 0.5, "two": 0.15, "outside": 0.15}
+PAIRS = ("two", "two_of_one_block")
+FRICTIONS = {"manipulator.coulomb_friction", "manipulator.asymmetric_friction"}
 CONTACT_ONLY = {"object.impact_damping"}
 GRIPPED_ONLY = {name for name in [*LIBRARY, *OUTSIDE] if ".object" in "." + name.removeprefix("outside.")} - {
     "object.parameters", "object.impact_damping"}
@@ -63,21 +65,22 @@ def choose(seed, effect=None, size=None, kind=None, noise=None):
         assert set(names) <= {*LIBRARY, *OUTSIDE}, f"no such effect: {effect}"
         kind = {0: "fault_free", 1: "single", 2: "two"}[len(names)]
         kind = "outside" if any(name in OUTSIDE for name in names) else kind
-    elif kind == "two":
-        names = draw_pair(rng)
+    elif kind in PAIRS:
+        names = draw_pair(rng, of_one_block=kind == "two_of_one_block")
     else:
         names = {"fault_free": [], "single": [str(rng.choice(list(LIBRARY)))],
                  "outside": [str(rng.choice(list(OUTSIDE)))]}[kind]
-    drawn_size = str(rng.choice(list(SIZES)[:2] if kind == "two" else list(SIZES)))
+    drawn_size = str(rng.choice(list(SIZES)[:2] if kind in PAIRS else list(SIZES)))
     drawn_noise = str(rng.choice(list(LEVELS)))
     return kind, names, size or drawn_size, noise or drawn_noise
 
 
-def draw_pair(rng):
-    """Two effects of the library in different blocks, neither of which needs another kind of object."""
+def draw_pair(rng, of_one_block):
+    """Two effects of the library, neither of which needs another kind of object or contains the other one."""
     while True:
         names = [str(name) for name in rng.choice(sorted(set(LIBRARY) - CONTACT_ONLY), 2, replace=False)]
-        if names[0].split(".")[0] != names[1].split(".")[0]:
+        is_of_one_block = names[0].split(".")[0] == names[1].split(".")[0]
+        if is_of_one_block == of_one_block and set(names) != FRICTIONS:
             return names
 
 

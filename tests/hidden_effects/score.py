@@ -1,6 +1,7 @@
 """Hides effects, lets `berth diagnose` look for them, and scores what it says.
 
-    python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short] [--program build/berth] [--out DIR]
+    python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short] [--kind KIND] [--program build/berth]
+        [--out DIR]
 
 Writes score.json and score.md into DIR; exits with 1 if a bound is missed. What was cut short goes on where it ended,
 from DIR/records.jsonl, if program and records are the same. --short: 24 records,
@@ -33,20 +34,23 @@ from scenario import draw  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TIMEOUT_s = 600
-PATTERN = ["single", "fault_free", "single", "two", "single", "single", "outside", "single", "fault_free", "single"]
+PATTERN = ["single", "fault_free", "single", "two", "single", "single", "outside", "single", "fault_free", "single",
+           "single", "fault_free", "single", "two_of_one_block", "single", "single", "outside", "single", "fault_free",
+           "single"]
+A_TURN = 10  # records, of which one holds an effect that the library lacks
 
 
-def plan(first_seed, count):
+def plan(first_seed, count, pattern=PATTERN):
     """[(seed, kind, effect or None, size or None)]: every effect and size in turn, starting anywhere."""
     jobs, library, strange = [], list(LIBRARY), list(OUTSIDE)
     turn = first_seed % len(library)
     for i in range(count):
-        kind, effect, size = PATTERN[i % len(PATTERN)], None, None
+        kind, effect, size = pattern[i % len(pattern)], None, None
         if kind == "single":
             effect, size = library[turn % len(library)], list(SIZES)[(turn // len(library) + turn) % len(SIZES)]
             turn += 7  # so that a short run meets every block
         elif kind == "outside":
-            effect = strange[(first_seed + i // len(PATTERN)) % len(strange)]
+            effect = strange[(first_seed + i // A_TURN) % len(strange)]
         elif kind == "fault_free":
             effect = "none"
         jobs.append((first_seed + i, kind, effect, size))
@@ -166,6 +170,7 @@ def arguments():
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1, help="of the first record")
     parser.add_argument("--short", action="store_true", help="24 records, seeds from the date")
+    parser.add_argument("--kind", choices=sorted(set(PATTERN)), help="records of this kind alone")
     parser.add_argument("--program", default=str(ROOT / "build" / "berth"))
     parser.add_argument("--out", default=str(ROOT / "build" / "hidden_effects" / "score"))
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
@@ -179,8 +184,9 @@ def main():
     work = pathlib.Path(given.out)
     work.mkdir(parents=True, exist_ok=True)
     print(f"{given.count} records from seed {given.seed} on; again: "
-          f"python tests/hidden_effects/score.py --count {given.count} --seed {given.seed}", flush=True)
-    jobs = plan(given.seed, given.count)
+          f"python tests/hidden_effects/score.py --count {given.count} --seed {given.seed}"
+          + (f" --kind {given.kind}" if given.kind else ""), flush=True)
+    jobs = plan(given.seed, given.count, [given.kind] if given.kind else PATTERN)
     journal = Journal(work / "records.jsonl", given.program, jobs)
     known = {r["seed"] for r in journal.records}
     with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:

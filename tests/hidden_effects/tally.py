@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from effects import LIBRARY, SIZES
 from noise import LEVELS
+from scenario import PAIRS
 from scipy.stats import binomtest
 
 
@@ -43,7 +44,7 @@ HARMFUL = {"confident wrong name", "fault-free: nothing named"}
 def bounds(records):
     """The bounds of the specification over the records that score.py has judged."""
     shown = [r for r in records if r["visible"] and r["kind"] != "outside"]
-    pairs = [r for r in shown if r["kind"] == "two" and len(r["visible"]) == 2]
+    pairs = [r for r in shown if r["kind"] in PAIRS and len(r["visible"]) == 2]
     singles = [r for r in shown if r not in pairs]
     free = [r for r in records if r["kind"] == "fault_free"]
     left_out = [r for r in records if r.get("left_out_ok") is not None]
