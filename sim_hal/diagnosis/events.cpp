@@ -184,9 +184,9 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
 
 /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike.
  */
-bool is_calm(const record &record, std::size_t n, double off_N)
+bool is_calm(const std::vector<double> &force_N, std::size_t n, double off_N)
 {
-    return std::abs(record.force_N[n + 1] - record.force_N[n - 1]) < std::abs(off_N);
+    return std::abs(force_N[n + 1] - force_N[n - 1]) < std::abs(off_N);
 }
 
 /* On how many sides of row n the neighbour sees half of what is off: of the sample itself, where its neighbours see
@@ -201,6 +201,29 @@ int spike_sides(const std::vector<double> &off, std::size_t n)
 bool stands_still(const std::vector<double> &force_N, std::size_t n)
 {
     return force_N[n - 1] == force_N[n] && force_N[n + 1] == force_N[n];
+}
+
+/* The rows of a record without those that only repeat a sample: where one was dropped after a spike, the spike's
+ * neighbour is farther away. */
+struct own_samples {
+    std::vector<std::size_t> row;
+    std::vector<double> error;
+    std::vector<double> force_N;
+    std::vector<std::uint8_t> is_known;
+};
+
+own_samples samples_of(const block_model &model, const std::vector<double> &error, const sample_events &events)
+{
+    own_samples made;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (events.force_repeats.empty() || events.force_repeats[n] == 0) {
+            made.row.push_back(n);
+            made.error.push_back(error[n]);
+            made.force_N.push_back(model.data().force_N[n]);
+            made.is_known.push_back(model.uses()[n] != row_use::none);
+        }
+    }
+    return made;
 }
 
 /* Chance strikes all over the record; what comes in a few bursts has a cause there. */
@@ -278,28 +301,29 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
     return {{find_effect("sensor.quantisation"), {step}, {1e-3 * step}, record.size()}};
 }
 
-std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
+std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &model_error,
                                        sample_events &events, spikes_wanted wanted)
 {
+    const own_samples of = samples_of(model, model_error, events);
+    const std::vector<double> &error = of.error;
     std::vector<double> sizes;
     std::vector<double> off(error.size(), 0.0);
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
-        if (model.uses()[n - 1] == row_use::none || model.uses()[n] == row_use::none ||
-            model.uses()[n + 1] == row_use::none) {
+        if (!of.is_known[n - 1] || !of.is_known[n] || !of.is_known[n + 1]) {
             continue;
         }
         off[n] = error[n] - 0.5 * (error[n - 1] + error[n + 1]);
-        if (!stands_still(model.data().force_N, n)) {
+        if (!stands_still(of.force_N, n)) {
             sizes.push_back(std::abs(off[n]));
         }
     }
     const double sigma = 1.4826 * median_of(sizes);
     const double far_N = std::max(spike_far_sd * sigma, 2.0 * lattice_step(model.data().force_N));
-    std::vector<std::uint8_t> rows(error.size(), 0);
+    std::vector<std::uint8_t> rows(model_error.size(), 0);
     std::vector<double> amplitudes;
     for (std::size_t n = 2; n + 2 < error.size(); n++) {
-        if (std::abs(off[n]) > far_N && is_calm(model.data(), n, off[n]) && spike_sides(off, n) == 2) {
-            rows[n] = 1;
+        if (std::abs(off[n]) > far_N && is_calm(of.force_N, n, off[n]) && spike_sides(off, n) == 2) {
+            rows[of.row[n]] = 1;
             amplitudes.push_back(std::abs(off[n]));
         }
     }
@@ -311,9 +335,9 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
         for (std::size_t n = 2; n + 2 < error.size(); n++) {
             const double size_N = std::abs(off[n]);
             const bool is_level = std::abs(error[n + 1] - error[n - 1]) < 0.25 * size_N;
-            if (rows[n] == 0 && size_N > std::max(far_N, least_N) && size_N < largest_N && is_level &&
-                is_calm(model.data(), n, off[n]) && spike_sides(off, n) == 1) {
-                rows[n] = 1;
+            if (rows[of.row[n]] == 0 && size_N > std::max(far_N, least_N) && size_N < largest_N && is_level &&
+                is_calm(of.force_N, n, off[n]) && spike_sides(off, n) == 1) {
+                rows[of.row[n]] = 1;
                 amplitudes.push_back(size_N);
             }
         }
