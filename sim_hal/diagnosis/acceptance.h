@@ -13,6 +13,7 @@ constexpr double bic_look_alike =
 constexpr double bic_suspect = 40.0;
 constexpr double bic_beyond_doubt = 150.0;
 constexpr double share_worthwhile = 0.3; /* of the explainable error */
+constexpr double share_of_rest = 0.9;    /* nearly all that is left */
 constexpr double held_out_least = 0.05;  /* the same on unseen data */
 constexpr double left_full = 0.003;      /* of the explainable error may be left of a full explanation */
 

@@ -29,7 +29,6 @@ constexpr double share_of_all = 0.02;
 constexpr double share_of_all_clear = 0.002;
 constexpr double share_clear = 0.5;
 constexpr double share_of_all_refining = 0.003;
-constexpr double share_of_rest = 0.9; /* nearly all that is left */
 
 /* Whether `best` is what `other` contains, and all that this record shows of it: what the further parameters improve
  * is no more than chance improves 19 times in 20. */

@@ -19,6 +19,19 @@ bool is_rounding_alone(const event_finding &steps, double rms)
     return steps.values[0] / std::sqrt(12.0) > nearly * rms;
 }
 
+/* Setpoints that are lost show only once the robot is right but for them: after a cause that its tolerances do not
+ * hold, such as another dead time, they are looked for again. */
+bool find_losses_behind(block block, const diagnosis_input &input, const block_diagnosis &result,
+                        events_of_records &events, std::vector<event_finding> &found_events)
+{
+    if (block != block::robot || result.causes.empty() || result.verdict != verdict::partly_explained) {
+        return false;
+    }
+    const std::size_t before = found_events.size();
+    find_single_samples(block, input, result.extended, events, found_events);
+    return found_events.size() > before;
+}
+
 } // namespace
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
@@ -31,9 +44,11 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     diagnosis_input known = input;
     known.has_events = !found_events.empty();
     block_search(block, known, given, events).run(result);
-    if (verify_spikes(block, input, result, events, found_events)) {
+    if (verify_spikes(block, input, result, events, found_events) ||
+        find_losses_behind(block, input, result, events, found_events)) {
         result = {};
         result.block = block;
+        known.has_events = true;
         block_search(block, known, given, events).run(result);
     }
     const bool all_follows = std::any_of(result.causes.begin(), result.causes.end(),

@@ -1,6 +1,7 @@
 /* Two causes of one block that only together explain it. */
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "acceptance.h"
@@ -159,6 +160,72 @@ bool block_search::add_pair(block_diagnosis &result)
     start_over_from_other_scales();
     renew_floor();
     drop_stand_ins(result);
+    find_what_is_left();
+    return true;
+}
+
+bool block_search::bring_in_two(block_diagnosis &result)
+{
+    constexpr double above_floor = 1.2; /* of the white sum of squares that the noise has */
+    constexpr int firsts_max = 3;
+    incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+    incumbent_.rows = rows_under(noise_);
+    if (is_rest_ || static_cast<int>(found_.size()) + 2 > input_.effects_max ||
+        incumbent_.cost < above_floor * static_cast<double>(incumbent_.rows)) {
+        return false;
+    }
+    const int round = static_cast<int>(found_.size()) + 1;
+    std::vector<ranked> firsts;
+    std::copy_if(result.ranking.begin(), result.ranking.end(), std::back_inserter(firsts), [&](const ranked &one) {
+        return one.round == round && one.delta_bic > bic_beyond_doubt && one.effect->refines.empty() &&
+               one.effect->switch_on == nullptr;
+    });
+    firsts.resize(std::min<std::size_t>(firsts.size(), firsts_max));
+    const fit_result before = incumbent_;
+    const noise_model noise_before = noise_;
+    const std::vector<const effect *> found_before = found_;
+    const leftover leftover_before = leftover_;
+    const bool was_suspect = is_suspect_;
+    const bool had_floor = has_floor_;
+    for (const ranked &first : firsts) {
+        block_diagnosis tried = result;
+        if (starts_with(first, tried)) {
+            result = std::move(tried);
+            return true;
+        }
+        incumbent_ = before;
+        noise_ = noise_before;
+        found_ = found_before;
+        leftover_ = leftover_before;
+        is_suspect_ = was_suspect;
+        has_floor_ = had_floor;
+    }
+    return false;
+}
+
+bool block_search::starts_with(const ranked &first, block_diagnosis &result)
+{
+    const double before = cost_of(model_, noise_, incumbent_.rig);
+    const noise_model noise_before = noise_;
+    const double explainable = before - static_cast<double>(rows_under(noise_));
+    incumbent_ = first.fitted;
+    found_.push_back(first.effect);
+    result.causes.push_back({first.effect, {}, first.delta_bic});
+    result.alternatives.clear(); /* the second one's are told */
+    const std::size_t count = found_.size();
+    if (!find_next(result) || found_.size() != count + 1 || found_[count - 1] != first.effect) {
+        return false;
+    }
+    const double explained = before - cost_of(model_, noise_before, incumbent_.rig);
+    if (explained < share_of_rest * explainable) {
+        return false;
+    }
+    candidate both{first.effect, incumbent_,
+                   bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()), incumbent_.cost};
+    if (!prove_exchange(result.causes[count - 1], both)) {
+        return false;
+    }
+    is_suspect_ = false;
     find_what_is_left();
     return true;
 }

@@ -38,7 +38,7 @@ void block_search::run(block_diagnosis &result)
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding;
     for (int round = 0; round < input_.effects_max && !is_rounding && !is_within_command_steps(); round++) {
-        if (!find_next(result) && !add_pair(result)) {
+        if (!find_next(result) && !add_pair(result) && !bring_in_two(result)) {
             break;
         }
     }

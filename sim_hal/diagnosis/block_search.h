@@ -144,6 +144,10 @@ class block_search
      * differs between the directions is a constant force and a damping that differs. Of a manipulator, from its
      * equation of motion. */
     bool add_pair(block_diagnosis &result);
+    /* The same of any block, where a first effect explains much but predicts nothing by itself, and a second one
+     * beside it explains nearly all that is left: a limit behind a lag. */
+    bool bring_in_two(block_diagnosis &result);
+    bool starts_with(const ranked &first, block_diagnosis &result);
     /* Of two that were fitted together, each beside the other. */
     bool prove_each(std::array<cause, 2> &causes, candidate both, const std::array<const effect *, 2> &two);
     candidate best_regressed_pair(std::array<const effect *, 2> &two);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
 
 #include "acceptance.h"
@@ -20,6 +21,13 @@ constexpr std::string_view lost_commands = "robot.lost_commands";
 bool leaves_something(const block_diagnosis &block)
 {
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
+}
+
+bool names_any_of(const block_diagnosis &block, std::initializer_list<std::string_view> names)
+{
+    return std::any_of(block.causes.begin(), block.causes.end(), [&](const cause &known) {
+        return std::find(names.begin(), names.end(), known.effect->name) != names.end();
+    });
 }
 
 /* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
@@ -252,6 +260,12 @@ void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
         (force.verdict == verdict::named || force.verdict == verdict::one_of)) {
         force.verdict = verdict::partly_explained;
         force.doubts.push_back(why);
+    }
+    if (names_any_of(robot, {"robot.dead_time", "robot.lag", "robot.resonance"}) &&
+        names_any_of(force, {"sensor.delay", "sensor.lag"}) && force.verdict == verdict::named) {
+        force.verdict = verdict::partly_explained;
+        force.doubts.push_back("robot and sensor are both late otherwise than told: what stands in for the robot's own "
+                               "lateness in its reports would leave as much in the force");
     }
     /* A floor that was found in an error which follows the robot is none. */
     if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&
