@@ -220,8 +220,8 @@ bool block_search::starts_with(const ranked &first, block_diagnosis &result)
     if (explained < share_of_rest * explainable) {
         return false;
     }
-    candidate both{first.effect, incumbent_,
-                   bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()), incumbent_.cost};
+    candidate both{first.effect, incumbent_, bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()),
+                   incumbent_.cost};
     if (!prove_exchange(result.causes[count - 1], both)) {
         return false;
     }

@@ -169,10 +169,10 @@ void tell_sample_age(diagnosis &result, const rig &with_rate)
                                "replay takes it to be always " +
                                formatted("%.4g ms", age_ms));
     } else if (age_ms != with_rate.sensor.delay_ms) {
-        result.notes.push_back(formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
-                               formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ",
-                                         with_rate.sensor.delay_ms) +
-                               "and waits; sensor.sample_phase_ms says when in the tick it is taken");
+        result.notes.push_back(
+            formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
+            formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ", with_rate.sensor.delay_ms) +
+            "and waits; sensor.sample_phase_ms says when in the tick it is taken");
     }
 }
 

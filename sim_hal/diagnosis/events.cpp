@@ -294,8 +294,7 @@ std::vector<event_finding> find_quantisation(const record &record, const rig &gi
     const double rounding = step / std::sqrt(12.0);
     const double wire_N = sensor_layouts[given.firmware.sensor_channel.layout].force_step_N;
     const double known_N = std::max(given.sensor.resolution_N, wire_N);
-    if (step == 0.0 || known_N > 0.5 * step ||
-        rounding * rounding < rounding_share * noise_rms * noise_rms) {
+    if (step == 0.0 || known_N > 0.5 * step || rounding * rounding < rounding_share * noise_rms * noise_rms) {
         return {};
     }
     return {{find_effect("sensor.quantisation"), {step}, {1e-3 * step}, record.size()}};

@@ -174,8 +174,8 @@ struct spread {
     Eigen::MatrixXd correlation;
 };
 
-/* Of a parameter that does nothing over the step of a slope, as a threshold may: how far it goes, up or down, until the
- * sum of squares has risen by what ends an interval of 95 %, or to its bound; at most twice too wide. */
+/* Of a parameter that does nothing over the step of a slope, as a threshold may: how far it goes, up or down, until
+ * the sum of squares has risen by what ends an interval of 95 %, or to its bound; at most twice too wide. */
 double half_width_where_flat(problem &problem, const Eigen::VectorXd &places, Eigen::Index i)
 {
     constexpr double rise = 3.84;

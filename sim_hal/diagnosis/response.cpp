@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <Eigen/Cholesky>
+#include <iterator>
+#include <utility>
 
 #include "../solver/decompositions.h"
 
@@ -79,6 +82,7 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
     if (at.parameters.empty()) {
         return;
     }
+    keys_ = slopes.keys;
     slopes_of_all_ = slopes.white;
     Eigen::MatrixXd free = slopes.white;
     bool any_at_bound = false;
@@ -95,21 +99,31 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
     basis_ = column_space(free);
     if (any_at_bound) {
         basis_of_all_ = column_space(slopes_of_all_);
+        products_of_all_ = slopes_of_all_.transpose() * slopes_of_all_;
     }
 }
 
 tangent_space::target tangent_space::target_of(const Eigen::VectorXd &white) const
 {
-    target made{white, less(white), {}, 0.0};
+    target made{white, less(white), {}, 0.0, {}};
     if (basis_of_all_.size() > 0) {
+        made.along_all = slopes_of_all_.transpose() * white;
         made.rest_of_all = white - basis_of_all_ * (basis_of_all_.transpose() * white);
         made.decrease_by_all = white.squaredNorm() - made.rest_of_all.squaredNorm();
     }
     return made;
 }
 
+bool tangent_space::is_of(const effect *changed, Eigen::Index column) const
+{
+    const auto is_it = [&](const effect_parameter &parameter) {
+        return parameter.key == keys_[static_cast<std::size_t>(column)]->path;
+    };
+    return changed != nullptr && std::any_of(changed->parameters.begin(), changed->parameters.end(), is_it);
+}
+
 tangent_space::prospect tangent_space::best_share(const target &error, const Eigen::VectorXd &change, double least,
-                                                  double most) const
+                                                  double most, const effect *changed) const
 {
     const prospect best = best_of(basis_, error.rest, change, least, most);
     if (basis_of_all_.size() == 0) {
@@ -118,12 +132,56 @@ tangent_space::prospect tangent_space::best_share(const target &error, const Eig
     prospect more = best_of(basis_of_all_, error.rest_of_all, change, least, most);
     more.decrease += error.decrease_by_all;
     const Eigen::VectorXd moved = least_squares_solution(slopes_of_all_, -(error.white + more.share * change));
+    bool are_all_inward = true;
+    std::vector<Eigen::Index> released;
     for (Eigen::Index i = 0; i < moved.size(); i++) {
-        if (inward_[static_cast<std::size_t>(i)] * moved(i) < 0.0) {
-            return best; /* out of its bounds */
+        const double inward = inward_[static_cast<std::size_t>(i)];
+        const bool is_own = inward != 0.0 && is_of(changed, i);
+        are_all_inward = are_all_inward && !is_own && inward * moved(i) >= 0.0;
+        if (!is_own) {
+            released.push_back(i);
         }
     }
+    if (!are_all_inward) {
+        more = best_inward(error, change, least, most, std::move(released));
+    }
     return more.decrease > best.decrease ? more : best;
+}
+
+tangent_space::prospect tangent_space::best_inward(const target &error, const Eigen::VectorXd &change, double least,
+                                                   double most, std::vector<Eigen::Index> released) const
+{
+    constexpr double rounding = 1e-12; /* of slopes of size 1 that hang together */
+    const Eigen::VectorXd along = slopes_of_all_.transpose() * change;
+    const double error_square = error.white.squaredNorm();
+    const double change_square = change.squaredNorm();
+    const double both = error.white.dot(change);
+    for (;;) {
+        Eigen::MatrixXd products = products_of_all_(released, released);
+        products.diagonal().array() += rounding;
+        const Eigen::LLT<Eigen::MatrixXd> solver(products);
+        const Eigen::VectorXd for_error = solver.solve(error.along_all(released));
+        const Eigen::VectorXd for_change = solver.solve(along(released));
+        const double square = change_square - along(released).dot(for_change);
+        if (!(square > 0.0) || !std::isfinite(square)) {
+            return {0.0, least};
+        }
+        const double rest = error_square - error.along_all(released).dot(for_error);
+        const double rest_along = both - error.along_all(released).dot(for_change);
+        const double share = std::min(most, std::max(least, -rest_along / square));
+        const auto goes_out = [&](Eigen::Index column) {
+            const auto place = std::find(released.begin(), released.end(), column) - released.begin();
+            const double moved = -(for_error(place) + share * for_change(place));
+            return inward_[static_cast<std::size_t>(column)] * moved < 0.0;
+        };
+        std::vector<Eigen::Index> kept;
+        std::copy_if(released.begin(), released.end(), std::back_inserter(kept),
+                     [&](Eigen::Index column) { return !goes_out(column); });
+        if (kept.size() == released.size()) {
+            return {error_square - (rest + share * (2.0 * rest_along + share * square)), share};
+        }
+        released = std::move(kept);
+    }
 }
 
 double tangent_space::least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const

@@ -45,18 +45,28 @@ class tangent_space
         Eigen::VectorXd rest;
         Eigen::VectorXd rest_of_all; /* with those at a bound */
         double decrease_by_all;      /* what these could do without any change */
+        Eigen::VectorXd along_all;   /* its scalar products with all slopes */
     };
     target target_of(const Eigen::VectorXd &white) const;
-    prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most) const;
+    /* `changed`: the effect whose change it is; where its parameters are some of these, they make up for nothing. */
+    prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most,
+                        const effect *changed = nullptr) const;
 
     /* The least sum of squares that a share leaves, were no parameter at a bound. */
     double least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const;
 
   private:
-    Eigen::MatrixXd basis_;         /* orthonormal; of those not at a bound */
-    Eigen::MatrixXd basis_of_all_;  /* the same with those at a bound; empty: there are none */
-    Eigen::MatrixXd slopes_of_all_; /* columns of size 1 */
-    std::vector<double> inward_;    /* one a column: the sign in which it may go, 0: either */
+    /* With those of the parameters at a bound that would go inward, as far as they do. */
+    prospect best_inward(const target &error, const Eigen::VectorXd &change, double least, double most,
+                         std::vector<Eigen::Index> released) const;
+    bool is_of(const effect *changed, Eigen::Index column) const;
+
+    std::vector<const rig_key *> keys_;
+    Eigen::MatrixXd products_of_all_; /* scalar products of the slopes with each other */
+    Eigen::MatrixXd basis_;           /* orthonormal; of those not at a bound */
+    Eigen::MatrixXd basis_of_all_;    /* the same with those at a bound; empty: there are none */
+    Eigen::MatrixXd slopes_of_all_;   /* columns of size 1 */
+    std::vector<double> inward_;      /* one a column: the sign in which it may go, 0: either */
 };
 
 } // namespace berth

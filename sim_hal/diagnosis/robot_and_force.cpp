@@ -264,8 +264,9 @@ void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
     if (names_any_of(robot, {"robot.dead_time", "robot.lag", "robot.resonance"}) &&
         names_any_of(force, {"sensor.delay", "sensor.lag"}) && force.verdict == verdict::named) {
         force.verdict = verdict::partly_explained;
-        force.doubts.push_back("robot and sensor are both late otherwise than told: what stands in for the robot's own "
-                               "lateness in its reports would leave as much in the force");
+        force.doubts.push_back(
+            "robot and sensor are both late otherwise than told: what stands in for the robot's own "
+            "lateness in its reports would leave as much in the force");
     }
     /* A floor that was found in an error which follows the robot is none. */
     if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&

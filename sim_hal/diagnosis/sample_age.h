@@ -11,8 +11,8 @@ namespace berth
 /* The rig with the age, ms, in the place of the delay; in the mean, where it changes from tick to tick. */
 rig with_age_as_delay(const rig &given);
 
-/* Back to what run and eigen read: `given` where the age is still the one it has, else samples that are taken so late
- * in the tick that they arrive when they are needed. */
+/* Back to what run and eigen read: `given` where the age is still the one it has, else samples that are taken so
+ * late in the tick that they arrive when they are needed. */
 rig with_delay_of_age(const rig &found, const rig &given);
 
 } // namespace berth

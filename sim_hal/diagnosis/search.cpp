@@ -305,7 +305,7 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
         const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
         for (const rig &rig : regressed) {
             const Eigen::VectorXd change = white_error(model, noise, rig) - here;
-            starts.push_back({effect, rig, base.best_share(target, change, 0.9, 1.1).decrease, false, true});
+            starts.push_back({effect, rig, base.best_share(target, change, 0.9, 1.1, effect).decrease, false, true});
         }
         if (!regressed.empty()) {
             continue;
@@ -323,7 +323,7 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
                 continue;
             }
             const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
-            const auto [decrease, best] = base.best_share(target, change, least, most);
+            const auto [decrease, best] = base.best_share(target, change, least, most, effect);
             start.promise = decrease;
             if (is_scaled) {
                 set_number(start.rig, effect->parameters[0].key, best * values[0]);

@@ -8,7 +8,8 @@
 
 using namespace berth;
 
-TEST_CASE("fit: a threshold that the error is flat about is known from the last setpoint that was ignored to the first that was not")
+TEST_CASE("fit: a threshold that the error is flat about is known from the last setpoint that was ignored to the "
+          "first that was not")
 {
     const rig given = load_rig("ess", {"robot.deadband_m=2.5e-4"});
     record data;
