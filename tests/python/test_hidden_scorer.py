@@ -15,7 +15,7 @@ import judge  # noqa: E402
 import score  # noqa: E402
 import tally  # noqa: E402
 from generate import write  # noqa: E402
-from scenario import draw  # noqa: E402
+from scenario import ONE_AS_A_PAIR, choose, draw  # noqa: E402
 
 CHANNELS = {"command_position_m": 1e-11, "robot_position_m": 5e-6, "force_N": 0.1}
 
@@ -214,10 +214,10 @@ def test_few_records_fail_a_bound_only_if_that_is_improbable():
     assert [one["met"] for one in json.loads(json.dumps(few))] == [True, True, False]
 
 
-@pytest.mark.parametrize("place", [0, 1, 3, 6])
+@pytest.mark.parametrize("place", [0, 1, 3, 6, 13])
 def test_a_record_is_made_again_by_the_line_that_tells_how(place, tmp_path):
-    """One of each kind: single, fault-free, two, outside."""
-    seed, kind, effect, size = score.plan(7001, 10)[place]
+    """One of each kind: single, fault-free, two, outside, two of one block."""
+    seed, kind, effect, size = score.plan(7001, 20)[place]
     write(draw(seed, effect, size, kind), tmp_path / "first", tmp_path / "truth")
     program, script, *words = shlex.split(score.reproduction(seed, effect, size, kind))
     words[words.index("--out") + 1] = tmp_path / "again"
@@ -225,6 +225,15 @@ def test_a_record_is_made_again_by_the_line_that_tells_how(place, tmp_path):
     assert program == "python"
     subprocess.run([sys.executable, ROOT / script, *map(str, words)], check=True, stdout=subprocess.DEVNULL)
     assert (tmp_path / "again/record.csv").read_bytes() == (tmp_path / "first/record.csv").read_bytes()
+
+
+@pytest.mark.parametrize("seed", range(8200, 8230))
+def test_half_of_the_pairs_are_of_one_block(seed):
+    assert [kind for _, kind, _, _ in score.plan(seed, 300)].count("two_of_one_block") == 15
+    for kind, is_of_one_block in (("two", False), ("two_of_one_block", True)):
+        _, names, size, _ = choose(seed, kind=kind)
+        assert len({name.split(".")[0] for name in names}) == (1 if is_of_one_block else 2)
+        assert len(set(names)) == 2 and set(names) not in ONE_AS_A_PAIR and size in ("large", "medium")
 
 
 def test_a_score_that_was_cut_short_goes_on_where_it_ended(tmp_path):
