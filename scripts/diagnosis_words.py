@@ -15,6 +15,7 @@ VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named
             "software_mismatch": ("Software mismatch", BAD)}
 FLOOR_TOO_HIGH = 1.5
 WORTH_A_WORD = 0.001  # of the explainable error
+UNDECIDED_BIC = 10.0  # nearer than this two causes cannot be told apart
 WITH_REST = ("unknown", "partly_explained")
 PREFIXES = {"m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)),
             "N": (("kN", 1e3), ("N", 1.0), ("mN", 1e-3), ("µN", 1e-6))}
@@ -172,9 +173,10 @@ def headline(diagnosis):
 
 
 def rival_text(other):
-    """A rival that fits better was refused for what it predicts of unseen data."""
+    """A rival that fits clearly better was refused: unseen data do not prove it."""
     delta_bic = other["delta_bic"]
-    return f"worse by {delta_bic:.1f}" if delta_bic >= 0.0 else f"better by {-delta_bic:.1f}, but not on unseen data"
+    proof = ", but not proven on unseen data" if delta_bic < -UNDECIDED_BIC else ""
+    return f"worse by {delta_bic:.1f}" if delta_bic >= 0.0 else f"better by {-delta_bic:.1f}{proof}"
 
 
 def details(diagnosis):

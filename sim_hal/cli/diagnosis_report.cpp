@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "../../hal/rig/keys.h"
+#include "../diagnosis/acceptance.h"
 
 namespace berth
 {
@@ -128,7 +129,10 @@ void print_block(const block_diagnosis &block, const record &data)
     }
     for (const alternative &other : block.alternatives) {
         std::printf("  or             %s, BIC %.1f %s\n", std::string(other.effect->name).c_str(),
-                    std::abs(other.delta_bic), other.delta_bic < 0.0 ? "better, but not on unseen data" : "worse");
+                    std::abs(other.delta_bic),
+                    other.delta_bic > 0.0              ? "worse"
+                    : other.delta_bic > -bic_undecided ? "better"
+                                                       : "better, but not proven on unseen data");
     }
     if (has_rest(block)) {
         print_rest(block, data);

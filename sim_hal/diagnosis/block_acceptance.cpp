@@ -224,7 +224,10 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
 {
     /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
     const bool is_clear = share > share_clear && better > bic_beyond_doubt;
-    const bool is_no_finer_way = best.effect->is_of_time_alone && !is_harmonic_of_motion(best);
+    constexpr double at_floor = 1.05; /* of the white sum of squares that the noise has */
+    const bool is_all_the_rest =
+        share > share_of_rest && is_clear && best.fitted.cost < at_floor * static_cast<double>(best.fitted.rows);
+    const bool is_no_finer_way = is_all_the_rest || (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
     const double of_all_least = best.effect->refines.empty() ? (!is_clear         ? share_of_all
                                                                 : is_no_finer_way ? share_of_precision
                                                                                   : share_of_all_clear)

@@ -240,7 +240,7 @@ void block_search::drop_stand_ins(block_diagnosis &result)
     }
 }
 
-fit_result block_search::fit_without(const effect &dropped)
+rig block_search::rig_without(const effect &dropped) const
 {
     rig without = incumbent_.rig;
     const std::vector<free_parameter> own = own_parameters();
@@ -255,6 +255,11 @@ fit_result block_search::fit_without(const effect &dropped)
     if (dropped.switch_on != nullptr) {
         without.robot.clock = given_.robot.clock;
     }
+    return without;
+}
+
+fit_result block_search::fit_without(const effect &dropped)
+{
     std::vector<free_parameter> parameters;
     std::copy_if(incumbent_.parameters.begin(), incumbent_.parameters.end(), std::back_inserter(parameters),
                  [&](const free_parameter &parameter) {
@@ -262,7 +267,8 @@ fit_result block_search::fit_without(const effect &dropped)
                          dropped.parameters.begin(), dropped.parameters.end(),
                          [&](const effect_parameter &gone) { return gone.key == parameter.key->path; });
                  });
-    return fit(model_, noise_, without, joined(own, parameters), input_.options.replays_max);
+    return fit(model_, noise_, rig_without(dropped), joined(own_parameters(), parameters),
+               input_.options.replays_max);
 }
 
 void block_search::fix_estimates(block_diagnosis &result) const

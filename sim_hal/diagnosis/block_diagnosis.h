@@ -33,7 +33,9 @@ struct cause {
 
 struct alternative {
     const berth::effect *effect;
-    double delta_bic; /* to the winner, positive: worse */
+    double delta_bic;                        /* to the winner, positive: worse */
+    const berth::effect *rival_of = nullptr; /* the cause in whose place it would stand; nullptr: the last one */
+    fit_result fitted = {};                  /* with a rival_of: all of it in its place */
 };
 
 /* How a candidate did in one round of the search. */

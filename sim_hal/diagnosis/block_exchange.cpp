@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <initializer_list>
 #include <utility>
 
 #include "acceptance.h"
@@ -11,6 +12,9 @@ namespace berth
 void block_search::exchange_stand_ins(block_diagnosis &result)
 {
     bool any = false;
+    const auto is_of_earlier = [](const alternative &one) { return one.rival_of != nullptr; };
+    result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_of_earlier),
+                              result.alternatives.end());
     for (std::size_t i = 0; i + 1 < found_.size(); i++) {
         const effect &known = *found_[i];
         const bool is_refined = std::any_of(found_.begin(), found_.end(),
@@ -18,8 +22,10 @@ void block_search::exchange_stand_ins(block_diagnosis &result)
         if (is_refined || known.is_rough || known.switch_on != nullptr) {
             continue;
         }
-        const auto other = better_than(known, result.ranking);
-        if (other && prove_exchange(result.causes[i], *other)) {
+        const auto other = rival_of(known, result.ranking);
+        if (other && other->bic > bic_better_by(bic_undecided)) {
+            result.alternatives.push_back({other->effect, other->bic - bic_better_by(0.0), &known, other->fitted});
+        } else if (other && prove_exchange(result.causes[i], *other)) {
             found_[i] = other->effect;
             const auto is_other = [&](const alternative &one) { return one.effect == other->effect; };
             result.alternatives.erase(
@@ -92,16 +98,26 @@ double block_search::bic_better_by(double improvement) const
     return bic_of(incumbent_.cost, incumbent_.rows, incumbent_.parameters.size()) - improvement;
 }
 
-std::optional<candidate> block_search::better_than(const effect &known, const std::vector<ranked> &ranking)
+std::optional<candidate> block_search::rival_of(const effect &known, const std::vector<ranked> &ranking)
 {
     const fit_result without = fit_without(known);
     candidate best;
-    best.bic = bic_better_by(bic_undecided);
+    best.bic = bic_better_by(-bic_undecided);
+    /* The others fitted without it may have gone astray, as a periodic error behind a motion that is late otherwise.
+     */
+    fit_result as_they_are;
+    as_they_are.rig = rig_without(known);
+    as_they_are.parameters = without.parameters;
     for (const ranked *const one : others_weighed(ranking)) {
-        fit_result tried = fit_beside(without, *one);
-        const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
-        if (bic < best.bic) {
-            best = {one->effect, std::move(tried), bic, 0.0};
+        if (one->effect->generalises == known.name || known.generalises == one->effect->name) {
+            continue; /* the same with more or fewer parameters */
+        }
+        for (const fit_result *const others : std::initializer_list<const fit_result *>{&without, &as_they_are}) {
+            fit_result tried = fit_beside(*others, *one);
+            const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
+            if (bic < best.bic) {
+                best = {one->effect, std::move(tried), bic, 0.0};
+            }
         }
     }
     return best.effect == nullptr ? std::nullopt : std::optional(std::move(best));

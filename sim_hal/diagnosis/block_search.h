@@ -116,13 +116,15 @@ class block_search
     void close_in_on_scale(const effect &known);
     /* An effect found first may have stood in for one found later. */
     void drop_stand_ins(block_diagnosis &result);
+    /* The incumbent with that one switched off, and fitted so. */
+    rig rig_without(const effect &dropped) const;
     fit_result fit_without(const effect &dropped);
     void fix_estimates(block_diagnosis &result) const;
 
     /* --- one for another: block_exchange.cpp --- */
 
     /* An effect found first may stand in the place of one that explains more beside what was found later: a
-     * resonance in that of a longer dead time, before the lag. */
+     * resonance in that of a longer dead time, before the lag. What explains as much is told. */
     void exchange_stand_ins(block_diagnosis &result);
     /* Where to begin with an effect beside the `others` of the model: the best of its starts. */
     std::vector<rig> starts_beside(const rig &others, const ranked &known);
@@ -132,8 +134,8 @@ class block_search
     std::vector<const ranked *> others_weighed(const std::vector<ranked> &ranking) const;
     /* Of a model that is better than the incumbent by this. */
     double bic_better_by(double improvement) const;
-    /* The best of those that were weighed in any round; none: `known` is the best itself. */
-    std::optional<candidate> better_than(const effect &known, const std::vector<ranked> &ranking);
+    /* The best of those that were weighed in any round in the place of `known`; none: it is worse beyond doubt. */
+    std::optional<candidate> rival_of(const effect &known, const std::vector<ranked> &ranking);
     /* The last one may stand in the place of two, of which neither by itself is better: a resonance in that of a lag
      * and a longer dead time. */
     void divide_stand_in(block_diagnosis &result);

@@ -128,6 +128,11 @@ verdict block_search::verdict_of(block_diagnosis &result)
             result.doubts.push_back(one.why);
         }
     }
+    const auto is_a_cause = [&](const alternative &other) {
+        return std::find(found_.begin(), found_.end(), other.effect) != found_.end();
+    };
+    result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_a_cause),
+                              result.alternatives.end());
     if (result.doubts.empty() && result.alternatives.empty() && gains_hardly(result)) {
         result.doubts.emplace_back(
             "less is gained than an estimated noise is uncertain by; a standstill would tell");

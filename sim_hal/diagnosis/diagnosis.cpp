@@ -165,10 +165,12 @@ void tell_sample_age(diagnosis &result, const rig &with_rate)
 {
     const double age_ms = result.given.sensor.delay_ms;
     if (with_rate.has_wandering_samples()) {
-        result.notes.push_back("neglected: with sensor.rate_Hz the age of the force changes from tick to tick; the "
-                               "replay takes it to be always " +
-                               formatted("%.4g ms", age_ms));
-    } else if (age_ms != with_rate.sensor.delay_ms) {
+        result.notes.push_back(formatted("the force is not judged: with sensor.rate_Hz = %.6g ",
+                                         with_rate.firmware.sensor_channel.rate_Hz) +
+                               formatted("and loop.rate_Hz = %.6g its age changes from tick to tick; give no "
+                                         "sensor.rate_Hz, or a multiple, if it was sampled with the loop",
+                                         with_rate.firmware.loop.rate_Hz));
+    } else if (can_replay(result.data, block::force) && age_ms != with_rate.sensor.delay_ms) {
         result.notes.push_back(
             formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
             formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ", with_rate.sensor.delay_ms) +
@@ -287,7 +289,7 @@ diagnosis diagnose(const diagnosis_request &request)
     bool any = false;
     block_start before;
     for (const block block : {block::manipulator, block::robot, block::force}) {
-        if (!can_replay(data, block)) {
+        if (!can_replay(data, block) || (block == block::force && with_rate.has_wandering_samples())) {
             continue;
         }
         any = true;
@@ -327,9 +329,11 @@ diagnosis diagnose(const diagnosis_request &request)
         result.blocks.push_back(std::move(found));
     }
     if (!any) {
-        throw input_error(data.path + ": no block can be replayed: a diagnosis needs operator_force_N or "
-                                      "operator_position_m with command_position_m, or command_position_m with "
-                                      "robot_position_m or force_N");
+        throw input_error(data.path +
+                          ": no block can be replayed: a diagnosis needs operator_force_N or "
+                          "operator_position_m with command_position_m, or command_position_m with "
+                          "robot_position_m or force_N" +
+                          (with_rate.has_wandering_samples() ? "; " + result.notes.back() : ""));
     }
     tell_command_steps(result);
     tell_scaled_manipulator(result);

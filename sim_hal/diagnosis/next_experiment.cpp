@@ -48,11 +48,17 @@ double gap_needed(const hypothesis &a, const hypothesis &b)
     return look_alike ? bic_look_alike : bic_clear;
 }
 
-/* The winner of a round, and what came near it in the same round. */
+/* An earlier cause and what may stand in its place, or the winner of a round and what came near it in the same
+ * round. */
 std::vector<hypothesis> rivals_of_winner(const block_diagnosis &found)
 {
     const ranked *winner = nullptr;
     std::vector<hypothesis> rivals;
+    for (const alternative &other : found.alternatives) {
+        if (other.rival_of != nullptr) {
+            return {{other.rival_of, found.fitted}, {other.effect, other.fitted}};
+        }
+    }
     for (const alternative &other : found.alternatives) {
         for (const ranked &best : found.ranking) {
             const bool is_cause = std::any_of(found.causes.begin(), found.causes.end(),

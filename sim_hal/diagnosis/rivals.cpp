@@ -16,6 +16,7 @@ constexpr double clearly = 10.0;
 
 /* A rival by itself, with all that was fitted. */
 struct contender {
+    const berth::effect *effect = nullptr;
     block_diagnosis robot;
     block_diagnosis force;
     events_of_records events;
@@ -76,6 +77,7 @@ contender fitted_alone(std::string_view effect, const std::vector<std::string> &
     std::copy_if(rivals.begin(), rivals.end(), std::back_inserter(alone.input.options.without),
                  [&](const std::string &other) { return other != effect; });
     contender made;
+    made.effect = find_effect(effect);
     made.events = alone.events;
     made.robot = diagnose_block(block::robot, alone.input, alone.given, made.events, alone.found_events);
     diagnosis_input input = force_start.input;
@@ -100,9 +102,12 @@ bool explains_all(const contender &one, std::string_view effect, const block_dia
 void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
-    std::vector<std::string> names = {std::string(robot.causes.back().effect->name)};
+    const effect *const of = robot.alternatives.front().rival_of;
+    std::vector<std::string> names = {std::string((of == nullptr ? robot.causes.back().effect : of)->name)};
     for (const alternative &other : robot.alternatives) {
-        names.emplace_back(other.effect->name);
+        if (other.rival_of == of) {
+            names.emplace_back(other.effect->name);
+        }
     }
     std::vector<contender> rivals;
     for (const std::string &name : names) {
@@ -125,8 +130,9 @@ void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, event
     const std::size_t named = weights[0] < weights[best] + clearly ? 0 : best;
     for (std::size_t i = 0; i < rivals.size(); i++) {
         if (i != named && weights[i] < weights[best] + clearly) {
-            rivals[named].robot.alternatives.push_back(
-                {rivals[i].robot.causes.back().effect, weights[i] - weights[named]});
+            rivals[named].robot.alternatives.push_back({rivals[i].effect, weights[i] - weights[named],
+                                                        of == nullptr ? nullptr : rivals[named].effect,
+                                                        rivals[i].robot.fitted});
         }
     }
     robot = std::move(rivals[named].robot);

@@ -23,11 +23,15 @@ bool leaves_something(const block_diagnosis &block)
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
 }
 
+bool has(const block_diagnosis &block, std::string_view effect)
+{
+    return std::any_of(block.causes.begin(), block.causes.end(),
+                       [&](const cause &known) { return known.effect->name == effect; });
+}
+
 bool names_any_of(const block_diagnosis &block, std::initializer_list<std::string_view> names)
 {
-    return std::any_of(block.causes.begin(), block.causes.end(), [&](const cause &known) {
-        return std::find(names.begin(), names.end(), known.effect->name) != names.end();
-    });
+    return std::any_of(names.begin(), names.end(), [&](std::string_view name) { return has(block, name); });
 }
 
 /* Something is left, and what was found are single samples at most: jumps of the robot may look like spikes. */
@@ -83,17 +87,16 @@ void let_force_decide(block_diagnosis &robot, block_diagnosis &force, events_of_
 {
     constexpr int tries_max = 2;
     block_start without = robot_start;
-    std::string refuted(robot.causes.back().effect->name);
+    const effect *const earlier = robot.alternatives.front().rival_of;
+    std::string refuted((earlier == nullptr ? robot.causes.back().effect : earlier)->name);
     for (int i = 0; i < tries_max; i++) {
         without.input.options.without.push_back(refuted);
         events_of_records other_events = without.events;
         block_diagnosis other =
             diagnose_block(block::robot, without.input, without.given, other_events, without.found_events);
-        const bool is_rival =
-            !other.causes.empty() && !leaves_something(other) &&
-            std::any_of(robot.alternatives.begin(), robot.alternatives.end(),
-                        [&](const auto &rival) { return rival.effect == other.causes.back().effect; });
-        if (!is_rival) {
+        const auto rival = std::find_if(robot.alternatives.begin(), robot.alternatives.end(),
+                                        [&](const alternative &one) { return has(other, one.effect->name); });
+        if (rival == robot.alternatives.end() || leaves_something(other)) {
             return;
         }
         diagnosis_input input = force_start.input;
@@ -106,14 +109,8 @@ void let_force_decide(block_diagnosis &robot, block_diagnosis &force, events_of_
             events = std::move(other_events);
             return;
         }
-        refuted = other.causes.back().effect->name;
+        refuted = rival->effect->name;
     }
-}
-
-bool has(const block_diagnosis &block, std::string_view effect)
-{
-    return std::any_of(block.causes.begin(), block.causes.end(),
-                       [&](const cause &known) { return known.effect->name == effect; });
 }
 
 /* Than lost setpoints. */

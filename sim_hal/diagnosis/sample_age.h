@@ -8,7 +8,7 @@
 namespace berth
 {
 
-/* The rig with the age, ms, in the place of the delay; in the mean, where it changes from tick to tick. */
+/* The rig with the age, ms, in the place of the delay; as it is, where the age changes from tick to tick. */
 rig with_age_as_delay(const rig &given);
 
 /* Back to what run and eigen read: `given` where the age is still the one it has, else samples that are taken so

@@ -165,4 +165,5 @@ def test_parts_that_each_count_from_the_start_stand_one_after_another():
 
 def test_a_rival_that_fits_better_is_said_to_fail_on_unseen_data():
     assert diagnosis_words.rival_text({"delta_bic": 3.14}) == "worse by 3.1"
-    assert diagnosis_words.rival_text({"delta_bic": -212.5}) == "better by 212.5, but not on unseen data"
+    assert diagnosis_words.rival_text({"delta_bic": -7.4}) == "better by 7.4"
+    assert diagnosis_words.rival_text({"delta_bic": -212.5}) == "better by 212.5, but not proven on unseen data"
