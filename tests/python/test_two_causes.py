@@ -1,0 +1,68 @@
+"""Two effects in one block: both are named with their sizes, or a rival of either is told; never one that stands in."""
+
+import numpy as np
+import pytest
+from conftest import EXIT_DONE, command, settings
+from test_diagnosis import diagnose, values, write
+
+RUN = {"run.duration_s": 30, "profile.kind": "multisine", "profile.amplitude_m": 0.01, "sensor.noise_N": 0.2,
+       "robot.feedback_noise_m": 5e-6}
+
+
+def run_with(tmp_path, hidden):
+    done = command("run", "ess", "--out", tmp_path, *settings(RUN | hidden))
+    assert done.returncode == EXIT_DONE, done.stderr.decode()
+    return tmp_path / "ess.ulg"
+
+
+@pytest.mark.parametrize("hidden", [
+    {"robot.lag_ms": 8.0, "robot.backlash_m": 1e-4},  # beside the lag the play is small, and yet all that is left
+    {"object.cubic_stiffness_N_per_m3": 3e6, "object.coulomb_friction_N": 2.0},
+    {"robot.dead_time_ms": 20.0, "robot.periodic_error_m": 5e-5, "robot.periodic_error_pitch_m": 0.004},  # no resonance
+    {"robot.lag_ms": 8.0, "robot.velocity_limit_m_per_s": 0.06},
+], ids=" and ".join)
+def test_both_of_one_block_are_named(tmp_path, hidden):
+    found = diagnose(tmp_path / "out", run_with(tmp_path, hidden), "--rig", "ess")
+    assert found["verdict"] == "named" and len(found["causes"]) == 2
+    sizes = {one["name"]: one for cause in found["causes"] for one in cause["parameters"]}
+    for key, true in hidden.items():
+        size = sizes[key.split(".")[1]]
+        assert size["value"] == pytest.approx(true, rel=0.01)
+        assert size["ci95"][0] - 1e-3 * true < true < size["ci95"][1] + 1e-3 * true
+
+
+@pytest.mark.parametrize("pitch_m, dead_time_ms", [(0.004, 20.0), (0.0042, 20.0), (0.004, 19.5)])
+def test_without_a_force_a_rival_of_the_first_cause_is_told(tmp_path, pitch_m, dead_time_ms):
+    """To slow reports a resonance is a dead time, and the periodic error comes second."""
+    t_s = 0.0025 * np.arange(12000)
+    command_m = 5e-3 * np.sin(1.9 * t_s) + 3e-3 * np.sin(6.9 * t_s + 1.1) + 2e-3 * np.sin(14.5 * t_s + 2.3)
+    robot_m = np.interp(t_s - 1e-3 * dead_time_ms, t_s, command_m)
+    robot_m += 5e-5 * np.sin(2.0 * np.pi * robot_m / pitch_m)
+    robot_m += 5e-6 * np.random.default_rng(3).standard_normal(len(t_s))
+    record = write(tmp_path / "late.csv", "t_s,command_position_m,robot_position_m", t_s, command_m, robot_m)
+    found = diagnose(tmp_path / "out", record, "--rig", "ess")
+    offered = {*values(found), *(other["effect"] for other in found["alternatives"])}
+    assert {"robot.dead_time", "robot.periodic_error"} <= offered
+    assert found["verdict"] == ("named" if len(offered) == 2 else "one_of")
+
+
+def test_a_cause_is_no_rival_of_itself(tmp_path):
+    """Dry friction, found second, had been a rival of the offset that was found first."""
+    period_s, mass_kg, damping_N_s_per_m, stiffness_N_per_m = 0.0025, 200.0, 125.664, 7895.684
+    t_s = period_s * np.arange(8000)
+    operator_N = 60.0 * np.sin(1.7 * t_s) + 40.0 * np.sin(4.9 * t_s)
+    x_m, v_m_per_s, command_m, steps = 0.0, 0.0, [], 50
+    for force_N in operator_N:
+        command_m.append(x_m)
+        for _ in range(steps):
+            dry_N = 6.0 * np.tanh(v_m_per_s / 1e-5)
+            pull_N = force_N + 4.0 - dry_N - damping_N_s_per_m * v_m_per_s - stiffness_N_per_m * x_m
+            v_m_per_s += period_s / steps * pull_N / mass_kg
+            x_m += period_s / steps * v_m_per_s
+    command_m = np.array(command_m) + 1e-6 * np.random.default_rng(5).standard_normal(len(t_s))
+    record = write(tmp_path / "dry.csv", "t_s,operator_force_N,command_position_m", t_s, operator_N, command_m)
+    found = diagnose(tmp_path / "out", record, "--rig", "ess")
+    [block] = [one for one in found["blocks"] if one["block"] == "manipulator"]
+    causes = [cause["effect"] for cause in block["causes"]]
+    assert "manipulator.coulomb_friction" in causes
+    assert not set(causes) & {other["effect"] for other in block["alternatives"]}
