@@ -186,7 +186,8 @@ double half_width_where_flat(problem &problem, const Eigen::VectorXd &places, Ei
     double widest = 0.0;
     for (const double bound : {0.0, 1.0}) {
         Eigen::VectorXd moved = places;
-        for (double step = first_step; moved(i) != bound; step *= 2.0) {
+        for (int doublings = 0; moved(i) != bound; doublings++) {
+            const double step = std::ldexp(first_step, doublings);
             moved(i) = bound == 0.0 ? std::max(0.0, places(i) - step) : std::min(1.0, places(i) + step);
             problem.residual(moved, residual);
             if (residual.squaredNorm() > most) {
