@@ -131,6 +131,9 @@ tangent_space::prospect tangent_space::best_share(const target &error, const Eig
     }
     prospect more = best_of(basis_of_all_, error.rest_of_all, change, least, most);
     more.decrease += error.decrease_by_all;
+    if (more.decrease <= best.decrease) {
+        return best; /* those at a bound would not help if they could go anywhere */
+    }
     const Eigen::VectorXd moved = least_squares_solution(slopes_of_all_, -(error.white + more.share * change));
     bool are_all_inward = true;
     std::vector<Eigen::Index> released;
