@@ -115,7 +115,9 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
         for (const fit_result *const others : std::initializer_list<const fit_result *>{&without, &as_they_are}) {
             fit_result tried = fit_beside(*others, *one);
             const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
-            if (bic < best.bic) {
+            /* With more parameters it may do nearly the same, as a damped resonance does what a lag does. */
+            const bool is_larger = one->effect->parameters.size() > known.parameters.size();
+            if (bic < (is_larger ? std::min(best.bic, bic_better_by(bic_undecided)) : best.bic)) {
                 best = {one->effect, std::move(tried), bic, 0.0};
             }
         }

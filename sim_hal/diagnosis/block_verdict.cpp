@@ -128,10 +128,13 @@ verdict block_search::verdict_of(block_diagnosis &result)
             result.doubts.push_back(one.why);
         }
     }
-    const auto is_a_cause = [&](const alternative &other) {
-        return std::find(found_.begin(), found_.end(), other.effect) != found_.end();
+    const auto is_found = [&](const effect *one) {
+        return std::find(found_.begin(), found_.end(), one) != found_.end();
     };
-    result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_a_cause),
+    const auto is_none = [&](const alternative &other) {
+        return is_found(other.effect) || (other.rival_of != nullptr && !is_found(other.rival_of));
+    };
+    result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_none),
                               result.alternatives.end());
     if (result.doubts.empty() && result.alternatives.empty() && gains_hardly(result)) {
         result.doubts.emplace_back(
