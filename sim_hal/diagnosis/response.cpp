@@ -84,6 +84,7 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
     }
     keys_ = slopes.keys;
     slopes_of_all_ = slopes.white;
+    sizes_ = slopes.white.colwise().norm();
     Eigen::MatrixXd free = slopes.white;
     bool any_at_bound = false;
     for (Eigen::Index i = 0; i < free.cols(); i++) {
@@ -92,8 +93,7 @@ tangent_space::tangent_space(const fit_result &at, const known_slopes &slopes)
         const double place = (value - parameter.low) / (parameter.high - parameter.low);
         inward_.push_back(place < 0.01 ? 1.0 : place > 0.99 ? -1.0 : 0.0);
         any_at_bound = any_at_bound || inward_.back() != 0.0;
-        const double size = free.col(i).norm();
-        slopes_of_all_.col(i) *= size > 0.0 ? 1.0 / size : 0.0;
+        slopes_of_all_.col(i) *= sizes_(i) > 0.0 ? 1.0 / sizes_(i) : 0.0;
         free.col(i) = slopes_of_all_.col(i) * (inward_.back() != 0.0 ? 0.0 : 1.0);
     }
     basis_ = column_space(free);
@@ -185,6 +185,31 @@ tangent_space::prospect tangent_space::best_inward(const target &error, const Ei
         }
         released = std::move(kept);
     }
+}
+
+std::optional<effect_values> tangent_space::beyond_bounds(const fit_result &at, const target &error,
+                                                          const effect &own) const
+{
+    bool is_held = false;
+    for (std::size_t i = 0; i < inward_.size(); i++) {
+        is_held = is_held || (inward_[i] != 0.0 && is_of(&own, static_cast<Eigen::Index>(i)));
+    }
+    if (!is_held) {
+        return std::nullopt;
+    }
+    const Eigen::VectorXd moved = least_norm_solution(slopes_of_all_, -error.white);
+    effect_values values;
+    for (const effect_parameter &parameter : own.parameters) {
+        double value = value_of(at.rig, parameter.key);
+        for (std::size_t i = 0; i < keys_.size(); i++) {
+            const auto column = static_cast<Eigen::Index>(i);
+            if (keys_[i]->path == parameter.key && sizes_(column) > 0.0) {
+                value += moved(column) / sizes_(column);
+            }
+        }
+        values.push_back(std::clamp(value, parameter.low, parameter.high));
+    }
+    return values;
 }
 
 double tangent_space::least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const

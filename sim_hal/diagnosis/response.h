@@ -3,6 +3,7 @@
 #define SIM_HAL_DIAGNOSIS_RESPONSE_H
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "fit.h"
@@ -52,6 +53,10 @@ class tangent_space
     prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most,
                         const effect *changed = nullptr) const;
 
+    /* Where the bounds of `at` hold some of an effect's own parameters: the values that the slopes ask for, were there
+     * none, within the effect's own; else nothing. */
+    std::optional<effect_values> beyond_bounds(const fit_result &at, const target &error, const effect &own) const;
+
     /* The least sum of squares that a share leaves, were no parameter at a bound. */
     double least_left(const target &error, const Eigen::VectorXd &change, double least, double most) const;
 
@@ -66,6 +71,7 @@ class tangent_space
     Eigen::MatrixXd basis_;           /* orthonormal; of those not at a bound */
     Eigen::MatrixXd basis_of_all_;    /* the same with those at a bound; empty: there are none */
     Eigen::MatrixXd slopes_of_all_;   /* columns of size 1 */
+    Eigen::VectorXd sizes_;           /* that they had */
     std::vector<double> inward_;      /* one a column: the sign in which it may go, 0: either */
 };
 

@@ -310,7 +310,11 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
         if (!regressed.empty()) {
             continue;
         }
-        for (const effect_values &values : effect->starts(incumbent.rig, scales)) {
+        std::vector<effect_values> sizes = effect->starts(incumbent.rig, scales);
+        if (const auto beyond = base.beyond_bounds(incumbent, target, *effect)) {
+            sizes.push_back(*beyond);
+        }
+        for (const effect_values &values : sizes) {
             start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0, false};
             start.is_hidden =
                 options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
