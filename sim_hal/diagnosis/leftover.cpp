@@ -32,6 +32,24 @@ Eigen::VectorXd solve(const Eigen::MatrixXd &g, const Eigen::VectorXd &b, double
 
 using block_parts = std::array<normal_equations, blocks>;
 
+/* In four sums, which a compiler can add up two at a time; Eigen does not, see the Makefile. */
+double product(const double *a, const double *b, std::size_t count)
+{
+    constexpr std::size_t lanes = 4;
+    std::array<double, lanes> sums{};
+    std::size_t n = 0;
+    for (; n + lanes <= count; n += lanes) {
+        for (std::size_t lane = 0; lane < lanes; lane++) {
+            sums[lane] += a[n + lane] * b[n + lane];
+        }
+    }
+    double rest = 0.0;
+    for (; n < count; n++) {
+        rest += a[n] * b[n];
+    }
+    return sums[0] + sums[1] + sums[2] + sums[3] + rest;
+}
+
 /* Rows out of use are 0 in white, and say nothing. */
 block_parts equations_of(const std::vector<feature> &features, const std::vector<double> &error,
                          const whitening &by_row)
@@ -51,10 +69,16 @@ block_parts equations_of(const std::vector<feature> &features, const std::vector
         const auto count = static_cast<Eigen::Index>(end - begin);
         const auto rows = white.middleRows(first, count);
         normal_equations &part = parts[i];
-        part.g = Eigen::MatrixXd::Zero(white.cols(), white.cols());
-        part.g.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
-        part.g.triangularView<Eigen::Upper>() = part.g.transpose();
-        part.b = rows.transpose() * target.segment(first, count);
+        part.g.resize(white.cols(), white.cols());
+        part.b.resize(white.cols());
+        for (Eigen::Index column = 0; column < white.cols(); column++) {
+            const double *const by = rows.col(column).data();
+            for (Eigen::Index row = 0; row <= column; row++) {
+                part.g(row, column) = product(rows.col(row).data(), by, end - begin);
+                part.g(column, row) = part.g(row, column);
+            }
+            part.b(column) = product(target.data() + begin, by, end - begin);
+        }
         part.square = target.segment(first, count).squaredNorm();
         for (std::size_t n = begin; n < end; n++) {
             part.rows += by_row.is_known(n) ? 1.0 : 0.0;

@@ -64,12 +64,19 @@ namespace
 tangent_space::prospect best_of(const Eigen::MatrixXd &basis, const Eigen::VectorXd &rest,
                                 const Eigen::VectorXd &change, double least, double most)
 {
-    const Eigen::VectorXd left = change - basis * (basis.transpose() * change);
-    const double square = left.squaredNorm();
+    constexpr double cancels = 1e-8; /* of the square; what is less has lost its digits */
+    const Eigen::VectorXd made_up = basis.transpose() * change;
+    const double change_square = change.squaredNorm();
+    double square = change_square - made_up.squaredNorm();
+    double along = change.dot(rest); /* nothing of the rest lies in the basis */
+    if (square < cancels * change_square) {
+        const Eigen::VectorXd left = change - basis * made_up;
+        square = left.squaredNorm();
+        along = left.dot(rest);
+    }
     if (!(square > 0.0) || !std::isfinite(square)) {
         return {0.0, least};
     }
-    const double along = left.dot(rest);
     const double share = std::min(most, std::max(least, -along / square));
     return {-share * (2.0 * along + share * square), share};
 }
