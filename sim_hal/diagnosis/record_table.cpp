@@ -149,6 +149,10 @@ record_table read_record_table(const std::string &path, const std::vector<std::s
     if (line.substr(0, byte_order_mark.size()) == byte_order_mark) {
         line.remove_prefix(byte_order_mark.size());
     }
+    if (line.find('\0') != std::string_view::npos) { /* letters of two bytes or four, or no letters */
+        throw input_error(place(path, lines.number()) +
+                          "is no text of one byte a letter, UTF-16 perhaps; save it as UTF-8");
+    }
     if (is_there && (trimmed(line).empty() || trimmed(line).front() == '#')) {
         is_there = next_row(lines, line);
     }

@@ -72,6 +72,14 @@ def test_a_row_with_a_cell_too_many(tmp_path):
     refused(tmp_path, record, "--rig", "ess", contains=[f"{record}:51: ", "more cells than the 3", "comma"])
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_letters_of_more_than_a_byte(tmp_path, encoding):
+    """As some spreadsheets save what they call Unicode text."""
+    record = tmp_path / "wide.csv"
+    record.write_bytes("\n".join(lines_of(HEADER, motion())).encode(encoding))
+    refused(tmp_path, record, "--rig", "ess", contains=[":1: ", "UTF-16", "save it as UTF-8"])
+
+
 @pytest.mark.parametrize("separator, told", [(";", "semicolons"), ("\t", "tabs")])
 def test_a_table_with_other_separators(tmp_path, separator, told):
     """As a spreadsheet writes it where the comma is the decimal point."""
