@@ -64,7 +64,7 @@ bool block_search::find_next(block_diagnosis &result)
         result.tried = effects_to_try(model_, given_, found_, input_.options);
     }
     search_options options = input_.options;
-    options.only_of_time_alone = !found_.empty() && found_.back()->decides_what_follows;
+    options.decider = !found_.empty() && found_.back()->decides_what_follows ? found_.back() : nullptr;
     std::vector<candidate> candidates = search_effects(model_, metric_, incumbent_, given_, found_, options);
     if (candidates.empty()) {
         return false;
@@ -90,9 +90,9 @@ bool block_search::find_next(block_diagnosis &result)
     /* What refines an effect found before has to wait until nothing else is to be found; the last place is its own
      * if it explains all that is left. */
     std::stable_partition(candidates.begin(), candidates.end(),
-                          [](const candidate &one) { return one.effect->refines.empty(); });
+                          [&](const candidate &one) { return !is_refining(*one.effect, found_); });
     const auto refining = std::find_if(candidates.begin(), candidates.end(),
-                                       [](const candidate &one) { return !one.effect->refines.empty(); });
+                                       [&](const candidate &one) { return is_refining(*one.effect, found_); });
     const bool is_last = static_cast<int>(found_.size()) + 1 == input_.effects_max;
     const bool is_the_rest = is_last && refining != candidates.end() &&
                              refining->bic < candidates.front().bic - bic_look_alike &&
@@ -228,11 +228,11 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
     const bool is_all_the_rest =
         share > share_of_rest && is_clear && best.fitted.cost < at_floor * static_cast<double>(best.fitted.rows);
     const bool is_no_finer_way = is_all_the_rest || (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
-    const double of_all_least = best.effect->refines.empty() ? (!is_clear         ? share_of_all
-                                                                : is_no_finer_way ? share_of_precision
-                                                                                  : share_of_all_clear)
-                                : share > share_of_rest      ? share_of_precision
-                                                             : share_of_all_refining;
+    const double of_all_least = !is_refining(*best.effect, found_) ? (!is_clear         ? share_of_all
+                                                                      : is_no_finer_way ? share_of_precision
+                                                                                        : share_of_all_clear)
+                                : share > share_of_rest            ? share_of_precision
+                                                                   : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
     /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
      */
@@ -242,7 +242,7 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
 
 bool block_search::may_be_shown_by_unseen(const candidate &best, double better, double share, double of_all) const
 {
-    return unseen_ != nullptr && !is_rest_ && best.effect->refines.empty() && better >= bic_unseen &&
+    return unseen_ != nullptr && !is_rest_ && !is_refining(*best.effect, found_) && better >= bic_unseen &&
            share >= share_worthwhile && of_all >= share_of_all_clear;
 }
 
@@ -272,7 +272,7 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         return false;
     }
     is_suspect_ = false;
-    if (!best.effect->refines.empty()) {
+    if (is_refining(*best.effect, found_)) {
         fix_estimates(result); /* a refinement shares out anew what they explain */
     }
     cause made;
@@ -288,8 +288,8 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         const double distance = other.bic - best.bic;
         const bool is_look_alike = other.effect->look_alike == best.effect->name;
         const double undecided = is_look_alike ? bic_look_alike : bic_undecided;
-        if (&other != &best && distance < undecided && other.effect->refines == best.effect->refines &&
-            !is_enough(best, other)) {
+        if (&other != &best && distance < undecided &&
+            is_refining(*other.effect, found_) == is_refining(*best.effect, found_) && !is_enough(best, other)) {
             result.alternatives.push_back({other.effect, distance});
         }
     }

@@ -284,7 +284,7 @@ void block_search::fix_estimates(block_diagnosis &result) const
         known.parameters = estimates(incumbent_, *known.effect, precision);
         /* With a refinement, what the others are beside it: their own causes keep what they were without it. */
         for (const effect *const other : found_) {
-            if (!known.effect->refines.empty() && other->refines.empty()) {
+            if (is_refining(*known.effect, found_) && !is_refining(*other, found_)) {
                 const auto more = estimates(incumbent_, *other, precision);
                 known.parameters.insert(known.parameters.end(), more.begin(), more.end());
             }

@@ -172,7 +172,8 @@ bool block_search::gains_hardly(const block_diagnosis &result) const
 {
     const double uncertain = rms_ci95(noise_, model_.uses()) / noise_.rms;
     return !has_floor_ && std::any_of(result.causes.begin(), result.causes.end(), [&](const cause &one) {
-        return one.effect->refines.empty() && one.delta_bic < bic_beyond_doubt && one.held_out_gain < uncertain;
+        return !is_refining(*one.effect, found_) && one.delta_bic < bic_beyond_doubt &&
+               one.held_out_gain < uncertain;
     });
 }
 

@@ -312,7 +312,7 @@ diagnosis diagnose(const diagnosis_request &request)
             ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
             doubt_reports(result.blocks.back(), found, events, before, start);
             doubt_tolerances(result.blocks.back(), found, result.given);
-            doubt_force(result.blocks.back(), found);
+            doubt_force(result.blocks.back(), found, before, events);
         }
         before = start;
         if (block == block::manipulator && data.is_from_this_firmware) {

@@ -91,7 +91,9 @@ std::vector<hypothesis> rivals_of_rest(const block_diagnosis &found)
     std::vector<hypothesis> rivals{{nullptr, found.fitted}};
     const int last = static_cast<int>(found.causes.size()) + 1;
     for (const ranked &one : found.ranking) { /* best first in each round */
-        if (one.round == last && one.delta_bic > 0.0 && rivals.size() < rivals_max) {
+        const bool is_cause = std::any_of(found.causes.begin(), found.causes.end(),
+                                          [&](const cause &known) { return known.effect == one.effect; });
+        if (one.round == last && !is_cause && one.delta_bic > 0.0 && rivals.size() < rivals_max) {
             rivals.push_back({one.effect, one.fitted});
         }
     }

@@ -53,8 +53,8 @@ class tangent_space
     prospect best_share(const target &error, const Eigen::VectorXd &change, double least, double most,
                         const effect *changed = nullptr) const;
 
-    /* Where the bounds of `at` hold some of an effect's own parameters: the values that the slopes ask for, were there
-     * none, within the effect's own; else nothing. */
+    /* Where the bounds of `at` hold some of an effect's own parameters: the values that the slopes ask for, were
+     * there none, within the effect's own; else nothing. */
     std::optional<effect_values> beyond_bounds(const fit_result &at, const target &error, const effect &own) const;
 
     /* The least sum of squares that a share leaves, were no parameter at a bound. */

@@ -139,6 +139,7 @@ void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, event
     force = std::move(rivals[named].force);
     events = std::move(rivals[named].events);
     robot.verdict = robot.alternatives.empty() ? verdict::named : verdict::one_of;
+    robot.force_decided = true;
 }
 
 } // namespace berth

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <iterator>
 #include <utility>
 
+#include "../effects/active.h"
 #include "acceptance.h"
 #include "clock_ways.h"
 #include "floor.h"
@@ -21,6 +23,15 @@ constexpr std::string_view lost_commands = "robot.lost_commands";
 bool leaves_something(const block_diagnosis &block)
 {
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
+}
+
+/* What was named no more than that. */
+void tell_in_part(block_diagnosis &block, std::string_view why)
+{
+    if (block.verdict == verdict::named || block.verdict == verdict::one_of) {
+        block.verdict = verdict::partly_explained;
+        block.doubts.push_back(why);
+    }
 }
 
 bool has(const block_diagnosis &block, std::string_view effect)
@@ -105,6 +116,7 @@ void let_force_decide(block_diagnosis &robot, block_diagnosis &force, events_of_
             diagnose_block(block::force, input, other.extended, other_events, force_start.found_events);
         if (!leaves_something(seen) && is_clearly_smaller(seen, force)) {
             robot = std::move(other);
+            robot.force_decided = true;
             force = std::move(seen);
             events = std::move(other_events);
             return;
@@ -242,28 +254,60 @@ void doubt_tolerances(block_diagnosis &robot, block_diagnosis &force, const rig 
         return;
     }
     for (block_diagnosis *const block : {&robot, &force}) {
-        if (block->verdict == verdict::named || block->verdict == verdict::one_of) {
-            block->verdict = verdict::partly_explained;
-            block->doubts.emplace_back("the force moves what is known of the robot far out of its tolerance");
-        }
+        tell_in_part(*block, "the force moves what is known of the robot far out of its tolerance");
     }
 }
 
-void doubt_force(const block_diagnosis &robot, block_diagnosis &force)
+namespace
+{
+
+/* Were it the robot that is late in the way that the sensor is said to be: what stands in for the robot's own
+ * lateness within the noise of its reports leaves as much in the force. */
+bool reports_refute_that_late_robot(const block_diagnosis &robot, const block_diagnosis &force,
+                                    const block_start &robot_start, const events_of_records &events)
+{
+    rig late = robot.extended;
+    const double sensor_lag_ms = has(force, "sensor.lag") ? value_of_effect(force.extended, "sensor.lag_ms") : 0.0;
+    const double sensor_delay_ms =
+        has(force, "sensor.delay") ? force.extended.sensor.delay_ms - robot.extended.sensor.delay_ms : 0.0;
+    const double lag_ms = value_of_effect(late, "robot.lag_ms");
+    /* Two lags are as one of the root of the sum of their squares, but for the mean delay, which is the dead time's.
+     */
+    const double both_ms = std::hypot(lag_ms, sensor_lag_ms);
+    set_number(late, "robot.lag_ms", both_ms);
+    set_number(late, "robot.dead_time_ms", late.robot.dead_time_ms + lag_ms - both_ms + sensor_delay_ms);
+    block_model reports(block::robot, *robot_start.input.fit, robot_start.given, events.fit, held_out_parts::none);
+    std::vector<free_parameter> parameters;
+    std::copy_if(robot.fitted.parameters.begin(), robot.fitted.parameters.end(), std::back_inserter(parameters),
+                 [&](const free_parameter &known) {
+                     return known.key->path != "robot.lag_ms" &&
+                            (sensor_delay_ms == 0.0 || known.key->path != "robot.dead_time_ms");
+                 });
+    const fit_result fitted =
+        fit(reports, robot.floor, late, parameters, robot_start.input.options.base_replays_max);
+    return fitted.cost > cost_of(reports, robot.floor, robot.extended) + bic_undecided;
+}
+
+} // namespace
+
+void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_start &robot_start,
+                 const events_of_records &events)
 {
     constexpr double well_above = 1.2; /* times the floor */
     constexpr std::string_view why = "what the robot does is not explained, and the force follows it";
-    if (leaves_something(robot) && robot.fit_rms.after > well_above * robot.fit_rms.floor &&
-        (force.verdict == verdict::named || force.verdict == verdict::one_of)) {
-        force.verdict = verdict::partly_explained;
-        force.doubts.push_back(why);
+    if (leaves_something(robot) && robot.fit_rms.after > well_above * robot.fit_rms.floor) {
+        tell_in_part(force, why);
     }
+    /* What is late in the robot the force cannot tell from what is late in the sensor. */
     if (names_any_of(robot, {"robot.dead_time", "robot.lag", "robot.resonance"}) &&
-        names_any_of(force, {"sensor.delay", "sensor.lag"}) && force.verdict == verdict::named) {
-        force.verdict = verdict::partly_explained;
-        force.doubts.push_back(
-            "robot and sensor are both late otherwise than told: what stands in for the robot's own "
-            "lateness in its reports would leave as much in the force");
+        names_any_of(force, {"sensor.delay", "sensor.lag"}) &&
+        (robot.force_decided || !reports_refute_that_late_robot(robot, force, robot_start, events))) {
+        tell_in_part(force, "robot and sensor are both late otherwise than told: what stands in for the robot's own "
+                            "lateness in its reports would leave as much in the force");
+        if (robot.verdict == verdict::named && robot.force_decided) {
+            tell_in_part(robot,
+                         "its reports leave open which lateness it is, and the force follows the sensor's too");
+        }
     }
     /* A floor that was found in an error which follows the robot is none. */
     if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&

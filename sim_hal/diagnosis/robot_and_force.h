@@ -40,8 +40,10 @@ void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_rec
  * `as_given`: the rig with what is known. */
 void doubt_tolerances(block_diagnosis &robot, block_diagnosis &force, const rig &as_given);
 
-/* No cause in the force is sure behind a robot that does what nothing explains. */
-void doubt_force(const block_diagnosis &robot, block_diagnosis &force);
+/* No cause in the force is sure behind a robot that does what nothing explains, nor a late sensor behind a late
+ * robot whose reports would not show it if that lateness were its own. */
+void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_start &robot_start,
+                 const events_of_records &events);
 
 /* A later block saw more of an effect that an earlier one had found already. */
 void drop_repeated(block_diagnosis &before, const block_diagnosis &now);

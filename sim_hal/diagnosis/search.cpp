@@ -83,35 +83,48 @@ fit_result fit_rough(block_model &model, const noise_model &noise, const effect 
 namespace
 {
 
+bool is_at_floor(const fit_result &fitted)
+{
+    constexpr double near = 1.2; /* times the white sum of squares that the noise has */
+    return fitted.cost < near * static_cast<double>(fitted.rows);
+}
+
+/* Fitted from the values that are expected with sizes of `effect` about the one `found`: the best. */
+fit_result fit_from_sizes_about(block_model &model, const noise_model &noise, const effect &effect, const rig &found,
+                                const std::vector<free_parameter> &parameters, const search_options &options)
+{
+    const std::string_view key = effect.parameters[0].key;
+    fit_result best;
+    best.cost = unlimited;
+    for (const double factor : {0.88, 0.91, 0.94, 0.97, 1.03, 1.06, 1.09, 1.12}) {
+        rig tried = found;
+        for (const free_parameter &known : parameters) {
+            if (known.expected_sd < unlimited) {
+                set_number(tried, known.key->path, known.expected);
+            }
+        }
+        set_number(tried, key, factor * value_of(found, key));
+        fit_result fitted = fit(model, noise, tried, parameters, options.replays_max / 2);
+        if (fitted.cost < best.cost) {
+            best = std::move(fitted);
+        }
+    }
+    return best;
+}
+
 /* Where a wrong size on the way has led all that followed astray, the base with it, the way back is found from the
  * values that are expected, with sizes about the end. */
 fit_result fit_what_decides(block_model &model, const noise_model &noise, const effect &effect,
                             const fit_result &incumbent, const std::vector<rig> &starts,
                             const search_options &options)
 {
-    constexpr double nearly_none = 0.01; /* of the sum of squares */
-    constexpr double hardly_less = 0.8;
+    constexpr double hardly_less = 0.8; /* of the sum of squares */
     fit_result found =
         fit_progressively(model, noise, effect, incumbent.rig, incumbent.parameters, starts, options.replays_max);
-    if (found.cost < nearly_none * incumbent.cost || found.cost > hardly_less * incumbent.cost) {
+    if (found.cost > hardly_less * incumbent.cost) {
         return found;
     }
-    const std::string_view key = effect.parameters[0].key;
-    fit_result best;
-    best.cost = unlimited;
-    for (const double factor : {0.88, 0.91, 0.94, 0.97, 1.03, 1.06, 1.09, 1.12}) {
-        rig tried = found.rig;
-        for (const free_parameter &known : incumbent.parameters) {
-            if (known.expected_sd < unlimited) {
-                set_number(tried, known.key->path, known.expected);
-            }
-        }
-        set_number(tried, key, factor * value_of(found.rig, key));
-        fit_result fitted = fit(model, noise, tried, incumbent.parameters, options.replays_max / 2);
-        if (fitted.cost < best.cost) {
-            best = std::move(fitted);
-        }
-    }
+    const fit_result best = fit_from_sizes_about(model, noise, effect, found.rig, incumbent.parameters, options);
     fit_result other = fit(model, noise, best.rig, found.parameters, options.replays_max);
     return other.cost < found.cost ? other : found;
 }
@@ -187,16 +200,20 @@ double exceeded_by(const std::vector<double> &error, const std::vector<row_use> 
 
 } // namespace
 
+bool is_refining(const effect &effect, const std::vector<const berth::effect *> &found)
+{
+    return !effect.refines.empty() &&
+           std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end();
+}
+
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
     const bool is_hidden_robot = options.robot_in_force && model.which() == block::force && effect.hides_in_reports;
     return !effect.is_of_single_samples && effect.starts != nullptr &&
-           (!options.only_of_time_alone || effect.is_of_time_alone) &&
+           (options.decider == nullptr || effect.is_of_time_alone || effect.block() == "sensor") &&
            (is_hidden_robot || acts_in(effect, model.which(), model.data(), given)) &&
            std::find(found.begin(), found.end(), &effect) == found.end() &&
-           (effect.refines.empty() ||
-            std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end()) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
 }
 
@@ -343,6 +360,47 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
 
 } // namespace
 
+namespace
+{
+
+/* The best candidates beside an effect that decides what follows, with its size looked for anew: what was missing
+ * had led it astray. */
+void decide_anew(block_model &model, const noise_model &noise, std::vector<candidate> &candidates,
+                 const search_options &options)
+{
+    constexpr std::size_t count_max = 3;
+    constexpr double about = 1.2; /* the size that was found */
+    constexpr double nearer = 1.05;
+    const std::string_view key = options.decider->parameters[0].key;
+    for (std::size_t i = 0; i < std::min(count_max, candidates.size()); i++) {
+        candidate &one = candidates[i];
+        fit_result others = one.fitted;
+        others.parameters.erase(std::remove_if(others.parameters.begin(), others.parameters.end(),
+                                               [&](const auto &known) { return known.key->path == key; }),
+                                others.parameters.end());
+        fit_result anew = fit_rough(model, noise, *options.decider, one.fitted.rig, others, options, about);
+        if (!is_at_floor(anew)) {
+            const fit_result best =
+                fit_from_sizes_about(model, noise, *options.decider, anew.rig, others.parameters, options);
+            fit_result other = fit_rough(model, noise, *options.decider, best.rig, others, options, nearer);
+            anew = other.cost < anew.cost ? std::move(other) : std::move(anew);
+        }
+        if (anew.cost < one.fitted.cost) {
+            one.fitted = std::move(anew);
+            one.white_cost = one.fitted.cost;
+            one.bic = bic_of(one.fitted.cost, one.fitted.rows, one.fitted.parameters.size());
+        }
+    }
+}
+
+void sort_by_bic(std::vector<candidate> &candidates)
+{
+    std::sort(candidates.begin(), candidates.end(),
+              [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
+}
+
+} // namespace
+
 std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
                                       const rig &given, const std::vector<const effect *> &found,
                                       const search_options &options)
@@ -382,8 +440,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         candidates.push_back(std::move(made));
         tried += same == 0;
     }
-    std::sort(candidates.begin(), candidates.end(),
-              [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
+    sort_by_bic(candidates);
+    if (options.decider != nullptr) {
+        decide_anew(model, noise, candidates, options);
+        sort_by_bic(candidates);
+    }
     /* Of two fits of one effect the better stays. */
     std::vector<candidate> best;
     for (candidate &made : candidates) {

@@ -22,11 +22,16 @@ struct candidate {
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
     bool robot_in_force = false;      /* what its own noise may hide of the robot, too */
-    bool only_of_time_alone = false;  /* nothing that could be a finer way of what was found */
+    /* Found last, and decides what follows: beside it only what moves nothing is tried, as all else could be a finer
+     * way of it. */
+    const effect *decider = nullptr;
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
+
+/* It says more about one that was found; by itself it is one like others. */
+bool is_refining(const effect &effect, const std::vector<const berth::effect *> &found);
 
 /* The search has this effect on its list: it acts in the block, is fitted, not found before, not left out. */
 bool is_tried(const effect &effect, block_model &model, const rig &given,

@@ -98,7 +98,7 @@ struct effect {
     /* An effect that hardly any record can tell from this one: only a calibration can. */
     std::string_view look_alike;
 
-    /* An effect that says more about another one, and is tried once that is found; empty: none. */
+    /* An effect that says more about this other one, where that was found before; empty: none. */
     std::string_view refines;
 
     /* Whether the error jumps with its size, so that slopes mean nothing: it is searched on a grid. */

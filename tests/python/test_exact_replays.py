@@ -65,6 +65,8 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     # Limits that act in a few ticks, below the noise of the reports, and ring in a stiff contact.
     (148094, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "tiny"), ["robot.acceleration_limit"]),
     (148256, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "tiny"), ["robot.velocity_limit"]),
+    # A grip whose moments a late sensor hides.
+    (411044, ("--kind", "two"), ["object.loss_of_contact", "sensor.delay"]),
     # Spikes behind a robot that switches.
     (148052, ("--kind", "two"), ["robot.velocity_limit", "sensor.spikes"]),
     # A path of one period, and of less.

@@ -46,6 +46,45 @@ def test_without_a_force_a_rival_of_the_first_cause_is_told(tmp_path, pitch_m, d
     assert found["verdict"] == ("named" if len(offered) == 2 else "one_of")
 
 
+def test_a_late_sensor_behind_reports_too_noisy_to_tell_how_the_robot_is_late(tmp_path):
+    """The force follows both alike: a lag of the robot and a delay of the sensor do what is a dead time and a lag."""
+    hidden = {"robot.dead_time_ms": 22.0, "sensor.lag_ms": 1.0, "robot.feedback_noise_m": 1e-4}
+    found = diagnose(tmp_path / "out", run_with(tmp_path, hidden), "--rig", "ess")
+    told = {block["block"]: block["verdict"] for block in found["blocks"]}
+    right = set(values(found)) == {"robot.dead_time", "sensor.lag"}
+    assert right or "named" not in (told["robot"], told["force"]), found["causes"]
+
+
+@pytest.mark.parametrize("late", [{"sensor.lag_ms": 6.0}, {"sensor.delay_ms": 7.5}], ids=str)
+def test_a_late_sensor_behind_a_late_robot_whose_reports_are_clear(tmp_path, late):
+    found = diagnose(tmp_path / "out", run_with(tmp_path, {"robot.lag_ms": 8.0} | late), "--rig", "ess")
+    [(key, true)] = late.items()
+    effect = key.removesuffix("_ms")
+    assert found["verdict"] == "named" and set(values(found)) == {"robot.lag", effect}
+    assert values(found)[effect][key.split(".")[1]] == pytest.approx(true, rel=0.05)
+
+
+def test_friction_that_differs_between_the_directions_by_itself(tmp_path):
+    """Without dry friction, beside which it had been looked for alone."""
+    period_s, mass_kg, damping_N_s_per_m, stiffness_N_per_m = 0.0025, 200.0, 125.664, 7895.684
+    more_N_s_per_m, steps = 60.0, 20
+    t_s = period_s * np.arange(8000)
+    operator_N = 60.0 * np.sin(1.7 * t_s) + 40.0 * np.sin(4.9 * t_s) + 30.0 * np.sin(11.3 * t_s)
+    x_m, v_m_per_s, command_m = 0.0, 0.0, []
+    for force_N in operator_N:
+        command_m.append(x_m)
+        for _ in range(steps):
+            pull_N = force_N - damping_N_s_per_m * v_m_per_s - more_N_s_per_m * abs(v_m_per_s) - stiffness_N_per_m * x_m
+            v_m_per_s += period_s / steps * pull_N / mass_kg
+            x_m += period_s / steps * v_m_per_s
+    command_m = np.array(command_m) + 1e-5 * np.random.default_rng(5).standard_normal(len(t_s))
+    record = write(tmp_path / "way.csv", "t_s,operator_force_N,command_position_m", t_s, operator_N, command_m)
+    found = diagnose(tmp_path / "out", record, "--rig", "ess")
+    assert found["verdict"] == "named" and list(values(found)) == ["manipulator.asymmetric_friction"]
+    size = values(found)["manipulator.asymmetric_friction"]["damping_asymmetry_N_s_per_m"]
+    assert size == pytest.approx(more_N_s_per_m, rel=0.01)
+
+
 def test_a_cause_is_no_rival_of_itself(tmp_path):
     """Dry friction, found second, had been a rival of the offset that was found first."""
     period_s, mass_kg, damping_N_s_per_m, stiffness_N_per_m = 0.0025, 200.0, 125.664, 7895.684
