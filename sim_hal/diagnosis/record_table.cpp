@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "../../hal/rig/rig_file.h"
 #include "record_lines.h"
@@ -124,11 +125,11 @@ std::vector<bool> read_header(record_table &table, std::string_view line, const 
         table.columns.push_back({name, {}});
     }
     const std::string &only = table.columns.front().name;
-    const std::size_t separator = only.find_first_of(";\t");
-    if (table.columns.size() == 1 && separator != std::string::npos) {
-        throw input_error(place(path, table.header_line) + "its columns are separated by " +
-                          (only[separator] == ';' ? "semicolons" : "tabs") +
-                          "; write commas, and points in the numbers");
+    for (const auto &[separator, called] : {std::pair(';', "semicolons"), {'\t', "tabs"}, {' ', "blanks"}}) {
+        if (table.columns.size() == 1 && only.find(separator) != std::string::npos) {
+            throw input_error(place(path, table.header_line) + "its columns are separated by " + called +
+                              "; write commas, and points in the numbers");
+        }
     }
     if (!is_any_a_name) {
         throw input_error(place(path, table.header_line) +

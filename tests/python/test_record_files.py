@@ -80,7 +80,7 @@ def test_letters_of_more_than_a_byte(tmp_path, encoding):
     refused(tmp_path, record, "--rig", "ess", contains=[":1: ", "UTF-16", "save it as UTF-8"])
 
 
-@pytest.mark.parametrize("separator, told", [(";", "semicolons"), ("\t", "tabs")])
+@pytest.mark.parametrize("separator, told", [(";", "semicolons"), ("\t", "tabs"), (" ", "blanks")])
 def test_a_table_with_other_separators(tmp_path, separator, told):
     """As a spreadsheet writes it where the comma is the decimal point."""
     lines = [line.replace(",", separator).replace(".", ",") for line in lines_of(HEADER, motion())]
