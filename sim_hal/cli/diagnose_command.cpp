@@ -110,27 +110,26 @@ nlohmann::json as_json(const block_diagnosis &block, const record &data)
     for (const effect *const one : block.tried) {
         tried.push_back(one->name);
     }
-    return {
-        {"block", name_of(block.block)},
-        {"verdict", name_of(block.verdict)},
-        {"tried", tried},
-        {"ranking", ranking},
-        {"causes", causes},
-        {"alternatives", alternatives},
-        {"doubts", block.doubts},
-        {"base", as_json(block.base)},
-        {"residual",
-         {{"unit", block_units[static_cast<int>(block.block)]},
-          {"fit", as_json(block.fit_rms)},
-          {"held_out", as_json(block.held_out_rms)},
-          {"floor_ci95", {std::max(0.0, block.floor.rms - block.floor_ci95), block.floor.rms + block.floor_ci95}},
-          {"floor_is_measured", block.floor_is_measured}}},
-        {"floor_noise",
-         {{"ar", block.floor.ar},
-          {"slow_decay", block.floor.slow_decay},
-          {"slow_gain", block.floor.slow_gain},
-          {"sigma", block.floor.sigma}}},
-        {"left", left_as_json(block, data)}};
+    return {{"block", name_of(block.block)},
+            {"verdict", name_of(block.verdict)},
+            {"tried", tried},
+            {"ranking", ranking},
+            {"causes", causes},
+            {"alternatives", alternatives},
+            {"doubts", block.doubts},
+            {"base", as_json(block.base)},
+            {"residual",
+             {{"unit", block_units[static_cast<int>(block.block)]},
+              {"fit", as_json(block.fit_rms)},
+              {"held_out", as_json(block.held_out_rms)},
+              {"floor_ci95", {interval_of_floor(block).low, interval_of_floor(block).high}},
+              {"floor_is_measured", block.floor_is_measured}}},
+            {"floor_noise",
+             {{"ar", block.floor.ar},
+              {"slow_decay", block.floor.slow_decay},
+              {"slow_gain", block.floor.slow_gain},
+              {"sigma", block.floor.sigma}}},
+            {"left", left_as_json(block, data)}};
 }
 
 nlohmann::json as_json(const detectable_size &one)

@@ -34,6 +34,17 @@ bool has_rest(const block_diagnosis &block)
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
 }
 
+bool is_floor_open(const block_diagnosis &block)
+{
+    return has_rest(block) && !block.floor_is_measured;
+}
+
+interval interval_of_floor(const block_diagnosis &block)
+{
+    const double low = is_floor_open(block) ? 0.0 : block.floor.rms - block.floor_ci95;
+    return {std::max(0.0, low), block.floor.rms + block.floor_ci95};
+}
+
 namespace
 {
 
@@ -119,9 +130,14 @@ void print_block(const block_diagnosis &block, const record &data)
     const char *const unit = block_units[static_cast<int>(block.block)].data();
     std::printf("%s: %s\n", block_names[static_cast<int>(block.block)].data(),
                 verdict_names[static_cast<int>(block.verdict)].data());
-    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is %.3g +- %.2g%s\n",
-                block.fit_rms.before, unit, block.fit_rms.retuned, block.fit_rms.after, block.fit_rms.floor,
-                block.floor_ci95, block.floor_is_measured ? "" : ", estimated");
+    std::printf("  error          %.3g %s rms as given, %.3g re-tuned, %.3g extended; the noise is ",
+                block.fit_rms.before, unit, block.fit_rms.retuned, block.fit_rms.after);
+    if (is_floor_open(block)) {
+        std::printf("%.3g at most, estimated beside what is left\n", interval_of_floor(block).high);
+    } else {
+        std::printf("%.3g +- %.2g%s\n", block.fit_rms.floor, block.floor_ci95,
+                    block.floor_is_measured ? "" : ", estimated");
+    }
     std::printf("  on unseen data %.3g %s re-tuned, %.3g extended\n", block.held_out_rms.retuned, unit,
                 block.held_out_rms.after);
     for (const cause &known : block.causes) {

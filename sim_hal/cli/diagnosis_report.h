@@ -24,6 +24,12 @@ bool is_fitted(const parameter_estimate &parameter);
 /* An error is left that nothing explains. */
 bool has_rest(const block_diagnosis &block);
 
+/* The floor was estimated beside what nothing explains: it may have taken some of that for noise. */
+bool is_floor_open(const block_diagnosis &block);
+
+/* Of its rms, 95 %; from 0 on where it is open. */
+interval interval_of_floor(const block_diagnosis &block);
+
 void print_diagnosis(const diagnosis &found, const std::string &out_folder);
 
 } // namespace berth

@@ -83,6 +83,8 @@ def test_what_a_neighbour_leaves_far_above_the_noise_is_said(tmp_path, robot, is
     told = diagnosed(tmp_path, record, "--rig", "ess", *more)
     print(told["verdict"], [cause["effect"] for cause in told["causes"]], [b["doubts"] for b in told["blocks"]])
     assert told["verdict"] in ("partly_explained", "unknown")
+    low_m, high_m = told["residual"]["robot_position_m"]["floor_ci95"]
+    assert low_m == 0.0 < high_m, "estimated beside what nothing explains, it may hold some of that"
 
 
 @pytest.fixture(scope="module")
