@@ -83,6 +83,10 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         if (result.verdict == verdict::nothing_detectable) {
             result.verdict = verdict::named;
         }
+        if (found.in_bursts) {
+            result.verdict = verdict::partly_explained;
+            result.doubts.emplace_back("what is lost comes in bursts, and the effect loses one by one");
+        }
     }
     return result;
 }

@@ -150,6 +150,9 @@ verdict block_search::verdict_of(block_diagnosis &result)
         return result.doubts.empty() ? verdict::nothing_detectable : verdict::unknown;
     }
     if (!result.doubts.empty()) {
+        if (static_cast<int>(found_.size()) == input_.effects_max) {
+            result.doubts.emplace_back("more causes than are told in one block were not looked for");
+        }
         return verdict::partly_explained;
     }
     return result.alternatives.empty() ? verdict::named : verdict::one_of;

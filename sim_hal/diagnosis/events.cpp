@@ -14,12 +14,44 @@ std::size_t count_of(const std::vector<std::uint8_t> &rows)
     return static_cast<std::size_t>(std::count(rows.begin(), rows.end(), std::uint8_t{1}));
 }
 
+namespace
+{
+
+bool are_more(std::size_t count, double by_chance)
+{
+    return count >= events_min && static_cast<double>(count) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
+}
+
+} // namespace
+
 event_finding found_in(const char *name, std::size_t count, std::size_t of)
 {
     const double p = static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of, 1));
     const double tries = static_cast<double>(std::max<std::size_t>(of, 1));
     const double width = 1.96 * std::sqrt(p * (1.0 - p) / tries) + 1.92 / tries; /* about Wilson's */
     return {find_effect(name), {p}, {width}, count};
+}
+
+event_finding found_in(const char *name, std::size_t count, const std::vector<std::uint8_t> &rows,
+                       const std::vector<std::uint8_t> &counted)
+{
+    event_finding found = found_in(name, count, count_of(counted));
+    std::size_t followed = 0;
+    std::size_t after_one = 0;
+    for (std::size_t n = 1; n < rows.size(); n++) {
+        if (counted[n] != 0 && rows[n - 1] != 0) {
+            after_one++;
+            followed += rows[n] != 0;
+        }
+    }
+    const double p = found.values[0];
+    const auto after = static_cast<double>(after_one);
+    found.in_bursts = are_more(followed, p * after);
+    if (found.in_bursts) {
+        const double correlation = (static_cast<double>(followed) / after - p) / (1.0 - p);
+        found.ci95[0] *= std::sqrt((1.0 + correlation) / (1.0 - std::min(correlation, 0.99)));
+    }
+    return found;
 }
 
 namespace
@@ -33,7 +65,6 @@ struct repetitions {
     std::vector<std::uint8_t> moves;   /* rows that would have told, and that nothing repeats by chance */
     std::vector<std::uint8_t> counted; /* the rows that count, be they repetitions or not */
     std::size_t count = 0;             /* of repetitions among them that are none by chance */
-    std::size_t of = 0;                /* so many rows count */
 };
 
 std::size_t count_of_both(const std::vector<std::uint8_t> &one, const std::vector<std::uint8_t> &other)
@@ -53,11 +84,6 @@ double noise_sd(const std::vector<double> &x)
         sizes.push_back(std::abs(x[n + 1] - 2.0 * x[n] + x[n - 1]));
     }
     return 1.4826 * median_of(sizes) / std::sqrt(6.0);
-}
-
-bool are_more(std::size_t count, double by_chance)
-{
-    return count >= events_min && static_cast<double>(count) > 3.0 * by_chance + 5.0 * std::sqrt(by_chance + 1.0);
 }
 
 repetitions repeated_rows(const record &record, const std::vector<double> &x)
@@ -136,7 +162,6 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
         std::transform(rows.begin(), rows.end(), sure.begin(), rows.begin(), std::bit_and<>());
         told.rows = std::move(rows);
     }
-    told.of = count_of(told.counted);
     told.moves = std::move(sure);
     return told;
 }
@@ -145,15 +170,14 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
  * whole. */
 struct whole_ticks {
     std::vector<std::uint8_t> rows;
-    std::size_t count = 0;   /* 0: no more than by chance */
-    std::size_t chances = 0; /* rows that would have told */
+    std::vector<std::uint8_t> counted; /* rows that would have told */
+    std::size_t count = 0;             /* 0: no more than by chance */
 };
 
 whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_t> &robot_moves,
                              const std::vector<std::uint8_t> &force_moves)
 {
-    whole_ticks found{std::vector<std::uint8_t>(record.size(), 0)};
-    double ticks = 0.0;
+    whole_ticks found{std::vector<std::uint8_t>(record.size(), 0), std::vector<std::uint8_t>(record.size(), 0)};
     /* One channel may stand still by itself: chance, its resolution, a fault of its own. Begun at one: none seen in
      * few rows is no proof that there are none. */
     double robot_alone = 1.0;
@@ -168,13 +192,12 @@ whole_ticks find_whole_ticks(const record &record, const std::vector<std::uint8_
                 continue;
             }
             found.count += robot && force;
-            ticks += 1.0;
+            found.counted[n] = 1;
             robot_alone += robot && !force;
             force_alone += force && !robot;
             neither += !force && !robot;
         }
     }
-    found.chances = static_cast<std::size_t>(ticks);
     /* Of channels that know nothing of each other; whole ticks do not add to the three others. */
     if (!are_more(found.count, robot_alone * force_alone / neither)) {
         found.count = 0;
@@ -276,13 +299,13 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
             events.force_repeats.resize(record.size(), 0);
             std::transform(ticks.rows.begin(), ticks.rows.end(), events.force_repeats.begin(),
                            events.force_repeats.begin(), std::bit_or<>());
-            found.push_back(found_in("loop.lost_samples", whole, ticks.chances));
+            found.push_back(found_in("loop.lost_samples", whole, ticks.rows, ticks.counted));
         }
     }
     if (force_alone >= events_min && (whole == 0 || 10 * force_alone >= 3 * whole) &&
         given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
         given.bus.loss_probability == 0.0) {
-        found.push_back(found_in("sensor.dropouts", force_alone, force_told.of));
+        found.push_back(found_in("sensor.dropouts", force_alone, force_told.rows, force_told.counted));
     }
     return found;
 }

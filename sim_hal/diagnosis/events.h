@@ -20,6 +20,7 @@ struct event_finding {
     std::vector<double> ci95;
     std::size_t count;  /* of samples concerned */
     double share = 0.0; /* of the explainable error, set where it is known */
+    bool in_bursts = false;
 };
 
 /* Rows that are marked. */
@@ -27,6 +28,11 @@ std::size_t count_of(const std::vector<std::uint8_t> &rows);
 
 /* So many of so many samples, as an effect with the probability as its first parameter. */
 event_finding found_in(const char *effect, std::size_t count, std::size_t of);
+
+/* The same of the rows that count. Where one follows right on another more often than by chance, they come in
+ * bursts, and the interval is as wide as that of a Markov chain with their correlation from row to row. */
+event_finding found_in(const char *effect, std::size_t count, const std::vector<std::uint8_t> &rows,
+                       const std::vector<std::uint8_t> &counted);
 
 /* Samples that stay exactly what they were, more often than chance, while their neighbours change. Sets the rows in
  * `events`. */

@@ -294,10 +294,12 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
         }
     }
     std::size_t all = 0; /* with those that another channel has shown */
+    std::vector<std::uint8_t> counted(record.size(), 0);
     for (const std::size_t n : rows) {
+        counted[n] = 1;
         all += events.lost_command[n] != 0;
     }
-    return {found_in("robot.lost_commands", all, rows.size())};
+    return {found_in("robot.lost_commands", all, events.lost_command, counted)};
 }
 
 } // namespace berth

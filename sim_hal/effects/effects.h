@@ -4,17 +4,18 @@
 
 #include "effect.h"
 
-/* All there are, in the order in which they are listed. A new effect is a file of its own and a line here. */
+/* All there are, in the order in which they are listed and, where several act on one signal, act. A new effect is a
+ * file of its own and a line here. */
 #define EFFECT_LIBRARY(EFFECT)                                                                                      \
     EFFECT(robot_dead_time)                                                                                         \
     EFFECT(robot_dead_time_drift)                                                                                   \
+    EFFECT(robot_deadband)                                                                                          \
     EFFECT(robot_gain)                                                                                              \
     EFFECT(robot_lag)                                                                                               \
     EFFECT(robot_resonance)                                                                                         \
     EFFECT(robot_velocity_limit)                                                                                    \
     EFFECT(robot_acceleration_limit)                                                                                \
     EFFECT(robot_backlash)                                                                                          \
-    EFFECT(robot_deadband)                                                                                          \
     EFFECT(robot_lost_commands)                                                                                     \
     EFFECT(robot_periodic_error)                                                                                    \
     EFFECT(manipulator_parameters)                                                                                  \

@@ -33,7 +33,8 @@ effect robot_deadband()
 {
     effect made;
     made.name = "robot.deadband";
-    made.physics = "A setpoint nearer than delta to the one that the robot stands on is ignored; else it is taken.";
+    made.physics = "A setpoint nearer than delta to the one that the robot stands on is ignored; else it is taken, "
+                   "then scaled.";
     made.source = "servo drives";
     made.calibration = {
         19, "command ever larger steps from rest, and read with a dial gauge which is the first to move it"};
