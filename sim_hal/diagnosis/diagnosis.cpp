@@ -321,8 +321,9 @@ diagnosis diagnose(const diagnosis_request &request)
         for (block_diagnosis &earlier : result.blocks) {
             drop_repeated(earlier, found);
             take_refined(earlier, found);
-            if (block == block::force) {
+            if (block == block::force && earlier.block == block::robot) {
                 judge_robot_again(earlier, found, input_of(earlier.block), events);
+                measure_again(earlier, found.extended, input_of(earlier.block), events);
             }
         }
         result.extended = found.extended;

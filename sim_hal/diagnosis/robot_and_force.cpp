@@ -352,6 +352,22 @@ void take_refined(block_diagnosis &before, const block_diagnosis &now)
     }
 }
 
+void measure_again(block_diagnosis &before, const rig &refined, const diagnosis_input &input,
+                   const events_of_records &events)
+{
+    block_model model(before.block, *input.fit, refined, events.fit, held_out_parts::none);
+    model.error(refined, before.error_after);
+    before.fit_rms.after = rms_of(before.error_after, before.uses, row_use::fit);
+    if (input.validation == nullptr) {
+        before.held_out_rms.after = rms_of(before.error_after, before.uses, row_use::held_out);
+    } else {
+        block_model unseen(before.block, *input.validation, refined, events.unseen, held_out_parts::none);
+        std::vector<double> error;
+        unseen.error(refined, error);
+        before.held_out_rms.after = rms_of(error, unseen.uses(), row_use::fit);
+    }
+}
+
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
                        events_of_records events)

@@ -52,6 +52,10 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now);
  * block has refined, the earlier one tells the values that the extended rig gets. */
 void take_refined(block_diagnosis &before, const block_diagnosis &now);
 
+/* What the earlier block leaves with the rig that the later one has refined; `input`: the earlier one's. */
+void measure_again(block_diagnosis &before, const rig &refined, const diagnosis_input &input,
+                   const events_of_records &events);
+
 /* What is left in the robot's reports may be what the force shows more of: then they are judged anew with it. */
 void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, const diagnosis_input &input,
                        events_of_records events);
