@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "../../hal/rig/rig_file.h"
 #include "block_model.h"
@@ -24,9 +25,13 @@ struct mistake {
 
 constexpr mistake mistakes_of_force[] = {
     {"force_N", -1.0, "had the opposite sign"}, {"force_N", 1e3, "were in kN"}, {"force_N", 1e-3, "were in mN"}};
-constexpr mistake mistake_of_command{"command_position_m", 1e-3, "were in mm"};
+constexpr mistake mistakes_of_command[] = {{"command_position_m", 1e-3, "were in mm"},
+                                           {"command_position_m", 1e-2, "were in cm"},
+                                           {"command_position_m", 0.0254, "were in inches"}};
 constexpr mistake mistakes_of_robot[] = {{"robot_position_m", -1.0, "had the opposite sign"},
-                                         {"robot_position_m", 1e-3, "were in mm"}};
+                                         {"robot_position_m", 1e-3, "were in mm"},
+                                         {"robot_position_m", 1e-2, "were in cm"},
+                                         {"robot_position_m", 0.0254, "were in inches"}};
 constexpr mistake mistakes_of_operator[] = {{"operator_force_N", -1.0, "had the opposite sign"},
                                             {"operator_force_N", 1e3, "were in kN"},
                                             {"operator_force_N", 1e-3, "were in mN"},
@@ -45,7 +50,7 @@ std::vector<mistake> mistakes_in(block block)
     if (block == block::manipulator) {
         add(mistakes_of_operator);
     }
-    all.push_back(mistake_of_command);
+    add(mistakes_of_command);
     return all;
 }
 
@@ -159,6 +164,42 @@ bool is_echo(const record &data, const rig &given)
     return rows > 0.99 * static_cast<double>(command.size());
 }
 
+/* The one that is said to be the robot's runs ahead, and with the two exchanged next to nothing is left. */
+bool are_exchanged(const record &data, const rig &given)
+{
+    constexpr double nothing = 0.1;
+    constexpr double something = 0.02;
+    if (!can_replay(data, block::robot)) {
+        return false;
+    }
+    const double before = share_unexplained(block::robot, data, given);
+    if (before < something) {
+        return false;
+    }
+    record exchanged = data;
+    std::swap(exchanged.command_position_m, exchanged.robot_position_m);
+    return share_unexplained(block::robot, exchanged, given) < nothing * std::min(1.0, before);
+}
+
+void refuse_exchanged_positions(record &data, const rig &given)
+{
+    if (!are_exchanged(data, given)) {
+        return;
+    }
+    const std::string command = source_of(given, "command_position_m").column;
+    const std::string robot = source_of(given, "robot_position_m").column;
+    const std::string words = "the columns of command_position_m and robot_position_m look exchanged: the robot "
+                              "would be ahead of its commands; say in the rig file [signals] command_position_m = { "
+                              "column = \"" +
+                              robot + "\" } and robot_position_m = { column = \"" + command + "\" }";
+    if (is_mapped(given, "command_position_m") || is_mapped(given, "robot_position_m")) {
+        data.notes.push_back(words);
+        return;
+    }
+    throw input_error(data.path + ":" + std::to_string(data.header_line) + ": " + words +
+                      "; or map each to its own, if it is right as it is");
+}
+
 } // namespace
 
 void refuse_mistaken_signals(record &data, const rig &given)
@@ -166,6 +207,7 @@ void refuse_mistaken_signals(record &data, const rig &given)
     if (data.header_line == 0) {
         return; /* a log has its own signs and units */
     }
+    refuse_exchanged_positions(data, given);
     if (is_echo(data, given)) {
         throw input_error(data.path + ":" + std::to_string(data.header_line) +
                           ": robot_position_m repeats command_position_m, although the rig's robot has a dead time: "

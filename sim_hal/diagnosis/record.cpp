@@ -94,11 +94,20 @@ double row_spacing_s(const record &made)
         throw input_error(made.path + ": has " + std::to_string(made.size()) + " rows; a diagnosis needs at least " +
                           std::to_string(rows_min) + ", and a minute is better");
     }
+    constexpr std::size_t rounded = 10; /* one in so many rows repeats a stamp: no row that came twice */
     std::vector<double> steps;
+    std::size_t repeats = 0;
     for (std::size_t n = 1; n < made.size(); n++) {
         if (made.time_s[n] > made.time_s[n - 1]) {
             steps.push_back(made.time_s[n] - made.time_s[n - 1]);
         }
+        repeats += made.time_s[n] == made.time_s[n - 1];
+    }
+    if (!steps.empty() && rounded * repeats > made.size()) {
+        throw input_error(made.path + ": t_s repeats in " + std::to_string(repeats) + " of " +
+                          std::to_string(made.size()) +
+                          " rows: its stamps are rounded; write it with more digits, or each row's number over the "
+                          "rate in its place");
     }
     if (steps.empty()) {
         throw input_error(made.path +

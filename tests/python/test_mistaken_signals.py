@@ -54,7 +54,8 @@ def good(columns, tmp_path_factory):
 
 
 MISTAKES = [("robot", "robot_position_m", -1.0, "opposite sign"), ("robot", "robot_position_m", 1e3, "in mm"),
-            ("robot", "command_position_m", 1e3, "in mm"), ("force", "force_N", -1.0, "opposite sign"),
+            ("robot", "command_position_m", 1e3, "in mm"), ("robot", "robot_position_m", 100.0, "in cm"),
+            ("robot", "command_position_m", 1.0 / 0.0254, "in inches"), ("force", "force_N", -1.0, "opposite sign"),
             ("force", "force_N", 1e-3, "in kN"), ("force", "command_position_m", 1e3, "in mm"),
             ("all", "force_N", -1.0, "opposite sign"), ("all", "command_position_m", 1e3, "in mm"),
             ("all", "operator_position_m", -1.0, "opposite sign"), ("all", "operator_position_m", 1e3, "in mm")]
@@ -88,6 +89,24 @@ def test_who_says_that_it_is_right_is_only_told(columns, tmp_path):
                    + '\n[signals]\nrobot_position_m = { column = "robot_position_m", scale = 1 }\n')
     found = diagnosed(tmp_path / "out", write(tmp_path / "record.csv", spoilt), "--rig", rig)
     assert any("opposite sign" in note and "scale = -1" in note for note in found["notes"])
+
+
+def test_exchanged_positions_are_told_and_the_cure_cures(columns, good, tmp_path):
+    both = part_of(columns, "robot")
+    spoilt = {"t_s": both["t_s"], "command_position_m": both["robot_position_m"],
+              "robot_position_m": both["command_position_m"]}
+    record = write(tmp_path / "record.csv", spoilt)
+    done = command("diagnose", record, "--rig", "ess", "--out", tmp_path / "out")
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and f"{record}:1: " in message and "exchanged" in message, message
+    cures = re.findall(r"(\w+) = (\{[^}]*\})", message)
+    assert [name for name, _ in cures] == ["command_position_m", "robot_position_m"], message
+    rig = tmp_path / "cured.toml"
+    rig.write_text((RIG_FOLDER / "ess.toml").read_text() + "\n[signals]\n"
+                   + "".join(f"{name} = {cure}\n" for name, cure in cures))
+    found = diagnosed(tmp_path / "out", record, "--rig", rig)
+    assert found["verdict"] == good["robot"]["verdict"]
+    assert not any("exchanged" in note for note in found["notes"])
 
 
 DRIVE = """

@@ -95,6 +95,12 @@ def test_rows_the_last_one_first(tmp_path):
     refused(tmp_path, record, "--rig", "ess", contains=["t_s never increases", "the last one first"])
 
 
+def test_stamps_of_too_few_digits(tmp_path):
+    t_s, command_m, robot_m = motion()
+    record = write(tmp_path / "rounded.csv", HEADER, [np.round(t_s, 2), command_m, robot_m])
+    refused(tmp_path, record, "--rig", "ess", contains=["t_s repeats in ", "stamps are rounded", "more digits"])
+
+
 def test_two_columns_of_one_name(tmp_path):
     t_s, command_m, robot_m = motion()
     record = write(tmp_path / "twice.csv", [*HEADER, "robot_position_m"], (t_s, command_m, robot_m, robot_m))
