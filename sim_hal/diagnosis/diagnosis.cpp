@@ -15,6 +15,7 @@
 #include "robot_and_force.h"
 #include "sample_age.h"
 #include "side_records.h"
+#include "uneven_noise.h"
 
 namespace berth
 {
@@ -338,6 +339,8 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     tell_command_steps(result);
     tell_scaled_manipulator(result);
+    const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, data);
+    result.notes.insert(result.notes.end(), uneven.begin(), uneven.end());
     result.verdict = overall(result.blocks);
     tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
                                                        : "looking for the next experiment");

@@ -1,5 +1,5 @@
-/* Signals that fit the rig with another sign or in another unit: mm, cm or inches for m, kN for N, a sensor the other
- * way round; or with the commanded and the measured position exchanged. */
+/* Signals that fit the rig with another sign or in another unit: mm, cm or inches for m, kN for N, a sensor the
+ * other way round; or with the commanded and the measured position exchanged. */
 #ifndef SIM_HAL_DIAGNOSIS_MISTAKEN_SIGNALS_H
 #define SIM_HAL_DIAGNOSIS_MISTAKEN_SIGNALS_H
 

@@ -204,3 +204,36 @@ def test_what_gains_less_than_the_noise_is_known_is_believed_beside_a_standstill
     assert [cause["effect"] for cause in force["causes"]] == ["sensor.bias"]
     assert force["verdict"] == ("named" if is_measured else "partly_explained")
     assert any("a standstill would tell" in doubt for doubt in force["doubts"]) != is_measured
+
+
+ROBOT_RIG = """
+name = "robot"
+[loop]
+rate_Hz = 400
+[robot]
+dead_time_ms = 17.5
+interpolation = "linear"
+[bus]
+ideal = true
+"""
+
+
+@pytest.mark.parametrize("jitter_ms, wander, told, size", [
+    (0.3, 0.0, "velocity, as of a delay that jitters by ", 0.3), (0.0, 0.004, "size, as of a gain that wanders by ", 0.4),
+    (0.0, 0.0, None, None)])
+def test_noise_that_follows_the_motion_is_told_with_its_size(tmp_path, jitter_ms, wander, told, size):
+    t_s, command_m = multisine(12000, 7)
+    rng = np.random.default_rng(8)
+    late_s = DEAD_TIME_s + 1e-3 * jitter_ms * rng.standard_normal(len(t_s))
+    robot_m = (1.0 + wander * rng.standard_normal(len(t_s))) * np.interp(t_s - late_s, t_s, command_m)
+    robot_m += 5e-6 * rng.standard_normal(len(t_s))
+    record = write(tmp_path / "record.csv", t_s=t_s, command_position_m=command_m, robot_position_m=robot_m)
+    rig = tmp_path / "robot.toml"
+    rig.write_text(ROBOT_RIG)
+    found = diagnosed(tmp_path, record, "--rig", rig)
+    notes = [note for note in found["notes"] if "the noise of the robot grows" in note]
+    assert len(notes) == (told is not None), notes
+    assert found["causes"] == []
+    if told:
+        assert told in notes[0]
+        assert float(notes[0].split(told)[1].split()[0]) == pytest.approx(size, rel=0.1)
