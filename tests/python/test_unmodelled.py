@@ -237,3 +237,41 @@ def test_noise_that_follows_the_motion_is_told_with_its_size(tmp_path, jitter_ms
     if told:
         assert told in notes[0]
         assert float(notes[0].split(told)[1].split()[0]) == pytest.approx(size, rel=0.1)
+
+
+DRIVE_RIG = """
+name = "drive"
+[loop]
+rate_Hz = {rate_Hz}
+[manipulator]
+mass_kg = 20.0
+damping_N_s_per_m = 60.0
+stiffness_N_per_m = 0.0
+[operator]
+interface = "force"
+"""
+
+
+@pytest.mark.parametrize("every, is_told", [(1, False), (10, True)])
+def test_a_force_that_moves_between_the_rows_is_told(tmp_path, every, is_told):
+    """A drive with dry friction, controlled at 1 kHz, of which every row or each tenth one is kept."""
+    period_s = 0.001
+    t_s = period_s * np.arange(30000)
+    wanted_m = 0.05 * np.sin(2 * np.pi * 0.5 * t_s) + 0.01 * np.sin(2 * np.pi * 1.7 * t_s)
+    x, v, steps = 0.0, 0.0, 20
+    force_N, position_m = np.empty_like(t_s), np.empty_like(t_s)
+    for n, goal in enumerate(wanted_m):
+        position_m[n] = x
+        force_N[n] = 60000.0 * (goal - x) - 1500.0 * v
+        for _ in range(steps):
+            v += period_s / steps * (force_N[n] - 60.0 * v - 30.0 * np.tanh(v / 1e-4)) / 20.0
+            x += period_s / steps * v
+    position_m += 1e-7 * np.random.default_rng(3).standard_normal(len(t_s))
+    record = write(tmp_path / "record.csv", t_s=t_s[::every], operator_force_N=force_N[::every],
+                   command_position_m=position_m[::every])
+    rig = tmp_path / "drive.toml"
+    rig.write_text(DRIVE_RIG.format(rate_Hz=1000 // every))
+    found = diagnosed(tmp_path, record, "--rig", rig)
+    assert any("operator_force_N changes by" in note and "higher rate" in note for note in found["notes"]) == is_told
+    friction = {p["name"]: p["value"] for cause in found["causes"] for p in cause["parameters"]}["coulomb_friction_N"]
+    assert friction == pytest.approx(30.0, rel=0.05 if is_told else 0.005)
