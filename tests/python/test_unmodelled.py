@@ -275,3 +275,26 @@ def test_a_force_that_moves_between_the_rows_is_told(tmp_path, every, is_told):
     assert any("operator_force_N changes by" in note and "higher rate" in note for note in found["notes"]) == is_told
     friction = {p["name"]: p["value"] for cause in found["causes"] for p in cause["parameters"]}["coulomb_friction_N"]
     assert friction == pytest.approx(30.0, rel=0.05 if is_told else 0.005)
+
+
+@pytest.mark.parametrize("begins, length, verdict", [(0.02, 1.0, "named"), (0.009, 4.0, "partly_explained")])
+def test_setpoints_lost_in_bursts_are_told_in_part(tmp_path, begins, length, verdict):
+    t_s, command_m = multisine(12000, 11)
+    rng = np.random.default_rng(12)
+    taken_m, left = command_m.copy(), 0
+    lost = np.zeros(len(t_s), bool)
+    for n in range(1, len(t_s)):
+        left = left or (rng.geometric(1.0 / length) if rng.random() < begins else 0)
+        if left:
+            taken_m[n], lost[n], left = taken_m[n - 1], True, left - 1
+    robot_m = np.interp(t_s - DEAD_TIME_s, t_s, taken_m) + 1e-6 * rng.standard_normal(len(t_s))
+    record = write(tmp_path / "record.csv", t_s=t_s, command_position_m=command_m, robot_position_m=robot_m)
+    rig = tmp_path / "robot.toml"
+    rig.write_text(ROBOT_RIG)
+    found = diagnosed(tmp_path, record, "--rig", rig)
+    assert [cause["effect"] for cause in found["causes"]] == ["robot.lost_commands"]
+    assert found["verdict"] == verdict
+    doubts = [doubt for block in found["blocks"] for doubt in block["doubts"]]
+    assert any("bursts" in doubt for doubt in doubts) == (verdict != "named")
+    low, high = found["causes"][0]["parameters"][0]["ci95"]
+    assert low < lost.mean() < high
