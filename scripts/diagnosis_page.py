@@ -271,7 +271,7 @@ def experiment_section(diagnosis):
                  ["profile, for berth run --profile", found["file"]]]
     rows.append(["why", found["why"]])
     if found["calibration"]:
-        rows.append(["calibration", found["calibration"]])
+        rows.append(["instead", found["calibration"]])
     return f'<section id="experiment">\n<h2>Next experiment</h2>\n{table(["", ""], rows, "next")}\n</section>'
 
 

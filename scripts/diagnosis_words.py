@@ -145,7 +145,7 @@ def next_sentence(found):
     """What to measure next."""
     if found["file"]:
         return f"Next experiment: {found['excitation']} ({found['file']}): {found['why']}."
-    rest = f" Calibrate instead: {found['calibration']}." if found["calibration"] else ""
+    rest = f" Instead: {found['calibration']}." if found["calibration"] else ""
     return f"No next experiment: {found['why']}.{rest}"
 
 

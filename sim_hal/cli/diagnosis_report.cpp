@@ -211,7 +211,7 @@ void print_next(const diagnosis &found, const std::string &out_folder)
         std::printf("next experiment: none; %s\n", next.why.c_str());
     }
     if (!next.calibration.empty()) {
-        std::printf("  calibrate      %s\n", next.calibration.c_str());
+        std::printf("  instead        %s\n", next.calibration.c_str());
     }
 }
 

@@ -85,7 +85,7 @@ std::vector<hypothesis> rivals_of_winner(const block_diagnosis &found)
     return rivals;
 }
 
-/* What was found so far, and the best of what was not accepted. */
+/* What was found so far, and the best of what was not accepted; what hardly lowers the error is none. */
 std::vector<hypothesis> rivals_of_rest(const block_diagnosis &found)
 {
     std::vector<hypothesis> rivals{{nullptr, found.fitted}};
@@ -93,7 +93,7 @@ std::vector<hypothesis> rivals_of_rest(const block_diagnosis &found)
     for (const ranked &one : found.ranking) { /* best first in each round */
         const bool is_cause = std::any_of(found.causes.begin(), found.causes.end(),
                                           [&](const cause &known) { return known.effect == one.effect; });
-        if (one.round == last && !is_cause && one.delta_bic > 0.0 && rivals.size() < rivals_max) {
+        if (one.round == last && !is_cause && one.delta_bic > bic_undecided && rivals.size() < rivals_max) {
             rivals.push_back({one.effect, one.fitted});
         }
     }
@@ -220,9 +220,31 @@ std::vector<outcome> best_of(const std::vector<excitation> &excitations,
     return all;
 }
 
+/* Where the library has no hypothesis: what would show of which kind the rest is. */
+next_experiment look_closer(const block_diagnosis &found)
+{
+    constexpr double follows = 0.01; /* of the explainable error */
+    constexpr const char *closer[static_cast<std::size_t>(error_class::count)] = {
+        "a slow chirp over all frequencies of use, with small and with large motion: at which it grows tells what "
+        "it is",
+        "the same motion at half and at twice its size: what is left then grows less or more than the motion",
+        "the same motion about two other middle positions: what is left then changes with the place",
+        "rest, for as long as this record: what wanders then does not come from the motion",
+        "slowly to and fro over the whole way: what differs between there and back is friction, play or hysteresis"};
+    next_experiment made;
+    made.rig = found.fitted.rig;
+    made.rivals = {name_of({nullptr, {}}, found)};
+    made.why = "no effect of the library comes near what is left";
+    made.calibration =
+        found.left < follows && !found.floor_is_measured
+            ? "rest, as --standstill, or the same command once more, as --repeat: what is left may be noise"
+            : closer[static_cast<std::size_t>(found.left_class)];
+    return made;
+}
+
 } // namespace
 
-std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, const record &shown, const rig &given)
+next_experiment tell_rivals_apart(const block_diagnosis &found, const record &shown, const rig &given)
 {
     std::vector<hypothesis> rivals;
     if (found.verdict == verdict::one_of) {
@@ -235,7 +257,7 @@ std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, c
         rivals.resize(rivals_max);
     }
     if (rivals.size() < 2) {
-        return {};
+        return look_closer(found);
     }
     next_experiment made;
     made.rig = rivals[0].fitted.rig;

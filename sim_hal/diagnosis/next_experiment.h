@@ -19,9 +19,8 @@ struct next_experiment {
 };
 
 /* For one_of, unknown and partly_explained: simulates candidate excitations with every rival and takes that in which
- * the rivals, re-fitted, stay farthest apart. Nothing: there is nothing to tell apart. */
-std::optional<next_experiment> tell_rivals_apart(const block_diagnosis &found, const record &shown,
-                                                 const rig &given);
+ * the rivals, re-fitted, stay farthest apart. Without rivals: what would show of which kind the rest is. */
+next_experiment tell_rivals_apart(const block_diagnosis &found, const record &shown, const rig &given);
 
 /* For nothing_detectable: the excitation that would show the smallest effects. `sizes`: what `shown` would have
  * shown in the block of `found`. */

@@ -235,6 +235,8 @@ def test_noise_that_follows_the_motion_is_told_with_its_size(tmp_path, jitter_ms
     assert len(notes) == (told is not None), notes
     assert found["causes"] == []
     if told:
+        assert found["verdict"] == "unknown" and "no effect of the library" in found["next_experiment"]["why"]
+        assert "--standstill" in found["next_experiment"]["calibration"]
         assert told in notes[0]
         assert float(notes[0].split(told)[1].split()[0]) == pytest.approx(size, rel=0.1)
 
