@@ -2,6 +2,7 @@
 #include <cmath>
 #include <Eigen/QR>
 
+#include "../effects/active.h"
 #include "acceptance.h"
 #include "block_search.h"
 #include "floor.h"
@@ -20,8 +21,9 @@ constexpr double bic_unseen = 60.0; /* the same as bic_clear where nothing is le
  * the full fit of such candidates reached half of it at most. */
 constexpr double hopeless = 0.4;
 
-constexpr double of_unseen_least = 0.25;    /* of what is little beside the first effect */
-constexpr double share_of_precision = 1e-5; /* of the whole explainable error: our own precision */
+constexpr double of_unseen_least = 0.25;       /* of what is little beside the first effect */
+constexpr double share_of_precision = 1e-5;    /* of the whole explainable error: our own precision */
+constexpr double share_of_linear_robot = 1e-7; /* the same where nothing switches, rubs or bends */
 /* Of the whole explainable error: less may be the first effect's own finer ways. */
 constexpr double share_of_all = 0.02;
 /* What explains half of what is left, beyond any doubt, is no finer way: of a real servo its lag and dead time
@@ -37,6 +39,15 @@ bool is_enough(const candidate &best, const candidate &other)
     constexpr double by_chance = 3.84;
     const double improved = best.fitted.cost - other.fitted.cost;
     return other.effect->generalises == best.effect->name && improved < by_chance;
+}
+
+/* A robot that small motions have as it is is replayed to the last digits. */
+double precision_of(block block, const rig &rig)
+{
+    const bool is_limited =
+        rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
+    return block == block::robot && !is_limited && left_out_when_small(rig).empty() ? share_of_linear_robot
+                                                                                    : share_of_precision;
 }
 
 bool size_may_be_zero(const candidate &one)
@@ -228,11 +239,12 @@ bool block_search::is_worthwhile(const candidate &best, double better, double sh
     const bool is_all_the_rest =
         share > share_of_rest && is_clear && best.fitted.cost < at_floor * static_cast<double>(best.fitted.rows);
     const bool is_no_finer_way = is_all_the_rest || (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
-    const double of_all_least = !is_refining(*best.effect, found_) ? (!is_clear         ? share_of_all
-                                                                      : is_no_finer_way ? share_of_precision
-                                                                                        : share_of_all_clear)
-                                : share > share_of_rest            ? share_of_precision
-                                                                   : share_of_all_refining;
+    const double of_all_least = !is_refining(*best.effect, found_)
+                                    ? (!is_clear         ? share_of_all
+                                       : is_no_finer_way ? precision_of(model_.which(), best.fitted.rig)
+                                                         : share_of_all_clear)
+                                : share > share_of_rest ? share_of_precision
+                                                        : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
     /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
      */
