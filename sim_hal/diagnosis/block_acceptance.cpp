@@ -42,12 +42,11 @@ bool is_enough(const candidate &best, const candidate &other)
 }
 
 /* A robot that small motions have as it is is replayed to the last digits. */
-double precision_of(block block, const rig &rig)
+bool is_linear_robot(block block, const rig &rig)
 {
     const bool is_limited =
         rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
-    return block == block::robot && !is_limited && left_out_when_small(rig).empty() ? share_of_linear_robot
-                                                                                    : share_of_precision;
+    return block == block::robot && !is_limited && left_out_when_small(rig).empty();
 }
 
 bool size_may_be_zero(const candidate &one)
@@ -231,25 +230,32 @@ bool block_search::is_harmonic_of_motion(const candidate &one) const
     return ratio < harmonics_max && std::abs(frequency_Hz - ratio * motion_Hz) < lines_apart * ratio * line_Hz;
 }
 
+double block_search::share_of_all_asked(const candidate &best, double share, bool is_clear) const
+{
+    constexpr double at_floor = 1.05; /* of the white sum of squares that the noise has */
+    const bool is_nearly_all = share > share_of_rest;
+    if (is_refining(*best.effect, found_)) {
+        return is_nearly_all ? share_of_precision : share_of_all_refining;
+    }
+    if (!is_clear) {
+        return share_of_all;
+    }
+    const bool is_linear = is_linear_robot(model_.which(), best.fitted.rig);
+    const bool is_at_floor = best.fitted.cost < at_floor * static_cast<double>(best.fitted.rows);
+    const bool is_no_finer_way = ((is_nearly_all || is_linear) && is_at_floor) ||
+                                 (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
+    return !is_no_finer_way ? share_of_all_clear : is_linear ? share_of_linear_robot : share_of_precision;
+}
+
 bool block_search::is_worthwhile(const candidate &best, double better, double share, double of_all) const
 {
-    /* What refines an effect may be small beside it, if it explains nearly all that this has left. */
     const bool is_clear = share > share_clear && better > bic_beyond_doubt;
-    constexpr double at_floor = 1.05; /* of the white sum of squares that the noise has */
-    const bool is_all_the_rest =
-        share > share_of_rest && is_clear && best.fitted.cost < at_floor * static_cast<double>(best.fitted.rows);
-    const bool is_no_finer_way = is_all_the_rest || (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
-    const double of_all_least = !is_refining(*best.effect, found_)
-                                    ? (!is_clear         ? share_of_all
-                                       : is_no_finer_way ? precision_of(model_.which(), best.fitted.rig)
-                                                         : share_of_all_clear)
-                                : share > share_of_rest ? share_of_precision
-                                                        : share_of_all_refining;
     const bool is_above_floor = incumbent_.cost > static_cast<double>(incumbent_.rows);
     /* What a fault that switches upstream may leave is believed to be more only if that explains nearly all of it.
      */
     const double share_least = is_rest_ ? share_of_rest : share_worthwhile;
-    return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_least && of_all >= of_all_least;
+    return better >= (is_above_floor ? bic_clear : bic_unseen) && share >= share_least &&
+           of_all >= share_of_all_asked(best, share, is_clear);
 }
 
 bool block_search::may_be_shown_by_unseen(const candidate &best, double better, double share, double of_all) const

@@ -23,7 +23,8 @@ void block_search::exchange_stand_ins(block_diagnosis &result)
             continue;
         }
         const auto other = rival_of(known, result.ranking);
-        if (other && other->bic > bic_better_by(bic_undecided)) {
+        const bool is_simpler = other && known.generalises == other->effect->name;
+        if (other && !is_simpler && other->bic > bic_better_by(bic_undecided)) {
             result.alternatives.push_back({other->effect, other->bic - bic_better_by(0.0), &known, other->fitted});
         } else if (other && prove_exchange(result.causes[i], *other)) {
             found_[i] = other->effect;
@@ -109,15 +110,19 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
     as_they_are.rig = rig_without(known);
     as_they_are.parameters = without.parameters;
     for (const ranked *const one : others_weighed(ranking)) {
-        if (one->effect->generalises == known.name || known.generalises == one->effect->name) {
-            continue; /* the same with more or fewer parameters */
+        if (one->effect->generalises == known.name) {
+            continue; /* the same with more parameters */
         }
+        const bool is_simpler = known.generalises == one->effect->name;
         for (const fit_result *const others : std::initializer_list<const fit_result *>{&without, &as_they_are}) {
             fit_result tried = fit_beside(*others, *one);
             const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
             /* With more parameters it may do nearly the same, as a damped resonance does what a lag does. */
             const bool is_larger = one->effect->parameters.size() > known.parameters.size();
-            if (bic < (is_larger ? std::min(best.bic, bic_better_by(bic_undecided)) : best.bic)) {
+            const double asked = is_larger    ? bic_better_by(bic_undecided)
+                                 : is_simpler ? bic_better_by(0.0)
+                                              : best.bic;
+            if (bic < std::min(best.bic, asked)) {
                 best = {one->effect, std::move(tried), bic, 0.0};
             }
         }

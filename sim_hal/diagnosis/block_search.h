@@ -61,6 +61,9 @@ class block_search
      * taken for, BIC alone boasts. */
     double improvement(const candidate &best, double bic_before) const;
     bool is_harmonic_of_motion(const candidate &one) const;
+    /* Of the whole explainable error: what refines an effect may be small beside it, if it explains nearly all that
+     * this has left, and so may what brings a linear robot down to the noise. */
+    double share_of_all_asked(const candidate &best, double share, bool is_clear) const;
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
     /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
      * it proves itself clearly there: of a real servo its lag and dead time beside its velocity limit. */

@@ -13,7 +13,7 @@ effect robot_resonance()
     made.calibration = {17,
                         "tap the robot while it holds its place, and record how it rings with another instrument"};
     made.parameters = {{"robot.transfer_frequency_Hz", 0.3, 1000.0, {}},
-                       {"robot.transfer_damping_ratio", 0.005, 2.5, {}}};
+                       {"robot.transfer_damping_ratio", 0.005, 1.25, {}}};
     made.look_alike = "robot.dead_time";
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
