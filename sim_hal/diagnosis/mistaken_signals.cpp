@@ -7,6 +7,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "block_model.h"
+#include "formatted.h"
 #include "record_columns.h"
 
 namespace berth
@@ -132,13 +133,20 @@ std::string number(double value)
     return text;
 }
 
-/* As it should stand in the rig file. */
+/* As it stands in the rig file. */
+std::string mapping_of(const signal_source &source)
+{
+    return "[signals] " + source.signal + " = { column = \"" + source.column +
+           "\", scale = " + number(source.scale) +
+           (source.offset == 0.0 ? "" : ", offset = " + number(source.offset)) + " }";
+}
+
 std::string mapping_of(const mistake &one, const rig &given)
 {
-    const signal_source source = source_of(given, one.signal);
-    return "[signals] " + std::string(one.signal) + " = { column = \"" + source.column +
-           "\", scale = " + number(one.scale * source.scale) +
-           (source.offset == 0.0 ? "" : ", offset = " + number(one.scale * source.offset)) + " }";
+    signal_source source = source_of(given, one.signal);
+    source.scale *= one.scale;
+    source.offset *= one.scale;
+    return mapping_of(source);
 }
 
 bool is_mapped(const rig &given, std::string_view signal)
@@ -200,6 +208,44 @@ void refuse_exchanged_positions(record &data, const rig &given)
                       "; or map each to its own, if it is right as it is");
 }
 
+/* The robot's reports count from another zero than the commands: what is left is the same throughout, and not in
+ * proportion to the position, as with another gain. */
+void tell_other_zero(record &data, const rig &given)
+{
+    constexpr double nearly_all = 0.9; /* of the error's square */
+    if (!can_replay(data, block::robot)) {
+        return;
+    }
+    const sample_events none;
+    block_model model(block::robot, data, given, none, held_out_parts::none);
+    std::vector<double> error;
+    model.error(given, error);
+    double rows = 0.0;
+    double sum = 0.0;
+    double square = 0.0;
+    double along = 0.0;
+    double position_square = 0.0;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        if (model.uses()[n] == row_use::fit) {
+            const double x = data.command_position_m[n];
+            rows += 1.0;
+            sum += error[n];
+            square += error[n] * error[n];
+            along += error[n] * x;
+            position_square += x * x;
+        }
+    }
+    const double by_zero = sum * sum / std::max(rows, 1.0);
+    const double by_gain = along * along / std::max(position_square, 1e-300);
+    if (square - by_zero > (1.0 - nearly_all) * square || square - by_zero > 0.5 * (square - by_gain)) {
+        return;
+    }
+    signal_source source = source_of(given, "robot_position_m");
+    source.offset -= sum / rows;
+    data.notes.push_back(formatted("robot_position_m is off by %.4g m throughout, ", sum / rows) +
+                         "as if it counted from another zero: say in the rig file " + mapping_of(source));
+}
+
 } // namespace
 
 void refuse_mistaken_signals(record &data, const rig &given)
@@ -241,6 +287,7 @@ void refuse_mistaken_signals(record &data, const rig &given)
         throw input_error(data.path + ":" + std::to_string(data.header_line) + ": " + words +
                           "; or scale = 1, if it is right as it is");
     }
+    tell_other_zero(data, given);
 }
 
 } // namespace berth

@@ -91,6 +91,22 @@ def test_who_says_that_it_is_right_is_only_told(columns, tmp_path):
     assert any("opposite sign" in note and "scale = -1" in note for note in found["notes"])
 
 
+def test_another_zero_of_the_reports_is_told_and_the_cure_cures(columns, good, tmp_path):
+    spoilt = part_of(columns, "robot")
+    spoilt["robot_position_m"] = spoilt["robot_position_m"] + 0.02
+    record = write(tmp_path / "record.csv", spoilt)
+    found = diagnosed(tmp_path / "out", record, "--rig", "ess")
+    [note] = [note for note in found["notes"] if "another zero" in note]
+    assert "0.02 m throughout" in note
+    [cure] = re.findall(r"robot_position_m = (\{[^}]*\})", note)
+    rig = tmp_path / "cured.toml"
+    rig.write_text((RIG_FOLDER / "ess.toml").read_text() + f"\n[signals]\nrobot_position_m = {cure}\n")
+    cured = diagnosed(tmp_path / "out", record, "--rig", rig)
+    assert cured["verdict"] == good["robot"]["verdict"]
+    for notes in (cured["notes"], good["robot"]["notes"]):
+        assert not any("another zero" in note for note in notes)
+
+
 def test_exchanged_positions_are_told_and_the_cure_cures(columns, good, tmp_path):
     both = part_of(columns, "robot")
     spoilt = {"t_s": both["t_s"], "command_position_m": both["robot_position_m"],
