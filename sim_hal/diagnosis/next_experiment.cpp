@@ -225,8 +225,7 @@ next_experiment look_closer(const block_diagnosis &found)
 {
     constexpr double follows = 0.01; /* of the explainable error */
     constexpr const char *closer[static_cast<std::size_t>(error_class::count)] = {
-        "a slow chirp over all frequencies of use, with small and with large motion: at which it grows tells what "
-        "it is",
+        "a slow chirp, once small and once large: the frequencies at which the rest grows tell what it is",
         "the same motion at half and at twice its size: what is left then grows less or more than the motion",
         "the same motion about two other middle positions: what is left then changes with the place",
         "rest, for as long as this record: what wanders then does not come from the motion",
