@@ -141,6 +141,12 @@ def visible_sentence(block):
             f"would have shown from about {size(least, block.unit)} rms on.")
 
 
+def as_sentence(note):
+    """Begins with a capital, unless with the name of a signal or a key, and ends with a full stop."""
+    is_name = "_" in note.split()[0]
+    return (note if is_name else note[0].upper() + note[1:]) + "." * (not note.endswith("."))
+
+
 def next_sentence(found):
     """What to measure next."""
     if found["file"]:
@@ -193,4 +199,4 @@ def details(diagnosis):
         lines.append(next_sentence(told["next_experiment"]))
     lines.append(error_sentence(diagnosis.main_block))
     lines += [floor_sentence(block) for block in diagnosis.blocks if has_high_floor(block)]
-    return lines + [note[0].upper() + note[1:] + "." * (not note.endswith(".")) for note in told["notes"] if note]
+    return lines + [as_sentence(note) for note in told["notes"] if note]
