@@ -11,6 +11,7 @@
 #include "formatted.h"
 #include "independent_records.h"
 #include "mistaken_signals.h"
+#include "moving_push.h"
 #include "record_table.h"
 #include "robot_and_force.h"
 #include "sample_age.h"
@@ -119,37 +120,6 @@ void tell_scaled_manipulator(diagnosis &result)
                 formatted("forces that are all %.4g times too small look the same on any record; compare ", scale) +
                 "operator_force_N and force_N with a known weight");
         }
-    }
-}
-
-/* What drives a measured manipulator between two rows nobody has seen. */
-void tell_coarse_force(diagnosis &result)
-{
-    constexpr double much = 0.08; /* of its deviation; a drive logged at 1 kHz has 0.04, at 100 Hz 0.33 */
-    const std::vector<double> &force_N = result.data.operator_force_N;
-    const bool is_open = std::any_of(result.blocks.begin(), result.blocks.end(), [](const block_diagnosis &block) {
-        return block.block == block::manipulator &&
-               (block.verdict == verdict::partly_explained || block.verdict == verdict::unknown);
-    });
-    if (!is_open || force_N.empty()) {
-        return;
-    }
-    double sum = 0.0;
-    double square = 0.0;
-    double steps = 0.0;
-    for (std::size_t n = 0; n < force_N.size(); n++) {
-        const double step = n == 0 ? 0.0 : force_N[n] - force_N[n - 1];
-        sum += force_N[n];
-        square += force_N[n] * force_N[n];
-        steps += step * step;
-    }
-    const auto rows = static_cast<double>(force_N.size());
-    const double share = std::sqrt(steps / std::max(square - sum * sum / rows, 1e-300));
-    if (share > much) {
-        result.notes.push_back(
-            formatted("operator_force_N changes by %.2g of its standard deviation from row to row, ", share) +
-            "and counts as held in between: if it was not, sizes of the manipulator are off by more than their "
-            "intervals; log it at a higher rate");
     }
 }
 
@@ -349,6 +319,10 @@ diagnosis diagnose(const diagnosis_request &request)
         before = start;
         if (block == block::manipulator && data.is_from_this_firmware) {
             judge_software(found, result.given);
+        } else if (block == block::manipulator) {
+            found = better_of_held_and_moving(
+                std::move(found), result.data, validation,
+                [&] { return diagnose_block(block, input, result.extended, events, {}); }, result.notes);
         }
         for (block_diagnosis &earlier : result.blocks) {
             drop_repeated(earlier, found);
@@ -370,7 +344,6 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     tell_command_steps(result);
     tell_scaled_manipulator(result);
-    tell_coarse_force(result);
     const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, data);
     result.notes.insert(result.notes.end(), uneven.begin(), uneven.end());
     result.verdict = overall(result.blocks);

@@ -110,8 +110,9 @@ stretch integrated(const record &data, const test_function &test, std::size_t be
         made.cube_m3 += test.value[i] * off_m * off_m * off_m;
     }
     double goal_m_per_s = 0.0;
+    const std::vector<double> &weight = data.push_within_rows_N.empty() ? test.middle : test.value;
     for (std::size_t i = 0; i < test.middle.size(); i++) {
-        made.push_N += test.middle[i] * (at(data.operator_force_N, begin + i) - at(data.force_N, begin + i));
+        made.push_N += weight[i] * (at(data.operator_force_N, begin + i) - at(data.force_N, begin + i));
         goal_m_per_s += test.middle[i] * at(data.operator_velocity_m_per_s, begin + i);
     }
     made.velocity_m_per_s = velocity - goal_m_per_s;

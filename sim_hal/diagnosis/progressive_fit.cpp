@@ -41,6 +41,7 @@ std::unique_ptr<horizon> horizon_of(const block_model &whole, const rig &base, s
           &part.command_position_m, &part.robot_position_m, &part.force_N}) {
         cut(*values, rows);
     }
+    cut(part.push_within_rows_N, rows * pushes_a_row);
     cut(part.filled, rows);
     std::vector<record_segment> segments;
     for (const record_segment &segment : part.segments) {

@@ -20,6 +20,8 @@ struct record_segment {
     std::optional<double> stands_m{}; /* where the robot stands as it begins, if not on its setpoint */
 };
 
+inline constexpr int pushes_a_row = 8;
+
 /* Row n: at t_n the operator's values and the newest force count, and act until t_(n+1); command_position_m is the
  * setpoint sent at t_n, robot_position_m where the robot is then. A signal that was not recorded is empty. */
 struct record {
@@ -36,6 +38,9 @@ struct record {
     std::vector<double> command_position_m;
     std::vector<double> robot_position_m;
     std::vector<double> force_N;
+    /* Operator less measured force in the middle of each of `pushes_a_row` parts of a row, where it moves between
+     * the rows; empty: it is held over each. */
+    std::vector<double> push_within_rows_N;
     std::vector<record_segment> segments;
     std::vector<std::uint8_t> filled; /* rows that were missing: what drives a block is guessed, nothing compared */
     bool is_from_this_firmware = false; /* then the command must replay exactly */

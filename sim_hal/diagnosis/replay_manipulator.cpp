@@ -46,7 +46,10 @@ std::vector<Eigen::Vector2d> starts_of_windows(const record &record, const std::
 void replay_manipulator(const rig &rig, const record &record, const std::vector<record_segment> &windows,
                         const std::vector<Eigen::Vector2d> &starts, std::vector<double> &position_m)
 {
-    manipulator_steps steps(rig, record.period_s);
+    const bool moves = !record.push_within_rows_N.empty();
+    const std::size_t parts = moves ? pushes_a_row : 1;
+    const double part_s = record.period_s / static_cast<double>(parts);
+    manipulator_steps steps(rig, part_s, moves ? 1 : steps_with_effects);
     position_m.resize(record.size());
     for (std::size_t i = 0; i < windows.size(); i++) {
         const record_segment &window = windows[i];
@@ -59,7 +62,11 @@ void replay_manipulator(const rig &rig, const record &record, const std::vector<
                 record.operator_velocity_m_per_s.empty() ? 0.0 : record.operator_velocity_m_per_s[n];
             const double push_N = (record.operator_force_N.empty() ? 0.0 : record.operator_force_N[n]) -
                                   (record.force_N.empty() ? 0.0 : record.force_N[n]);
-            steps.advance({goal_m, goal_m_per_s, push_N, record.time_s[n] - record.time_origin_s});
+            const double time_s = record.time_s[n] - record.time_origin_s;
+            for (std::size_t part = 0; part < parts; part++) {
+                steps.advance({goal_m, goal_m_per_s, moves ? record.push_within_rows_N[n * parts + part] : push_N,
+                               time_s + static_cast<double>(part) * part_s});
+            }
         }
     }
 }

@@ -1,5 +1,8 @@
 #include "manipulator_steps.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "../effects/active.h"
 #include "../effects/force_laws.h"
 #include "exponential.h"
@@ -10,8 +13,17 @@ namespace berth
 namespace
 {
 
-constexpr int steps_with_effects = 8;
 constexpr int turning_parts = 4; /* see object_steps */
+
+/* As many as are asked for, or so many that a step is a small part of an oscillation: further forces act from the
+ * chord's middle, and those of a cubic spring are off by a quarter of the square of this angle. */
+int steps_of(const manipulator_config &config, double period_s, int asked)
+{
+    constexpr double angle_rad = 0.03;
+    constexpr double most = 64.0;
+    const double turned_rad = period_s * std::sqrt(config.stiffness_N_per_m / config.mass_kg);
+    return std::max(asked, static_cast<int>(std::ceil(std::min(turned_rad / angle_rad, most))));
+}
 
 Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double step_s)
 {
@@ -26,11 +38,11 @@ Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double st
 
 } // namespace
 
-manipulator_steps::manipulator_steps(const rig &rig, double period_s)
+manipulator_steps::manipulator_steps(const rig &rig, double period_s, int steps)
     : forces_(active_stages(rig, &effect::on_body, "manipulator")),
       friction_N_(value_of_effect(rig, "manipulator.coulomb_friction_N")),
       turning_way_m_(coarse_way * value_of_effect(rig, "manipulator.coulomb_presliding_m")),
-      steps_(forces_.empty() ? 1 : steps_with_effects), step_s_(period_s / steps_),
+      steps_(forces_.empty() ? 1 : steps_of(rig.firmware.manipulator, period_s, steps)), step_s_(period_s / steps_),
       map_(make_map(rig.firmware.manipulator, step_s_)),
       fine_map_(make_map(rig.firmware.manipulator, step_s_ / turning_parts))
 {

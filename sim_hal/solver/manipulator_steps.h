@@ -13,6 +13,8 @@
 namespace berth
 {
 
+inline constexpr int steps_with_effects = 8; /* a tick */
+
 class manipulator_steps
 {
   public:
@@ -24,7 +26,8 @@ class manipulator_steps
         double time_s;
     };
 
-    manipulator_steps(const rig &rig, double period_s);
+    /* With effects a period is divided into so many steps, or more where it oscillates fast. */
+    manipulator_steps(const rig &rig, double period_s, int steps = steps_with_effects);
 
     bool has_effects() const { return !forces_.empty(); }
     void start(const Eigen::Vector2d &state); /* position in m, velocity in m/s */

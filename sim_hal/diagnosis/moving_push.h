@@ -1,0 +1,27 @@
+/* What pushes a measured manipulator between the rows of a record: held, as a digital control leaves it, or moving
+ * on, as a sampled sensor saw it. Half a row's lateness is the difference, and would be told as damping. */
+#ifndef SIM_HAL_DIAGNOSIS_MOVING_PUSH_H
+#define SIM_HAL_DIAGNOSIS_MOVING_PUSH_H
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "block_diagnosis.h"
+
+namespace berth
+{
+
+/* `record.push_within_rows_N`, through its rows as the band-limited signal goes that they are samples of. */
+void let_push_move(record &record);
+
+/* `held`: what was found with the push held. Where the push changes enough from row to row for it to matter, `again`
+ * diagnoses with one that moves; the better of both is returned, and the records are left as it has them. A line in
+ * `notes` says which it is, or that it stays open. */
+block_diagnosis better_of_held_and_moving(block_diagnosis held, record &data, std::optional<record> &validation,
+                                          const std::function<block_diagnosis()> &again,
+                                          std::vector<std::string> &notes);
+
+} // namespace berth
+
+#endif
