@@ -211,10 +211,11 @@ void add_number(std::string &text, double value, int digits)
 std::string series_csv(const diagnosis &found)
 {
     const record &data = found.data;
+    const std::vector<double> none;
     const std::pair<const char *, const std::vector<double> *> measured[] = {
         {"operator_force_N", &data.operator_force_N},
         {"operator_position_m", &data.operator_position_m},
-        {"command_position_m", &data.command_position_m},
+        {"command_position_m", data.moves_as_measured() ? &none : &data.command_position_m},
         {"robot_position_m", &data.robot_position_m},
         {"force_N", &data.force_N}};
     std::string text = "t_s";

@@ -18,26 +18,6 @@ void keep_first(std::vector<T> &values, std::size_t rows)
     values.resize(std::min(values.size(), rows));
 }
 
-record first_rows(const record &whole, std::size_t rows)
-{
-    record made;
-    made.period_s = whole.period_s;
-    made.time_origin_s = whole.time_origin_s;
-    made.time_s.assign(whole.time_s.begin(), whole.time_s.begin() + static_cast<std::ptrdiff_t>(rows));
-    for (const auto signal : record_signals) {
-        const std::vector<double> &values = whole.*signal;
-        made.*signal = {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(std::min(values.size(), rows))};
-    }
-    made.filled = whole.filled;
-    keep_first(made.filled, rows);
-    for (const record_segment &part : whole.segments) {
-        if (part.begin < rows) {
-            made.segments.push_back({part.begin, std::min(part.end, rows), part.stands_m});
-        }
-    }
-    return made;
-}
-
 sample_events first_rows(sample_events events, std::size_t rows)
 {
     for (auto *const of : {&events.lost_command, &events.robot_repeats, &events.force_repeats, &events.spike}) {

@@ -55,10 +55,10 @@ bool can_replay(const record &record, block block)
     case block::manipulator:
         return record.has_operator() && !record.command_position_m.empty();
     case block::robot:
-        return !record.command_position_m.empty() && !record.robot_position_m.empty();
+        return !record.command_position_m.empty() && !record.robot_position_m.empty() && !record.moves_as_measured();
     case block::force:
-        /* A stiff contact cannot be driven from a noisy measured position. */
-        return !record.command_position_m.empty() && !record.force_N.empty();
+        /* By setpoints, if there are any: a stiff contact cannot be driven from a noisy measured position. */
+        return !(record.command_position_m.empty() && record.robot_position_m.empty()) && !record.force_N.empty();
     }
     return false;
 }

@@ -10,6 +10,7 @@
 #include "floor.h"
 #include "formatted.h"
 #include "independent_records.h"
+#include "measured_motion.h"
 #include "mistaken_signals.h"
 #include "moving_push.h"
 #include "record_table.h"
@@ -240,6 +241,7 @@ diagnosis diagnose(const diagnosis_request &request)
     tell("reading");
     result.given = request.rig;
     result.data = read_all(request.records, result.given, result.inputs);
+    drive_by_measured_motion(result.data);
     const record &data = result.data;
     const rig with_rate = result.given;
     result.given = with_age_as_delay(with_rate);
@@ -253,6 +255,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                            std::make_tuple("repetition", &request.repetition, &repetition)}) {
         if (!path->empty()) {
             *made = read_record(*path, result.given, made == &standstill);
+            drive_by_measured_motion(**made);
             result.inputs.push_back({role, *path, (*made)->hash, (*made)->content});
         }
     }
@@ -339,7 +342,7 @@ diagnosis diagnose(const diagnosis_request &request)
         throw input_error(data.path +
                           ": no block can be replayed: a diagnosis needs operator_force_N or "
                           "operator_position_m with command_position_m, or command_position_m with "
-                          "robot_position_m or force_N" +
+                          "robot_position_m or force_N, or robot_position_m with force_N" +
                           (with_rate.has_wandering_samples() ? "; " + result.notes.back() : ""));
     }
     tell_command_steps(result);

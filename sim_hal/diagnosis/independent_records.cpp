@@ -147,6 +147,9 @@ void refuse_copies(const record &record)
         {&record.robot_position_m, &record.command_position_m},
         {&record.command_position_m, &record.operator_force_N}};
     for (const auto &[response, cause] : pairs) {
+        if (response != &record.force_N && record.moves_as_measured()) {
+            continue; /* what was measured is the cause */
+        }
         for (const turn &how : turns) {
             /* A command that does the same again is a good one: only its answer must not. Without one it is itself
              * what was measured. */

@@ -160,7 +160,7 @@ bool is_echo(const record &data, const rig &given)
 {
     const std::vector<double> &command = data.command_position_m;
     const std::vector<double> &robot = data.robot_position_m;
-    if (command.empty() || robot.empty() || 1e-3 * given.robot.dead_time_ms < data.period_s) {
+    if (!can_replay(data, block::robot) || 1e-3 * given.robot.dead_time_ms < data.period_s) {
         return false;
     }
     const auto [least, largest] = std::minmax_element(command.begin(), command.end());

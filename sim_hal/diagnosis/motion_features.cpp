@@ -153,6 +153,9 @@ class feature_maker
  * it. Motion that follows such a command explains that noise and says nothing about the hardware. */
 int first_lag_before_reaction(const record &record, const rig &rig)
 {
+    if (record.moves_as_measured()) {
+        return 0;
+    }
     const double late_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig));
     return -static_cast<int>(late_s / record.period_s);
 }

@@ -34,22 +34,7 @@ void cut(std::vector<T> &values, std::size_t rows)
 std::unique_ptr<horizon> horizon_of(const block_model &whole, const rig &base, std::size_t rows)
 {
     auto made = std::make_unique<horizon>();
-    record &part = made->part;
-    part = whole.data();
-    for (auto *const values :
-         {&part.time_s, &part.operator_force_N, &part.operator_position_m, &part.operator_velocity_m_per_s,
-          &part.command_position_m, &part.robot_position_m, &part.force_N}) {
-        cut(*values, rows);
-    }
-    cut(part.push_within_rows_N, rows * pushes_a_row);
-    cut(part.filled, rows);
-    std::vector<record_segment> segments;
-    for (const record_segment &segment : part.segments) {
-        if (segment.begin < rows) {
-            segments.push_back({segment.begin, std::min(segment.end, rows), segment.stands_m});
-        }
-    }
-    part.segments = std::move(segments);
+    made->part = first_rows(whole.data(), rows);
     made->events = whole.events();
     std::vector<row_use> uses = whole.uses();
     cut(uses, rows);

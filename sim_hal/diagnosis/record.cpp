@@ -306,6 +306,25 @@ record record_of_ticks::finish(const rig &wanted, bool may_be_still)
     return std::move(made);
 }
 
+record first_rows(const record &whole, std::size_t rows)
+{
+    record made = whole;
+    const auto cut = [](auto &values, std::size_t count) { values.resize(std::min(values.size(), count)); };
+    for (const auto signal : record_signals) {
+        cut(made.*signal, rows);
+    }
+    cut(made.time_s, rows);
+    cut(made.push_within_rows_N, rows * pushes_a_row);
+    cut(made.bend_m_per_s2, rows);
+    cut(made.filled, rows);
+    const auto is_later = [&](const record_segment &part) { return part.begin >= rows; };
+    made.segments.erase(std::remove_if(made.segments.begin(), made.segments.end(), is_later), made.segments.end());
+    for (record_segment &part : made.segments) {
+        part.end = std::min(part.end, rows);
+    }
+    return made;
+}
+
 record read_record(const std::string &path, const rig &rig, bool may_be_still)
 {
     return is_log(path) ? read_log(path, rig, may_be_still) : read_csv(path, rig, may_be_still);

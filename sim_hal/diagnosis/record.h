@@ -41,6 +41,8 @@ struct record {
     /* Operator less measured force in the middle of each of `pushes_a_row` parts of a row, where it moves between
      * the rows; empty: it is held over each. */
     std::vector<double> push_within_rows_N;
+    /* Of a measured motion that stands for the command, see measured_motion.h; empty: setpoints drive the robot. */
+    std::vector<double> bend_m_per_s2;
     std::vector<record_segment> segments;
     std::vector<std::uint8_t> filled; /* rows that were missing: what drives a block is guessed, nothing compared */
     bool is_from_this_firmware = false; /* then the command must replay exactly */
@@ -48,6 +50,7 @@ struct record {
 
     std::size_t size() const { return time_s.size(); }
     bool is_filled(std::size_t row) const { return !filled.empty() && filled[row] != 0; }
+    bool moves_as_measured() const { return !bend_m_per_s2.empty(); }
     bool has_operator() const { return !operator_force_N.empty() || !operator_position_m.empty(); }
 };
 
@@ -55,6 +58,9 @@ struct record {
 inline constexpr std::vector<double> record::*record_signals[] = {
     &record::operator_force_N,   &record::operator_position_m, &record::operator_velocity_m_per_s,
     &record::command_position_m, &record::robot_position_m,    &record::force_N};
+
+/* The record up to this row. */
+record first_rows(const record &whole, std::size_t rows);
 
 /* Makes a record of the ticks of a loop, one after another: the rows in which it ran. */
 class record_of_ticks

@@ -3,6 +3,7 @@
 
 #include "../effects/robot_drive.h"
 #include "../solver/object_steps.h"
+#include "measured_motion.h"
 #include "replay.h"
 #include "robot_reference.h"
 #include "robot_start.h"
@@ -184,6 +185,10 @@ std::size_t walk_by_steps(const way_of_robot &way, const record_segment &part, r
 void replay_robot(const rig &rig, const record &record, const sample_events &events, motion_detail detail,
                   int steps_min, robot_motion &motion)
 {
+    if (record.moves_as_measured()) {
+        replay_measured_motion(rig, record, steps_min, motion);
+        return;
+    }
     const bool is_limited = limits_reference(rig);
     const bool holds = rig.robot.interpolation == interpolation::hold;
     way_of_robot way{record.period_s, jumps_within_ticks(rig), rig.has_transfer_behaviour(),
