@@ -33,6 +33,13 @@ void take_rate(rig &rig, record &data)
     }
     rig.firmware.loop.rate_Hz = 1.0 / data.period_s;
     rig.is_rate_given = true;
+    const bool shows_robot =
+        !data.command_position_m.empty() && !(data.robot_position_m.empty() && data.force_N.empty());
+    const bool must_hold = !shows_robot && rig.robot.interpolation == interpolation::linear &&
+                           1e-3 * rig.robot.dead_time_ms < data.period_s;
+    if (must_hold) {
+        rig.robot.interpolation = interpolation::hold;
+    }
     char rate[40];
     std::snprintf(rate, sizeof rate, "loop.rate_Hz = %.10g", rig.firmware.loop.rate_Hz);
     if (const auto error = complete_and_check(rig)) {
@@ -40,6 +47,11 @@ void take_rate(rig &rig, record &data)
                           ", " + error->key + " " + error->message);
     }
     data.notes.push_back(std::string(rate) + " is the record's: the rig file states none");
+    if (must_hold) {
+        data.notes.push_back(
+            "robot.interpolation = \"hold\": at this rate the robot's dead time is less than a period; "
+            "the record does not show the robot");
+    }
 }
 
 /* The records one after another, as segments of one. */

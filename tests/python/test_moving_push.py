@@ -59,6 +59,23 @@ def test_a_force_that_moves_between_the_rows_is_told(tmp_path, every, moves):
     assert friction == pytest.approx(30.0, rel=0.02 if moves else 0.005)
 
 
+def test_a_slow_record_needs_no_robot_that_suits_it(tmp_path):
+    """20 Hz, and the rig file states neither a rate nor a robot: its dead time is less than a period."""
+    t_s = 0.05 * np.arange(1200)
+    force_N = 5.0 * np.sin(1.3 * t_s) + 3.0 * np.sin(2.9 * t_s)
+    held = scipy.signal.cont2discrete((np.array([[0.0, 1.0], [-20.0, -1.0]]), np.array([[0.0], [0.05]]),
+                                       np.array([[1.0, 0.0]]), np.zeros((1, 1))), 0.05)
+    position_m = scipy.signal.dlsim(held, force_N)[1][:, 0] + 1e-4 * np.random.default_rng(2).standard_normal(1200)
+    record = write(tmp_path / "record.csv", t_s=t_s, operator_force_N=force_N, command_position_m=position_m)
+    rig = tmp_path / "slow.toml"
+    rig.write_text("[manipulator]\nmass_kg = 20\ndamping_N_s_per_m = 20\nstiffness_N_per_m = 400\n")
+    found = diagnosed(tmp_path, record, "--rig", rig)
+    assert found["verdict"] == "nothing_detectable"
+    assert any("the record does not show the robot" in note for note in found["notes"])
+    extended = command("run", tmp_path / "out" / "extended.toml", "--no-log", "--json")
+    assert extended.returncode == EXIT_DONE, extended.stderr.decode()
+
+
 FAST_RIG = """
 name = "fast"
 [loop]
