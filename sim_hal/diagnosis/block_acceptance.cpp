@@ -264,14 +264,27 @@ bool block_search::may_be_shown_by_unseen(const candidate &best, double better, 
            share >= share_worthwhile && of_all >= share_of_all_clear;
 }
 
+bool block_search::leaves_nothing_that_depends(const candidate &best)
+{
+    constexpr double hardly = 0.02; /* of what depended on state or time before */
+    std::vector<double> error;
+    model_.error(best.fitted.rig, error);
+    const leftover after = find_leftover(model_, metric_, best.fitted.rig, error);
+    return after.share_of_rms * best.fitted.cost < hardly * leftover_.share_of_rms * incumbent_.cost;
+}
+
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                           double bic_before, double explainable)
 {
-    const double share = (incumbent_.cost - best.fitted.cost) / explainable;
+    double share = (incumbent_.cost - best.fitted.cost) / explainable;
+    const double better = improvement(best, bic_before);
+    if (share > share_worthwhile && share < share_of_rest && better > bic_beyond_doubt &&
+        leaves_nothing_that_depends(best)) {
+        share = 1.0; /* a floor that was found in the error has part of it */
+    }
     const double of_all =
         (incumbent_.cost - best.fitted.cost) /
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
-    const double better = improvement(best, bic_before);
     gain gained{}; /* fits on parts of the record: only for what else speaks for */
     double asked = held_out_least;
     if (is_worthwhile(best, better, share, of_all)) {

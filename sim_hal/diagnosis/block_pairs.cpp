@@ -33,7 +33,9 @@ void block_search::divide_stand_in(block_diagnosis &result)
     }
     incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
     incumbent_.rows = rows_under(noise_);
-    if (incumbent_.cost < clear * static_cast<double>(incumbent_.rows)) {
+    /* Two with one parameter each are no more than one with two. */
+    const bool is_of_two = found_.size() == 1 && found_.back()->parameters.size() == 2;
+    if (!is_of_two && incumbent_.cost < clear * static_cast<double>(incumbent_.rows)) {
         return;
     }
     const fit_result without = fit_without(*found_.back());

@@ -58,8 +58,9 @@ effect robot_backlash()
     made.calibration = {
         18, "push and pull the robot by hand while it holds its place, and read the way with a dial gauge"};
     made.parameters = {{"robot.backlash_m", 0.0, 10.0, "full width of the play"}};
+    made.hides_in_reports = true;
     made.starts = [](const rig &, const record_scales &scales) {
-        return sizes_of(scales.position_m, {0.003, 0.01, 0.03, 0.1, 0.3});
+        return sizes_of(scales.position_m, {0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3});
     };
     made.on_motion = [](const rig &rig) -> std::unique_ptr<motion_stage> {
         return std::make_unique<play>(0.5 * value_of(rig, "robot.backlash_m"));
