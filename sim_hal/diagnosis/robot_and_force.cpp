@@ -60,6 +60,9 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
     constexpr double contradiction = 10.0; /* of the white sum of squares */
     diagnosis_input input = start.input;
     input.options.robot_in_force = true;
+    for (const cause &known : robot.causes) {
+        input.options.without.emplace_back(known.effect->name);
+    }
     events_of_records events = start.events;
     block_diagnosis again = diagnose_block(block::force, input, start.given, events, start.found_events);
     const bool is_robot = std::any_of(again.causes.begin(), again.causes.end(),
@@ -209,6 +212,9 @@ void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, event
         look_for_hidden_robot(force, robot, force_start);
     } else if (leaves_something(force) && !robot.alternatives.empty() && !robot.causes.empty()) {
         let_force_decide(robot, force, events, robot_start, force_start, as_given);
+        if (may_hide_robot(force)) {
+            look_for_hidden_robot(force, robot, force_start);
+        }
     }
 }
 
