@@ -1,24 +1,11 @@
 """`berth diagnose` on measured manipulators whose driving force may have moved between the rows of the record. The records
 are made here, by other means than the project's."""
 
-import json
-
 import numpy as np
 import pytest
 import scipy.signal
 from conftest import EXIT_DONE, command
-
-
-def write(path, **columns):
-    table = np.column_stack(list(columns.values()))
-    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
-    return path
-
-
-def diagnosed(tmp_path, *arguments):
-    done = command("diagnose", *arguments, "--out", tmp_path / "out")
-    assert done.returncode == EXIT_DONE, done.stderr.decode()
-    return json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+from test_unmodelled import diagnosed, write
 
 
 DRIVE_RIG = """
