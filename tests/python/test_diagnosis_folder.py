@@ -1,6 +1,7 @@
 """What `berth diagnose` writes is as its schema says, and a folder that is not is refused by the report."""
 
 import copy
+import csv
 import json
 import shutil
 import sys
@@ -87,11 +88,12 @@ def test_a_folder_that_is_none_and_a_missing_program_are_named(tmp_path, made):
         assert done.returncode == EXIT_INPUT and words in done.stderr and "Traceback" not in done.stderr
 
 
-def test_a_record_without_a_command_is_refused(tmp_path):
-    write_record(tmp_path / "record.csv", FAULTS["nothing_detectable"], 20.0)
-    text = (tmp_path / "record.csv").read_text()
-    (tmp_path / "record.csv").write_text(text.replace("command_position_m,robot_position_m",
-                                                      "robot_position_m,force_N"))
+def test_a_record_without_a_command_or_a_force_is_refused(tmp_path):
+    write_record(tmp_path / "whole.csv", FAULTS["nothing_detectable"], 20.0)
+    header, *rows = csv.reader((tmp_path / "whole.csv").read_text().splitlines())
+    kept = [header.index(name) for name in ("t_s", "robot_position_m")]
+    (tmp_path / "record.csv").write_text(
+        "".join(",".join(row[column] for column in kept) + "\n" for row in [header, *rows]))
     done = command("diagnose", tmp_path / "record.csv", "--rig", "ess", "--out", tmp_path)
     assert done.returncode == EXIT_INPUT and b"no block can be replayed" in done.stderr
 
