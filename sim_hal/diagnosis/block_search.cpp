@@ -41,7 +41,7 @@ void block_search::run(block_diagnosis &result)
     for (int round = 0; round < rounds_max && static_cast<int>(found_.size()) < input_.effects_max && !is_rounding &&
                         !is_within_command_steps();
          round++) {
-        if (!find_next(result) && !add_pair(result) && !bring_in_two(result)) {
+        if (!find_next(result) && !add_pair(result) && !bring_in_two(result) && !find_while_held(result)) {
             break;
         }
     }

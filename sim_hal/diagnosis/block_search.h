@@ -160,6 +160,14 @@ class block_search
     /* On data that no fit has seen; the incumbent and the cause then have it. */
     bool prove_exchange(cause &known, const candidate &other);
 
+    /* --- a grip that gives way beside another effect of the object: block_grip.cpp --- */
+
+    /* That one shows while the object is held, the grip then beside it. */
+    bool find_while_held(block_diagnosis &result);
+    /* The best effects but the grip, from the rows alone in which it is held. */
+    std::vector<candidate> candidates_while_held(const effect &grip);
+    bool adopt_with_grip(block_diagnosis &result, const candidate &while_held, const effect &grip);
+
     /* --- what to say: block_verdict.cpp --- */
 
     void conclude(block_diagnosis &result);

@@ -109,23 +109,6 @@ fit_result fit_from_sizes_about(block_model &model, const noise_model &noise, co
     return best;
 }
 
-/* Where a wrong size on the way has led all that followed astray, the base with it, the way back is found from the
- * values that are expected, with sizes about the end. */
-fit_result fit_what_decides(block_model &model, const noise_model &noise, const effect &effect,
-                            const fit_result &incumbent, const std::vector<rig> &starts,
-                            const search_options &options)
-{
-    constexpr double hardly_less = 0.8; /* of the sum of squares */
-    fit_result found =
-        fit_progressively(model, noise, effect, incumbent.rig, incumbent.parameters, starts, options.replays_max);
-    if (found.cost > hardly_less * incumbent.cost) {
-        return found;
-    }
-    const fit_result best = fit_from_sizes_about(model, noise, effect, found.rig, incumbent.parameters, options);
-    fit_result other = fit(model, noise, best.rig, found.parameters, options.replays_max);
-    return other.cost < found.cost ? other : found;
-}
-
 std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &effect)
 {
     std::vector<rig> rigs;
@@ -177,6 +160,21 @@ double spacing_about(const start_point &at, const std::vector<start_point> &star
 }
 
 } // namespace
+
+fit_result fit_what_decides(block_model &model, const noise_model &noise, const effect &effect,
+                            const fit_result &incumbent, const std::vector<rig> &starts,
+                            const search_options &options)
+{
+    constexpr double hardly_less = 0.8; /* of the sum of squares */
+    fit_result found =
+        fit_progressively(model, noise, effect, incumbent.rig, incumbent.parameters, starts, options.replays_max);
+    if (found.cost > hardly_less * incumbent.cost) {
+        return found;
+    }
+    const fit_result best = fit_from_sizes_about(model, noise, effect, found.rig, incumbent.parameters, options);
+    fit_result other = fit(model, noise, best.rig, found.parameters, options.replays_max);
+    return other.cost < found.cost ? other : found;
+}
 
 bool is_refining(const effect &effect, const std::vector<const berth::effect *> &found)
 {

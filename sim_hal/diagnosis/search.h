@@ -63,6 +63,13 @@ double width_of_size(block_model &model, const noise_model &noise, const fit_res
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
                       const fit_result &incumbent, const search_options &options);
 
+/* Of an effect that decides what follows, beside what the incumbent has; `starts`: its sizes. Where a wrong size on
+ * the way has led all that followed astray, the base with it, the way back is found from the values that are
+ * expected, with sizes about the end. */
+fit_result fit_what_decides(block_model &model, const noise_model &noise, const effect &effect,
+                            const fit_result &incumbent, const std::vector<rig> &starts,
+                            const search_options &options);
+
 /* Rows ln(cost / rows) + parameters ln(rows): smaller is better. */
 double bic_of(double cost, std::size_t rows, std::size_t parameters);
 

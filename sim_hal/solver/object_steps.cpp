@@ -93,6 +93,7 @@ void object_steps::start(const rig &rig, double position_m, double time_s)
     forces_ = active_stages(rig, &effect::on_body, "object");
     grip_ = is_open_ ? grip::is_lost : grip::holds;
     is_released_ = false;
+    further_N_ = 0.0;
     for (auto &force : forces_) {
         force->start({state_[object_position], state_[object_position], 0.0, time_s, 0.0});
     }
@@ -153,17 +154,38 @@ void object_steps::advance_switching(const step_maps &maps, double step_s, const
     const double margin_before = std::max(0.0, margin());
     const double share = margin_before / (margin_before - margin_after);
     grip_ = next_grip();
-    const body_state switched = state_after(maps, grip_, step_s, time_s);
+    const bool has_forces = !forces_.empty(); /* these have been asked for this step */
+    body_state switched =
+        has_forces ? state_alone_after(map_of(maps, grip_)) : state_after(maps, grip_, step_s, time_s);
+    if (has_forces) {
+        push(map_of(maps, grip_), further_N_, switched);
+    }
     for (std::size_t row = 0; row < rows; row++) {
         state_[row] = share * as_before[row] + (1.0 - share) * switched[row];
     }
     line_ = line_after;
 }
 
-void object_steps::add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s)
+bool object_steps::will_switch(const step_maps &maps, double step_s, const robot_way &way, double time_s)
+{
+    const body_state before = state_;
+    const grip grip_before = grip_;
+    begin_step(step_s, way, time_s);
+    const step_map &map = map_of(maps, grip_);
+    state_ = state_alone_after(map);
+    push(map, further_N_, state_);
+    line_.position_m = way.to_m - gripped_at_m_;
+    const bool switches = margin() < 0.0;
+    state_ = before;
+    grip_ = grip_before;
+    return switches;
+}
+
+double object_steps::further_force_N(const step_map &map, const body_state &alone, bool is_crossley, double time_s,
+                                     double step_s)
 {
     const auto &push = map.column[columns - 1];
-    const double middle_m = 0.5 * (state_[object_position] + next[object_position]);
+    const double middle_m = 0.5 * (state_[object_position] + alone[object_position]);
     double sum_N = 0.0;
     if (is_crossley) {
         /* The force of the step's middle, which it moves itself. */
@@ -171,18 +193,16 @@ void object_steps::add_forces(const step_map &map, body_state &next, bool is_cro
         for (int round = 0; round < rounds; round++) {
             const double depth = middle_m + 0.5 * push[object_position] * sum_N - plant_.surface_m;
             const double rate =
-                0.5 * (state_[object_velocity] + next[object_velocity] + push[object_velocity] * sum_N);
+                0.5 * (state_[object_velocity] + alone[object_velocity] + push[object_velocity] * sum_N);
             sum_N = std::max(0.0, plant_.stiffness_N_per_m * depth * (1.0 + impact_damping_s_per_m_ * rate));
         }
     }
     for (auto &force : forces_) {
-        sum_N += force->force_N({middle_m, middle_m, next[object_velocity] + push[object_velocity] * sum_N, time_s,
+        sum_N += force->force_N({middle_m, middle_m, alone[object_velocity] + push[object_velocity] * sum_N, time_s,
                                  -push[object_velocity]},
                                 step_s);
     }
-    for (std::size_t row = 0; row < rows; row++) {
-        next[row] += push[row] * sum_N;
-    }
+    return sum_N;
 }
 
 } // namespace berth

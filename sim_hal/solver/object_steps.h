@@ -69,17 +69,7 @@ class object_steps
 
     void advance(const step_maps &maps, double step_s, const robot_way &way, double time_s)
     {
-        is_released_ = is_released_ || time_s >= grip_release_s_;
-        if (is_open_ && time_s >= grip_close_s_) {
-            is_open_ = false;
-            gripped_at_m_ = way.from_m - state_[object_position];
-            grip_ = grip::holds;
-        }
-        line_ = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s};
-        grip_ = is_released_ || is_open_ ? grip::is_lost
-                : plant_.one_sided       ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
-                : margin() < 0.0         ? next_grip()
-                                         : grip_;
+        begin_step(step_s, way, time_s);
         state_ = state_after(maps, grip_, step_s, time_s);
         line_.position_m = way.to_m - gripped_at_m_;
     }
@@ -90,7 +80,7 @@ class object_steps
     void advance_watching(const step_maps &maps, const step_maps &fine, double step_s, const robot_way &way,
                           double time_s)
     {
-        if (!switches() || !forces_.empty()) { /* forces remember steps: these cannot be taken back */
+        if (!switches()) {
             if (friction_N_ > 0.0 && is_divided(maps, step_s, way)) {
                 advance_in_parts(fine, step_s, way, time_s);
             } else {
@@ -100,9 +90,16 @@ class object_steps
         }
         const body_state before = state_;
         const grip grip_before = grip_;
-        advance(maps, step_s, way, time_s);
-        if (margin() >= 0.0) {
-            return;
+        if (!forces_.empty()) { /* these remember steps, which cannot be taken back */
+            if (!will_switch(maps, step_s, way, time_s)) {
+                advance(maps, step_s, way, time_s);
+                return;
+            }
+        } else {
+            advance(maps, step_s, way, time_s);
+            if (margin() >= 0.0) {
+                return;
+            }
         }
         state_ = before;
         grip_ = grip_before;
@@ -179,11 +176,29 @@ class object_steps
     }
     /* Not above 0: nothing is touched. */
     double object_force_N() const { return depth_m() > 0.0 ? pressed_N() : -1.0; }
-    /* After a step that begins with the robot on `line_`. */
-    body_state state_after(const step_maps &maps, grip mode, double step_s, double time_s)
+    /* Where the robot is and what is touched as a step begins. */
+    void begin_step(double step_s, const robot_way &way, double time_s)
     {
-        const bool is_crossley = impact_damping_s_per_m_ > 0.0 && mode == grip::holds;
-        const step_map &map = maps[static_cast<std::size_t>(is_crossley ? grip::free_of_material : mode)];
+        is_released_ = is_released_ || time_s >= grip_release_s_;
+        if (is_open_ && time_s >= grip_close_s_) {
+            is_open_ = false;
+            gripped_at_m_ = way.from_m - state_[object_position];
+            grip_ = grip::holds;
+        }
+        line_ = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s};
+        grip_ = is_released_ || is_open_ ? grip::is_lost
+                : plant_.one_sided       ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
+                : margin() < 0.0         ? next_grip()
+                                         : grip_;
+    }
+    bool is_crossley(grip mode) const { return impact_damping_s_per_m_ > 0.0 && mode == grip::holds; }
+    const step_map &map_of(const step_maps &maps, grip mode) const
+    {
+        return maps[static_cast<std::size_t>(is_crossley(mode) ? grip::free_of_material : mode)];
+    }
+    /* After a step that begins with the robot on `line_`, without further forces. */
+    body_state state_alone_after(const step_map &map) const
+    {
         /* The state comes last: what the robot does need not wait for the step before. */
         body_state next{};
         const double inputs[3] = {line_.position_m, line_.velocity_m_per_s, 1.0};
@@ -197,15 +212,31 @@ class object_steps
                 next[row] += map.column[column][row] * state_[column];
             }
         }
-        if (!forces_.empty() || is_crossley) {
-            add_forces(map, next, is_crossley, time_s, step_s);
+        return next;
+    }
+    body_state state_after(const step_maps &maps, grip mode, double step_s, double time_s)
+    {
+        const step_map &map = map_of(maps, mode);
+        body_state next = state_alone_after(map);
+        if (!forces_.empty() || is_crossley(mode)) {
+            further_N_ = further_force_N(map, next, is_crossley(mode), time_s, step_s);
+            push(map, further_N_, next);
         }
         return next;
     }
+    static void push(const step_map &map, double force_N, body_state &state)
+    {
+        for (std::size_t row = 0; row < rows; row++) {
+            state[row] += map.column[columns - 1][row] * force_N;
+        }
+    }
+    /* What decides ends beyond its threshold with the further forces of the step before. */
+    bool will_switch(const step_maps &maps, double step_s, const robot_way &way, double time_s);
     bool is_divided(const step_maps &maps, double step_s, const robot_way &way) const;
     void advance_in_parts(const step_maps &fine, double step_s, const robot_way &way, double time_s);
     void advance_switching(const step_maps &maps, double step_s, const robot_way &way, double time_s);
-    void add_forces(const step_map &map, body_state &next, bool is_crossley, double time_s, double step_s);
+    double further_force_N(const step_map &map, const body_state &alone, bool is_crossley, double time_s,
+                           double step_s);
 
     plant plant_; /* its robot is where it is told to be */
     double grip_force_N_;
@@ -218,6 +249,7 @@ class object_steps
     double friction_N_; /* dry */
     bool switches_;
     std::vector<std::unique_ptr<force_stage>> forces_;
+    double further_N_ = 0.0; /* of the last step */
     body_state state_{};
     grip grip_ = grip::holds;
     reference_line line_{}; /* of the robot, counted from where it does not pull the object */

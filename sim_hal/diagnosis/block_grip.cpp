@@ -1,0 +1,129 @@
+/* A grip that gives way beside another effect of the object. */
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "acceptance.h"
+#include "block_search.h"
+#include "floor.h"
+#include "held_rows.h"
+#include "response.h"
+#include "right_history.h"
+
+namespace berth
+{
+
+std::vector<candidate> block_search::candidates_while_held(const effect &grip)
+{
+    constexpr std::size_t followed = 2;
+    const auto held = uses_while_held(model_, given_);
+    if (!held) {
+        return {};
+    }
+    const std::vector<row_use> uses = model_.uses();
+    model_.use(*held);
+    const auto fit_again = [&](fit_result &known, int replays_max) {
+        known = fit(model_, noise_, known.rig, known.parameters, replays_max);
+    };
+    fit_result base;
+    base.rig = given_;
+    base.parameters = own_parameters();
+    fit_again(base, input_.options.base_replays_max);
+    if (!has_floor_) {
+        noise_ = floor_under(model_, base.rig);
+        fit_again(base, input_.options.base_replays_max);
+    }
+    search_options others = input_.options;
+    others.without.emplace_back(grip.name);
+    std::vector<candidate> best = search_effects(model_, noise_, base, given_, found_, others);
+    best.resize(std::min(best.size(), followed));
+    if (!best.empty() && !has_floor_) {
+        noise_ = floor_under(model_, best.front().fitted.rig);
+    }
+    for (candidate &one : best) {
+        if (!one.effect->is_rough) {
+            fit_again(one.fitted, input_.options.replays_max);
+        }
+    }
+    model_.use(uses);
+    return best;
+}
+
+namespace
+{
+
+/* Slopes across an instant that jumps say that all is known far too well. */
+void widen_to(const fit_result &smooth, fit_result &fitted)
+{
+    for (std::size_t i = 0; i < smooth.ci95.size(); i++) {
+        for (std::size_t j = 0; j < fitted.ci95.size(); j++) {
+            if (fitted.parameters[j].key == smooth.parameters[i].key) {
+                fitted.ci95[j] = std::max(fitted.ci95[j], smooth.ci95[i]);
+            }
+        }
+    }
+}
+
+} // namespace
+
+bool block_search::find_while_held(block_diagnosis &result)
+{
+    if (model_.which() != block::force || !found_.empty() || input_.effects_max < 2) {
+        return false;
+    }
+    const std::vector<const effect *> tried = effects_to_try(model_, given_, found_, input_.options);
+    const auto grip =
+        std::find_if(tried.begin(), tried.end(), [](const effect *one) { return one->decides_what_follows; });
+    if (grip == tried.end()) {
+        return false;
+    }
+    const fit_result before = incumbent_;
+    const noise_model noise_before = noise_;
+    for (const candidate &one : candidates_while_held(**grip)) {
+        if (adopt_with_grip(result, one, **grip)) {
+            return true;
+        }
+    }
+    incumbent_ = before;
+    noise_ = noise_before;
+    return false;
+}
+
+bool block_search::adopt_with_grip(block_diagnosis &result, const candidate &while_held, const effect &grip)
+{
+    incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+    incumbent_.rows = rows_under(noise_);
+    const rig &held = while_held.fitted.rig;
+    std::vector<double> error;
+    model_.error(held, error);
+    std::vector<rig> starts;
+    for (const effect_values &values : grip.starts(held, scales_of(model_, held, error, input_.options))) {
+        starts.push_back(with_values(held, grip, values));
+    }
+    candidate both;
+    both.effect = &grip;
+    both.fitted = fit_what_decides(model_, noise_, grip, while_held.fitted, starts, input_.options);
+    fit_where_right(model_, noise_, grip.parameters[0].key, both.fitted, input_.options.replays_max);
+    widen_to(while_held.fitted, both.fitted);
+    both.fitted.rows = incumbent_.rows;
+    both.bic = bic_of(both.fitted.cost, both.fitted.rows, both.fitted.parameters.size());
+    if (both.fitted.cost > (1.0 - share_of_rest) * incumbent_.cost) {
+        return false;
+    }
+    const fit_result before = incumbent_;
+    const std::array<const effect *, 2> two{while_held.effect, &grip};
+    std::array<cause, 2> causes;
+    found_.insert(found_.end(), two.begin(), two.end());
+    if (!prove_each(causes, both, two)) {
+        found_.clear();
+        incumbent_ = before;
+        return false;
+    }
+    result.causes.insert(result.causes.end(), causes.begin(), causes.end());
+    result.alternatives.clear();
+    is_suspect_ = false;
+    find_what_is_left();
+    return true;
+}
+
+} // namespace berth
