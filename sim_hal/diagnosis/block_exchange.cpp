@@ -109,6 +109,7 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
     fit_result as_they_are;
     as_they_are.rig = rig_without(known);
     as_they_are.parameters = without.parameters;
+    const record_scales scales = scales_of(model_, incumbent_.rig, error_left(), input_.options);
     for (const ranked *const one : others_weighed(ranking)) {
         if (one->effect->generalises == known.name) {
             continue; /* the same with more parameters */
@@ -116,6 +117,9 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
         const bool is_simpler = known.generalises == one->effect->name;
         for (const fit_result *const others : std::initializer_list<const fit_result *>{&without, &as_they_are}) {
             fit_result tried = fit_beside(*others, *one);
+            if (one->effect->is_seen != nullptr && !one->effect->is_seen(tried.rig, scales)) {
+                continue;
+            }
             const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
             /* With more parameters it may do nearly the same, as a damped resonance does what a lag does. */
             const bool is_larger = one->effect->parameters.size() > known.parameters.size();

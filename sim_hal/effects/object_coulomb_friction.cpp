@@ -18,6 +18,10 @@ effect object_coulomb_friction()
         return std::make_unique<dry_friction>(value_of(rig, "object.coulomb_friction_N"),
                                               value_of(rig, "object.coulomb_presliding_m"));
     };
+    made.is_seen = [](const rig &fitted, const record_scales &scales) {
+        constexpr double longest = 0.02; /* of the way: what builds up over more is a hysteresis */
+        return value_of(fitted, "object.coulomb_presliding_m") < longest * scales.position_m;
+    };
     made.is_proportional = true;
     made.has_minima_by_scale = true;
     return made;
