@@ -79,8 +79,7 @@ bool is_open(const block_diagnosis &found)
     return found.verdict == verdict::partly_explained || found.verdict == verdict::unknown;
 }
 
-} // namespace
-
+/* `record.push_within_rows_N`, through its rows as the band-limited signal goes that they are samples of. */
 void let_push_move(record &record)
 {
     double weight[pushes_a_row][2 * rows_aside];
@@ -108,6 +107,8 @@ void let_push_move(record &record)
         }
     }
 }
+
+} // namespace
 
 block_diagnosis better_of_held_and_moving(block_diagnosis held, record &data, std::optional<record> &validation,
                                           const std::function<block_diagnosis()> &again,

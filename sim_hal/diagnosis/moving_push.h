@@ -12,9 +12,6 @@
 namespace berth
 {
 
-/* `record.push_within_rows_N`, through its rows as the band-limited signal goes that they are samples of. */
-void let_push_move(record &record);
-
 /* `held`: what was found with the push held. Where the push changes enough from row to row for it to matter, `again`
  * diagnoses with one that moves; the better of both is returned, and the records are left as it has them. A line in
  * `notes` says which it is, or that it stays open. */
