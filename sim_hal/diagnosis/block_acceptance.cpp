@@ -278,7 +278,8 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
 {
     double share = (incumbent_.cost - best.fitted.cost) / explainable;
     const double better = improvement(best, bic_before);
-    if (share > share_worthwhile && share < share_of_rest && better > bic_beyond_doubt &&
+    const bool all_hangs_on_one = !found_.empty() && found_.back()->decides_what_follows;
+    if (share > share_worthwhile && share < share_of_rest && better > bic_beyond_doubt && !all_hangs_on_one &&
         leaves_nothing_that_depends(best)) {
         share = 1.0; /* a floor that was found in the error has part of it */
     }

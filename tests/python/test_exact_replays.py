@@ -93,6 +93,8 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
     # Play of a quarter of the noise of the reports, which the force of a stiff contact shows.
     (611231, ("--kind", "single", "--effect", "robot.backlash", "--size", "tiny"), ["robot.backlash"]),
+    # All that is left hangs on the moments of the grip, and a gain that hides some of it is none.
+    (641093, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # A grip beside a spring that bends or fades: while the object is held, that one shows by itself.
     (611194, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.quadratic_stiffness"]),
     (621013, ("--kind", "two_of_one_block"), ["object.cubic_stiffness", "object.loss_of_contact"]),
