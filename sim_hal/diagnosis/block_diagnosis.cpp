@@ -5,6 +5,7 @@
 
 #include "block_search.h"
 #include "single_samples.h"
+#include "switch_beside_losses.h"
 
 namespace berth
 {
@@ -21,14 +22,15 @@ bool is_rounding_alone(const event_finding &steps, double rms)
 
 /* Setpoints that are lost show only once the robot is right but for them: after a cause that its tolerances do not
  * hold, such as another dead time, they are looked for again. */
-bool find_losses_behind(block block, const diagnosis_input &input, const block_diagnosis &result,
+bool find_losses_behind(block block, const diagnosis_input &input, const rig &given, const block_diagnosis &result,
                         events_of_records &events, std::vector<event_finding> &found_events)
 {
     if (block != block::robot || result.causes.empty() || result.verdict != verdict::partly_explained) {
         return false;
     }
     const std::size_t before = found_events.size();
-    find_single_samples(block, input, result.extended, events, found_events);
+    const std::optional<rig> with_switch = switch_beside_losses(input, given, result);
+    find_single_samples(block, input, with_switch.value_or(result.extended), events, found_events);
     return found_events.size() > before;
 }
 
@@ -53,7 +55,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     known.has_events = !found_events.empty();
     block_search(block, known, given, events).run(result);
     if (verify_spikes(block, input, result, events, found_events) ||
-        find_losses_behind(block, input, result, events, found_events)) {
+        find_losses_behind(block, input, given, result, events, found_events)) {
         result = {};
         result.block = block;
         known.has_events = true;

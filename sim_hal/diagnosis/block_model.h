@@ -66,6 +66,8 @@ class block_model
     void hold_out(const std::array<std::size_t, 2> &tenths);
     const std::array<std::size_t, 2> &held_out() const { return tenths_; }
     const sample_events &events() const { return events_; }
+    /* The events are others than in the replay before. */
+    void forget_motion() { motion_keys_.clear(); }
     const record &data() const { return record_; }
     block which() const { return block_; }
     const robot_motion &motion() const { return motion_; } /* of the last replay; block::robot, block::force */

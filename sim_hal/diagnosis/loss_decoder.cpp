@@ -1,6 +1,7 @@
 #include "loss_decoder.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace berth
 {
@@ -13,9 +14,9 @@ namespace
 constexpr std::size_t histories_max = 128;
 
 struct history {
-    double cost = 0.0;
-    double standing_m = 0.0; /* the setpoint that the robot stands on */
-    int run = 0;             /* of losses up to now */
+    double cost;
+    driven_path path; /* up to the last setpoint */
+    int run;          /* of losses up to now */
 };
 
 struct choice {
@@ -32,25 +33,26 @@ constexpr std::uint8_t lost_bit = 128;
 class decoder
 {
   public:
-    decoder(const std::vector<double> &sent, const loss_trace &loss, const std::vector<double> &error,
-            const std::vector<double> &counts, double penalty)
+    decoder(const std::vector<double> &sent, const driven_path &path, const loss_trace &loss,
+            const std::vector<double> &error, const std::vector<double> &counts, double penalty)
         : sent_(sent), loss_(loss), error_(error), counts_(counts), penalty_(penalty),
           ends_(sent.size() - std::min(sent.size(), loss.first)), length_(loss.values.size()),
-          due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_(1)
+          due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_{{0.0, path, 0}},
+          start_(path), without_(path)
     {
-        kept_[0].standing_m = sent.empty() ? 0.0 : sent[0];
         ways_back_.resize(ends_ * histories_max);
     }
 
     decoded_losses decode()
     {
         for (std::size_t n = 1; n < ends_; n++) {
+            without_m_ = without_.take(sent_[n]);
             branch(n);
             const std::size_t keep = std::min(steps_.size(), histories_max);
             const auto cheaper = [](const choice &a, const choice &b) { return a.after.cost < b.after.cost; };
             std::nth_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(keep - 1), steps_.end(),
                              cheaper);
-            steps_.resize(keep);
+            steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(keep), steps_.end());
             go_on(n);
         }
         return best();
@@ -65,25 +67,29 @@ class decoder
         for (std::size_t i = 0; i < kept_.size(); i++) {
             const history &before = kept_[i];
             const double due = error_[row] + due_[i * length_];
-            const auto add = [&](bool is_lost) {
-                choice made{before, is_lost ? sent_[n] - before.standing_m : 0.0, static_cast<std::uint8_t>(i),
-                            is_lost};
-                const double rest = due - made.way_m * loss_.values[0];
-                made.after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
-                made.after.standing_m = is_lost ? before.standing_m : sent_[n];
-                made.after.run = is_lost ? before.run + 1 : 0;
-                steps_.push_back(made);
+            const auto add = [&](history after, double at_m, bool is_lost) {
+                const double way_m = without_m_ - at_m;
+                const double rest = due - way_m * loss_.values[0];
+                after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
+                after.run = is_lost ? before.run + 1 : 0;
+                steps_.push_back({std::move(after), way_m, static_cast<std::uint8_t>(i), is_lost});
             };
-            add(false);
-            if (before.run < losses_in_a_row_max && sent_[n] != before.standing_m) {
-                add(true);
+            history taken = before;
+            const double taken_m = taken.path.take(sent_[n]);
+            if (before.run < losses_in_a_row_max) {
+                history lost = before;
+                const double lost_m = lost.path.go_on();
+                if (lost_m != taken_m) {
+                    add(std::move(lost), lost_m, true);
+                }
             }
+            add(std::move(taken), taken_m, false);
         }
     }
 
     void go_on(std::size_t n)
     {
-        kept_.resize(steps_.size());
+        kept_.clear();
         for (std::size_t i = 0; i < steps_.size(); i++) {
             const choice &one = steps_[i];
             const double *const old = &due_[one.from * length_];
@@ -92,7 +98,7 @@ class decoder
                 made[k] = old[k + 1] - one.way_m * loss_.values[k + 1];
             }
             made[length_ - 1] = 0.0;
-            kept_[i] = one.after;
+            kept_.push_back(std::move(steps_[i].after));
             ways_back_[n * histories_max + i] = static_cast<std::uint8_t>(one.from | (one.is_lost ? lost_bit : 0));
         }
         due_.swap(due_next_);
@@ -111,10 +117,13 @@ class decoder
             made.lost[n] = (way_back & lost_bit) != 0;
             at = way_back & ~lost_bit;
         }
-        const std::vector<double> taken_m = taken_of(sent_, made.lost);
+        driven_path without = start_;
+        driven_path with = start_;
         for (std::size_t n = 1; n < ends_; n++) {
+            const double at_m = made.lost[n] != 0 ? with.go_on() : with.take(sent_[n]);
+            const double way_m = without.take(sent_[n]) - at_m;
             for (std::size_t k = 0; k < length_ && n + loss_.first + k < made.rest.size(); k++) {
-                made.rest[n + loss_.first + k] -= (sent_[n] - taken_m[n]) * loss_.values[k];
+                made.rest[n + loss_.first + k] -= way_m * loss_.values[k];
             }
         }
         return made;
@@ -130,16 +139,19 @@ class decoder
     std::vector<double> due_; /* of each history what its losses still do to the rows to come */
     std::vector<double> due_next_;
     std::vector<history> kept_;
+    driven_path start_;
+    driven_path without_; /* any loss */
+    double without_m_ = 0.0;
     std::vector<choice> steps_;
     std::vector<std::uint8_t> ways_back_; /* of each history after each setpoint */
 };
 
 } // namespace
 
-decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss,
+decoded_losses decode_losses(const std::vector<double> &sent, const driven_path &path, const loss_trace &loss,
                              const std::vector<double> &error, const std::vector<double> &counts, double penalty)
 {
-    return decoder(sent, loss, error, counts, penalty).decode();
+    return decoder(sent, path, loss, error, counts, penalty).decode();
 }
 
 } // namespace berth

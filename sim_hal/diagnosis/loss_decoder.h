@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "driven_path.h"
 #include "loss_settler.h"
 
 namespace berth
@@ -19,8 +20,9 @@ struct decoded_losses {
  * likeliest few histories are kept, and of these the best at the end (the M-algorithm of sequential decoding). That
  * tells losses apart whose traces ring into each other.
  * `error`: of a replay in which none was lost, of which the rows in `counts` are compared (1 or 0); `penalty`:
- * squares that a loss has to explain. */
-decoded_losses decode_losses(const std::vector<double> &sent, const loss_trace &loss,
+ * squares that a loss has to explain; `path`: what the robot makes of the setpoints at the first of them; `loss` is
+ * of what comes after it. */
+decoded_losses decode_losses(const std::vector<double> &sent, const driven_path &path, const loss_trace &loss,
                              const std::vector<double> &error, const std::vector<double> &counts, double penalty);
 
 } // namespace berth

@@ -7,17 +7,10 @@
 #include <vector>
 
 #include "block_model.h"
+#include "loss_trace.h"
 
 namespace berth
 {
-
-/* What the loss of one setpoint does to the output, for 1 m of way that the robot lacks: from the tick after the
- * setpoint on. */
-struct loss_trace {
-    std::size_t first; /* ticks after the setpoint */
-    std::vector<double> values;
-    double square = 0.0;
-};
 
 /* Where one in four is lost, the most that is looked at, 400 a second, once in a year more are lost in a row: what
  * stands still for longer has another reason. */

@@ -2,64 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "loss_decoder.h"
-#include "loss_settler.h"
+#include "driven_path.h"
+#include "loss_finder.h"
+#include "loss_polisher.h"
 
 namespace berth
 {
 
 namespace
 {
-
-loss_trace trace_of_loss(block_model &model, const rig &rig)
-{
-    const record &record = model.data();
-    const double span_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig)) +
-                          1e-3 * rig.sensor.delay_ms + 0.15;
-    const auto span = static_cast<std::size_t>(span_s / record.period_s) + 4;
-    std::size_t at = 0;
-    double way = 0.0;
-    for (std::size_t n = span; n + 2 * span < record.size(); n++) {
-        const double step = std::abs(record.command_position_m[n] - record.command_position_m[n - 1]);
-        if (step > way) {
-            way = step;
-            at = n;
-        }
-    }
-    loss_trace made{0, {}};
-    if (way == 0.0) {
-        return made;
-    }
-    sample_events one;
-    one.lost_command.assign(record.size(), 0);
-    one.lost_command[at] = 1;
-    std::vector<double> with;
-    std::vector<double> without;
-    block_model other(model.which(), record, rig, one, held_out_parts::none);
-    const sample_events none;
-    block_model plain(model.which(), record, rig, none, held_out_parts::none);
-    other.error(rig, with);
-    plain.error(rig, without);
-    const double lacked = record.command_position_m[at] - record.command_position_m[at - 1];
-    double largest = 0.0;
-    for (std::size_t k = 0; k < span; k++) {
-        made.values.push_back((without[at + k] - with[at + k]) / lacked);
-        largest = std::max(largest, std::abs(made.values.back()));
-    }
-    while (!made.values.empty() && std::abs(made.values.back()) < 0.02 * largest) {
-        made.values.pop_back();
-    }
-    while (!made.values.empty() && std::abs(made.values.front()) < 0.02 * largest) {
-        made.values.erase(made.values.begin());
-        made.first++;
-    }
-    for (const double value : made.values) {
-        made.square += value * value;
-    }
-    return made;
-}
 
 /* Chance does not care how far a setpoint leads: where nearly only the smallest steps are missing, it is a
  * threshold. */
@@ -82,93 +34,56 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
-double counted_squares(const std::vector<double> &rest, const std::vector<double> &counts)
+/* Counted are those whose loss would have been seen; where none would by itself, all that lead anywhere. */
+event_finding finding_of(const rig &rig, const record &record, const std::vector<std::uint8_t> &lost, double clear_m)
 {
-    double sum = 0.0;
-    for (std::size_t n = 0; n < rest.size(); n++) {
-        sum += counts[n] * rest[n] * rest[n];
+    const std::vector<double> at_stake_m = way_at_stake_m(rig, record, lost);
+    const double most_m = *std::max_element(at_stake_m.begin(), at_stake_m.end());
+    std::vector<std::uint8_t> counted(record.size(), 0);
+    std::size_t seen = 0;
+    for (std::size_t n = 1; n < record.size(); n++) {
+        counted[n] = at_stake_m[n] > (most_m > clear_m ? clear_m : 0.0);
+        seen += counted[n] != 0 && lost[n] != 0;
     }
-    return sum;
+    return found_in("robot.lost_commands", seen, lost, counted);
 }
 
-/* From a first guess to all that the error shows. */
-class loss_finder
+/* Where what a setpoint does depends on those before it, all are decided in turn. */
+std::vector<event_finding> decode_behind_what_switches(block_model &model, const rig &rig, const loss_trace &loss,
+                                                       sample_events &events, loss_search &search)
 {
-  public:
-    /* `tries`: setpoints whose loss would be clear. */
-    loss_finder(const block_model &model, const loss_trace &loss, const std::vector<double> &error,
-                const std::vector<std::uint8_t> &known, std::size_t tries)
-        : model_(model), loss_(loss), error_(error), known_(known), tries_(tries),
-          none_(model, loss, error, known, std::vector<std::uint8_t>(error.size(), 0))
-    {
-    }
-
-    void find(std::vector<std::uint8_t> guess, bool decode_alone)
-    {
-        if (decode_alone) {
-            decode();
-            return;
-        }
-        loss_settler settler(model_, loss_, error_, known_, std::move(guess));
-        settler.settle(least(settler.lost));
-        square_ = settler.square();
-        lost = settler.lost;
-        /* Losses whose traces ring into each other hide one another: half explained, and what is left is no noise.
-         */
-        constexpr double promising = 0.7;
-        constexpr double spiky = 1.5;
-        const double sigma = sigma_of(settler.rest(), model_.uses());
-        const double rows = std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
-        if (square_ < promising * none_.square() && square_ > spiky * sigma * sigma * rows) {
-            decode();
+    const record &record = model.data();
+    const sample_events none;
+    block_model plain(model.which(), record, rig, none, held_out_parts::none);
+    plain.use(model.uses());
+    std::vector<double> error;
+    plain.error(rig, error);
+    std::vector<std::uint8_t> known = events.lost_command;
+    known.resize(error.size(), 0);
+    const std::vector<std::uint8_t> nothing(error.size(), 0);
+    loss_finder finder(plain, rig, loss, error, nothing, 0);
+    finder.decode();
+    if (count_of(known) > 0) {
+        model.error(rig, error);
+        if (finder.cost_of(error, known) <= finder.cost()) {
+            return {};
         }
     }
-
-    std::vector<std::uint8_t> lost;
-    bool is_decoded = false;
-
-    /* Of the squares that are there without any loss. */
-    double share_left() const { return square_ / std::max(none_.square(), 1e-300); }
-
-  private:
-    /* Takes what it finds if that is better. */
-    void decode()
-    {
-        double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
-        decoded_losses found;
-        for (int pass = 0; pass < 3; pass++) {
-            found = decode_losses(model_.data().command_position_m, loss_, none_.rest(), none_.counts(), penalty);
-            const double sigma = sigma_of(found.rest, model_.uses());
-            penalty = least(found.lost) * sigma * sigma;
-        }
-        const auto cost = [&](double square, const std::vector<std::uint8_t> &rows) {
-            return square + penalty * static_cast<double>(count_of(rows));
-        };
-        const double square = counted_squares(found.rest, none_.counts());
-        if (lost.empty() || cost(square, found.lost) < cost(square_, lost)) {
-            square_ = square;
-            lost = std::move(found.lost);
-            is_decoded = true;
-        }
+    search.was_decoded = true;
+    const std::size_t count = count_of(finder.lost);
+    if (count < events_min || finder.lost == known || 4 * count > error.size() ||
+        finder.share_left() > search.left_max) {
+        return {};
     }
-
-    /* Squares of sigma that a loss has to explain: where one in eight is lost, less than where one in a thousand is.
-     */
-    double least(const std::vector<std::uint8_t> &rows) const
-    {
-        constexpr double sure = 6.0; /* logarithm of the odds */
-        const auto candidates = static_cast<double>(tries_ == 0 ? rows.size() : tries_);
-        return 2.0 * (std::log(std::max(1.0, candidates / static_cast<double>(count_of(rows) + 1))) + sure);
+    events.lost_command = std::move(finder.lost);
+    if (search.polish) {
+        block_model with_them(model.which(), record, rig, events, held_out_parts::none);
+        with_them.use(model.uses());
+        polish_losses(with_them, rig, loss, finder.least(events.lost_command), events);
     }
-
-    const block_model &model_;
-    const loss_trace &loss_;
-    const std::vector<double> &error_;
-    const std::vector<std::uint8_t> &known_;
-    std::size_t tries_;
-    loss_settler none_;
-    double square_ = 0.0;
-};
+    return {
+        finding_of(rig, record, events.lost_command, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square))};
+}
 
 } // namespace
 
@@ -181,18 +96,18 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
     /* A grip that has given way feels nothing, and otherwise than this model after it: it is not asked. */
     constexpr double held_share = 0.5;
     const double least_N = 0.1 * rms_of(record.force_N, force.uses(), row_use::fit);
+    const std::vector<double> lacked_m = way_lacked_m(rig, record, events.lost_command);
     std::vector<double> shares;
     std::size_t held = 0;
     for (std::size_t n = 1; n + loss.first + loss.values.size() < record.size() && !loss.values.empty(); n++) {
-        if (events.lost_command[n] != 0) {
-            const double way = record.command_position_m[n] - record.command_position_m[n - 1];
+        if (events.lost_command[n] != 0 && lacked_m[n] != 0.0) {
             double sum = 0.0;
             double largest_N = 0.0;
             for (std::size_t k = 0; k < loss.values.size(); k++) {
                 sum += loss.values[k] * error[n + loss.first + k];
                 largest_N = std::max(largest_N, std::abs(record.force_N[n + loss.first + k]));
             }
-            shares.push_back(sum / (way * loss.square));
+            shares.push_back(sum / (lacked_m[n] * loss.square));
             held += largest_N > least_N;
         }
     }
@@ -207,6 +122,9 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     const loss_trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {
         return {};
+    }
+    if (!follows_setpoints(rig)) {
+        return decode_behind_what_switches(model, rig, loss, events, search);
     }
     const double sigma = sigma_of(error, model.uses());
     const std::size_t length = loss.values.size();
@@ -275,8 +193,12 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     for (std::size_t n = 0; n < lost.size(); n++) {
         lost[n] = known[n] != 0 || (lost[n] != 0 && are_clear);
     }
-    loss_finder finder(model, loss, error, known, rows.size());
-    finder.find(std::move(lost), search.decode_alone);
+    loss_finder finder(model, rig, loss, error, known, rows.size());
+    if (search.decode_alone) {
+        finder.decode();
+    } else {
+        finder.settle(std::move(lost));
+    }
     search.was_decoded = finder.is_decoded;
     const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
     const bool are_some = are_clear || count_of(known) > 0 || explain_most;

@@ -16,9 +16,11 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 struct loss_search {
     double left_max = 0.1;     /* share of the error's squares that they may leave */
     bool decode_alone = false; /* as the search before did in the end */
+    bool polish = false;       /* what was decoded, by replays: where they are found for the last time */
     bool was_decoded = false;  /* result */
 };
-constexpr double left_by_wrong_base = 0.3; /* the same of a base that was tuned without them */
+constexpr double left_by_wrong_base = 0.3;  /* the same of a base that was tuned without them */
+constexpr double left_by_wrong_limit = 0.6; /* the same where a limit or a dead band was, too */
 
 /* Setpoints after which the robot stood for a period: each leaves the trace of a short way back in the error of the
  * robot's position, and of the force. Adds the rows to `events`; `model` replays with those that are there already.

@@ -135,23 +135,24 @@ std::ptrdiff_t other_causes(const block_diagnosis &block)
                          [](const cause &known) { return known.effect->name != lost_commands; });
 }
 
-/* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag: both blocks are looked at
- * anew with those that the force has shown. */
+/* Lost setpoints that the noise of the reports hides are a dead time to them, or a lag, and move the size of what
+ * acts on their way: both blocks are looked at anew with those that the force has shown. */
 void let_losses_explain_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                               const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
     events_of_records other_events = events;
     block_diagnosis other =
         diagnose_block(block::robot, robot_start.input, robot_start.given, other_events, robot_start.found_events);
-    if (other_causes(other) >= other_causes(robot)) {
-        return;
-    }
+    refine_thresholds(other, force_start.input, other_events);
     diagnosis_input input = force_start.input;
     know_robot(input, other, as_given);
     other_events = force_start.events;
     block_diagnosis seen =
         diagnose_block(block::force, input, other.extended, other_events, force_start.found_events);
-    if (has(seen, lost_commands) && is_clearly_smaller(seen, force)) {
+    const bool is_simpler = other_causes(other) + other_causes(seen) < other_causes(robot) + other_causes(force);
+    const bool suits_reports = is_clearly_smaller(other, robot);
+    if (has(seen, lost_commands) &&
+        (is_clearly_smaller(seen, force) || ((is_simpler || suits_reports) && !is_clearly_smaller(force, seen)))) {
         robot = std::move(other);
         force = std::move(seen);
         events = std::move(other_events);
@@ -202,7 +203,7 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
-    if (has(force, lost_commands) && other_causes(robot) > 0) {
+    if (has(force, lost_commands)) {
         let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
     }
     const bool force_is_clear = force.verdict == verdict::nothing_detectable || force.verdict == verdict::named;

@@ -14,21 +14,6 @@ namespace berth
 namespace
 {
 
-/* The setpoint that a robot with a dead band stands on; without, the first one. */
-double start_in_deadband_m(const rig &rig, const record &record, const record_segment &part)
-{
-    const double *wanted_m = record.command_position_m.data();
-    const double deadband_m = value_of_effect(rig, "robot.deadband_m");
-    if (deadband_m == 0.0) {
-        return wanted_m[part.begin];
-    }
-    std::size_t end = part.begin + 1;
-    while (end < part.end && std::abs(wanted_m[end] - wanted_m[part.begin]) <= 2.0 * deadband_m) {
-        end++;
-    }
-    return seen_before_it_moves_m(record, part, {wanted_m + part.begin, wanted_m + end}, deadband_m);
-}
-
 /* Setpoints of one segment as the robot takes them; of a lost one the place before it. */
 std::vector<double> taken_setpoints(const rig &rig, const record &record, const record_segment &part,
                                     const sample_events &events)
@@ -39,12 +24,10 @@ std::vector<double> taken_setpoints(const rig &rig, const record &record, const 
         return {sent_m + part.begin, sent_m + part.end};
     }
     std::vector<double> taken(part.end - part.begin);
-    double newest_m = path.start(part.stands_m.value_or(start_in_deadband_m(rig, record, part)));
+    path.start(stands_on_m(rig, record, part));
     for (std::size_t n = 0; n < taken.size(); n++) {
-        if (events.lost_command.empty() || events.lost_command[part.begin + n] == 0) {
-            newest_m = path.take(sent_m[part.begin + n]);
-        }
-        taken[n] = newest_m;
+        const bool is_lost = !events.lost_command.empty() && events.lost_command[part.begin + n] != 0;
+        taken[n] = is_lost ? path.go_on() : path.take(sent_m[part.begin + n]);
     }
     return taken;
 }
@@ -106,8 +89,9 @@ std::vector<knot> knots_of_setpoints(const rig &rig, const record &record, const
     const double dead_time_s = 1e-3 * rig.robot.dead_time_ms + 1e-9 * static_cast<double>(sync_wait_ns(rig));
     const double drift = 1e-3 * value_of_effect(rig, "robot.dead_time_drift_ms_per_s");
     const bool holds = rig.robot.interpolation == interpolation::hold;
+    const bool goes_on = setpoint_path(rig).goes_on();
     const auto is_lost = [&](std::size_t n) {
-        return !events.lost_command.empty() && events.lost_command[part.begin + n] != 0;
+        return !goes_on && !events.lost_command.empty() && events.lost_command[part.begin + n] != 0;
     };
     std::vector<knot> knots;
     knots.reserve(taken.size() + 16);
@@ -153,6 +137,23 @@ std::vector<knot> knots_of_setpoints(const rig &rig, const record &record, const
 double setpoint_arrival_s(const rig &rig)
 {
     return 1e-9 * static_cast<double>(robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8));
+}
+
+double stands_on_m(const rig &rig, const record &record, const record_segment &part)
+{
+    if (part.stands_m) {
+        return *part.stands_m;
+    }
+    const double *const wanted_m = record.command_position_m.data();
+    const double deadband_m = value_of_effect(rig, "robot.deadband_m");
+    if (deadband_m == 0.0) {
+        return wanted_m[part.begin];
+    }
+    std::size_t end = part.begin + 1;
+    while (end < part.end && std::abs(wanted_m[end] - wanted_m[part.begin]) <= 2.0 * deadband_m) {
+        end++;
+    }
+    return seen_before_it_moves_m(record, part, {wanted_m + part.begin, wanted_m + end}, deadband_m);
 }
 
 std::vector<knot> reference_knots(const rig &rig, const record &record, const record_segment &part,

@@ -23,6 +23,9 @@ struct knot {
  * clock looks for setpoints that have come. */
 double setpoint_arrival_s(const rig &rig);
 
+/* The setpoint that a robot stands on where a segment begins: with a dead band not the first one. */
+double stands_on_m(const rig &rig, const record &record, const record_segment &part);
+
 /* Of one segment; a limit of the velocity that is on the reference is in it. */
 std::vector<knot> reference_knots(const rig &rig, const record &record, const record_segment &part,
                                   const sample_events &events);

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "driven_path.h"
 #include "floor.h"
 #include "lost_commands.h"
 
@@ -58,6 +59,7 @@ std::vector<event_finding> find_losses_surely(block block, const diagnosis_input
                                               const rig &base, sample_events &events)
 {
     loss_search search;
+    search.polish = true;
     std::vector<event_finding> found = find_losses(block, input, given, base, events, search);
     if (found.empty()) {
         return found;
@@ -82,7 +84,7 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
     std::vector<double> error;
     /* Each pass tunes the base with what the one before found, until they find the same. */
     constexpr int passes_max = 12;
-    loss_search search{left_by_wrong_base};
+    loss_search search{follows_setpoints(given) ? left_by_wrong_base : left_by_wrong_limit};
     for (int pass = 0; pass < passes_max; pass++) {
         block_model model(block, *input.fit, given, events.fit, held_out_parts::none);
         model.error(base, error);

@@ -40,6 +40,9 @@ class drive_limits
         return position_m;
     }
 
+    /* A period without a new setpoint: it does not stop at once. */
+    double go_on() { return take(setpoint_m_); }
+
   private:
     /* One period's change of velocity closes the gap. */
     bool is_near(double goal_m) const { return std::abs(goal_m - position_m_) <= change_m_per_s_ * period_s_; }

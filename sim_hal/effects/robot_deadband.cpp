@@ -21,6 +21,7 @@ class deadband final : public setpoint_stage
         }
         return held_m_;
     }
+    std::unique_ptr<setpoint_stage> copy() const override { return std::make_unique<deadband>(*this); }
 
   private:
     double width_m_;

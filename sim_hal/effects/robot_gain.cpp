@@ -13,6 +13,7 @@ class setpoint_gain_stage final : public setpoint_stage
     explicit setpoint_gain_stage(double factor) : factor_(factor) {}
     void start(double) override {}
     double take(double setpoint_m) override { return factor_ * setpoint_m; }
+    std::unique_ptr<setpoint_stage> copy() const override { return std::make_unique<setpoint_gain_stage>(*this); }
 
   private:
     double factor_;

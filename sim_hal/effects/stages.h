@@ -17,6 +17,7 @@ class setpoint_stage
     virtual ~setpoint_stage() = default;
     virtual void start(double setpoint_m) = 0;
     virtual double take(double setpoint_m) = 0;
+    virtual std::unique_ptr<setpoint_stage> copy() const = 0; /* with all that it remembers */
 };
 
 /* A signal on its way through the hardware, straight within a sub-step: the robot's position in m, the force in N.

@@ -45,6 +45,10 @@ void robot::receive(const hal_frame &frame, std::int64_t arrival_ns)
         return;
     }
     if (loses_command()) {
+        if (path_.goes_on() && !clock_is_free_ && count_ < knots_.size()) {
+            add_knot(path_.go_on(), frame.time_ns);
+            find_next_event();
+        }
         return;
     }
     const setpoint received{arrival_ns, berth_can_setpoint_position_m_decode(raw.position_m), raw.counter};
@@ -107,6 +111,11 @@ void robot::take(const setpoint &next, std::int64_t now_ns)
         return; /* more setpoints than the dead time has room for: the robot's buffer is full */
     }
     setpoint_counter_ = next.counter;
+    add_knot(path_.take(next.position_m), now_ns);
+}
+
+void robot::add_knot(double position_m, std::int64_t now_ns)
+{
     std::int64_t end_ns = now_ns + dead_time_ns(now_ns);
     if (jitter_ns_ > 0.0) {
         end_ns += std::llround(jitter_ns_ * (2.0 * random_.uniform() - 1.0));
@@ -114,7 +123,6 @@ void robot::take(const setpoint &next, std::int64_t now_ns)
     if (now_ns >= jump_at_ns_) {
         drop_overtaken(end_ns);
     }
-    const double position_m = path_.take(next.position_m);
     const std::int64_t begin_ns = holds_ ? end_ns : end_ns - period_ns_;
     knots_[(first_ + count_) % knots_.size()] = {std::max(begin_ns, now_ns), end_ns, position_m};
     count_++;

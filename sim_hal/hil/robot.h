@@ -97,6 +97,7 @@ class robot
     void latch();
     void drop_overtaken(std::int64_t end_ns);
     void take(const setpoint &next, std::int64_t now_ns);
+    void add_knot(double position_m, std::int64_t now_ns);
     void set_out();
     double arrive();
     void find_next_event();
