@@ -13,11 +13,23 @@ namespace berth
 namespace
 {
 
-/* The error is hardly more than that of rounding, which follows the motion and looks like many things. */
-bool is_rounding_alone(const event_finding &steps, double rms)
+/* The error is hardly more than that of rounding, which follows the motion and looks like many things: by its size,
+ * or as every row lies within half a step, however long the motion rests where that is far off. */
+bool is_rounding_alone(const event_finding &steps, const block_diagnosis &result)
 {
     constexpr double nearly = 0.9;
-    return steps.values[0] / std::sqrt(12.0) > nearly * rms;
+    constexpr double half = 0.53; /* of a step; a little more for the noise */
+    constexpr double all = 0.99;  /* of the rows */
+    const double step = steps.values[0];
+    std::size_t rows = 0;
+    std::size_t within = 0;
+    for (std::size_t n = 0; n < result.error_after.size(); n++) {
+        const bool is_compared = result.uses[n] != row_use::none;
+        rows += is_compared;
+        within += is_compared && std::abs(result.error_after[n]) <= half * step;
+    }
+    return step / std::sqrt(12.0) > nearly * result.fit_rms.after ||
+           static_cast<double>(within) >= all * static_cast<double>(rows);
 }
 
 /* Setpoints that are lost show only once the robot is right but for them: after a cause that its tolerances do not
@@ -69,7 +81,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     }
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
-        if (!steps.empty() && result.causes.empty() && is_rounding_alone(steps[0], result.fit_rms.after)) {
+        if (!steps.empty() && result.causes.empty() && is_rounding_alone(steps[0], result)) {
             result.verdict = verdict::nothing_detectable;
         }
         found_events.insert(found_events.end(), steps.begin(), steps.end());

@@ -11,33 +11,44 @@ namespace berth
 
 void block_search::exchange_stand_ins(block_diagnosis &result)
 {
-    bool any = false;
     const auto is_of_earlier = [](const alternative &one) { return one.rival_of != nullptr; };
     result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_of_earlier),
                               result.alternatives.end());
+    /* What has taken a place may stand in for another one again: a dead time, first for a lag, for a resonance. */
+    constexpr int in_a_row_max = 2;
+    bool any = false;
     for (std::size_t i = 0; i + 1 < found_.size(); i++) {
-        const effect &known = *found_[i];
-        const bool is_refined = std::any_of(found_.begin(), found_.end(),
-                                            [&](const effect *other) { return other->refines == known.name; });
-        if (is_refined || known.is_rough || known.switch_on != nullptr) {
-            continue;
-        }
-        const auto other = rival_of(known, result.ranking);
-        const bool is_simpler = other && known.generalises == other->effect->name;
-        if (other && !is_simpler && other->bic > bic_better_by(bic_undecided)) {
-            result.alternatives.push_back({other->effect, other->bic - bic_better_by(0.0), &known, other->fitted});
-        } else if (other && prove_exchange(result.causes[i], *other)) {
-            found_[i] = other->effect;
-            const auto is_other = [&](const alternative &one) { return one.effect == other->effect; };
-            result.alternatives.erase(
-                std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_other),
-                result.alternatives.end());
+        for (int k = 0; k < in_a_row_max && exchange_stand_in(result, i); k++) {
             any = true;
         }
     }
     if (any) {
         drop_stand_ins(result);
     }
+}
+
+bool block_search::exchange_stand_in(block_diagnosis &result, std::size_t i)
+{
+    const effect &known = *found_[i];
+    const bool is_refined =
+        std::any_of(found_.begin(), found_.end(), [&](const effect *other) { return other->refines == known.name; });
+    if (is_refined || known.is_rough || known.switch_on != nullptr) {
+        return false;
+    }
+    const auto other = rival_of(known, result.ranking);
+    const bool is_simpler = other && known.generalises == other->effect->name;
+    if (other && !is_simpler && other->bic > bic_better_by(bic_undecided)) {
+        result.alternatives.push_back({other->effect, other->bic - bic_better_by(0.0), &known, other->fitted});
+        return false;
+    }
+    if (!other || !prove_exchange(result.causes[i], *other)) {
+        return false;
+    }
+    found_[i] = other->effect;
+    const auto is_other = [&](const alternative &one) { return one.effect == other->effect; };
+    result.alternatives.erase(std::remove_if(result.alternatives.begin(), result.alternatives.end(), is_other),
+                              result.alternatives.end());
+    return true;
 }
 
 std::vector<rig> block_search::starts_beside(const rig &others, const ranked &known)

@@ -130,6 +130,7 @@ class block_search
     /* An effect found first may stand in the place of one that explains more beside what was found later: a
      * resonance in that of a longer dead time, before the lag. What explains as much is told. */
     void exchange_stand_ins(block_diagnosis &result);
+    bool exchange_stand_in(block_diagnosis &result, std::size_t i); /* the i-th cause; whether it was one */
     /* Where to begin with an effect beside the `others` of the model: the best of its starts. */
     std::vector<rig> starts_beside(const rig &others, const ranked &known);
     /* That effect fitted beside the others. */

@@ -8,6 +8,7 @@
 #include "events.h"
 #include "lost_commands.h"
 #include "response.h"
+#include "spikes.h"
 
 namespace berth
 {

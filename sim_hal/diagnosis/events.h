@@ -11,7 +11,6 @@ namespace berth
 {
 
 constexpr std::size_t events_min = 5;  /* fewer may be anything */
-constexpr double spike_far_sd = 7.0;   /* off the neighbours; of 24000 normal samples none lies beyond 5 */
 constexpr double rounding_share = 0.3; /* of all that is not explained, as variances */
 
 struct event_finding {
@@ -40,14 +39,6 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
 
 /* Steps in which the force comes. `noise_rms`: of the force. */
 std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms);
-
-/* Where the robot jumps at another tick than ours, a stiff contact has spikes that are none, each of its own size.
- */
-enum class spikes_wanted { all, of_one_size };
-
-/* Single samples far off their neighbours, in the error of the force. Sets the rows in `events`. */
-std::vector<event_finding> find_spikes(const block_model &model, const std::vector<double> &error,
-                                       sample_events &events, spikes_wanted wanted = spikes_wanted::all);
 
 } // namespace berth
 

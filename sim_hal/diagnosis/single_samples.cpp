@@ -7,6 +7,7 @@
 #include "driven_path.h"
 #include "floor.h"
 #include "lost_commands.h"
+#include "spikes.h"
 
 namespace berth
 {
@@ -130,7 +131,7 @@ bool verify_spikes(block block, const diagnosis_input &input, const block_diagno
         return false;
     }
     const std::vector<std::uint8_t> before = std::exchange(events.fit.spike, {});
-    events.unseen.spike.clear();
+    const std::vector<std::uint8_t> unseen_before = std::exchange(events.unseen.spike, {});
     block_model model(block, *input.fit, result.extended, events.fit, held_out_parts::none);
     std::vector<double> error;
     model.error(result.extended, error);
@@ -142,7 +143,7 @@ bool verify_spikes(block block, const diagnosis_input &input, const block_diagno
     }
     *spikes = again[0];
     find_in_unseen(block, input, result.extended, result.extended, "sensor.spikes", events.unseen);
-    return events.fit.spike != before;
+    return events.fit.spike != before || events.unseen.spike != unseen_before;
 }
 
 } // namespace berth

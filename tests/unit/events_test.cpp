@@ -9,6 +9,7 @@
 #include "seeded.h"
 #include "sim_hal/diagnosis/block_model.h"
 #include "sim_hal/diagnosis/events.h"
+#include "sim_hal/diagnosis/spikes.h"
 
 namespace
 {
