@@ -83,6 +83,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
         if (!steps.empty() && result.causes.empty() && is_rounding_alone(steps[0], result)) {
             result.verdict = verdict::nothing_detectable;
+            result.doubts.clear();
         }
         found_events.insert(found_events.end(), steps.begin(), steps.end());
     }

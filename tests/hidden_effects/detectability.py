@@ -1,8 +1,9 @@
 """How clearly a record shows an effect, from the truth alone.
 
 Per channel, s(d) = the blocks replayed from the recorded inputs with their true parameters and the effect, minus the
-same without it (another effect stays in both) and with the base moved by d within the rig's tolerances. What the best
-base leaves, whitened by the noise's own spectrum,
+same without it and with the base moved by d within the rig's tolerances. Another effect stays in both: with parameters
+that are as free as they are to a diagnosis, where the effect would be shown without that (a heavier object does most of
+what a second mass does). What the best base leaves, whitened by the noise's own spectrum,
 
     chi2 = min_d sum_channels sum_f |S(d)|^2 / (N * noise(f)),
 
@@ -15,6 +16,8 @@ p parameters of the effect, N samples of all channels together.
 """
 
 import numpy as np
+from effects import Change
+from parameters import FIELDS
 from physics import Disturbance, replay_manipulator, simulate
 from rigs import FIELD_OF_KEY
 from scenario import apply
@@ -186,18 +189,36 @@ def assess(scenario):
     changes = [change for _, _, change in scenario.effects]
     everything = with_effects(scenario, run, changes)
     found = []
-    for change in changes:
-        rest = [other for other in changes if other is not change]
-        others = with_effects(scenario, run, rest)
+    for _, _, change in scenario.effects:
+        rest = [(other_name, other) for other_name, _, other in scenario.effects if other is not change]
+        others = with_effects(scenario, run, [other for _, other in rest])
         added = {c: everything[c] - others[c] for c in measured_channels(scenario)}
-        chi2, left = tuning.absorb(everything, rest)
-        channels = {c: {"added_rms": rms(added[c]), "left_rms": rms(left[c]), "floor_rms": scenario.noise[c].rms}
-                    for c in added}
-        share = max(channel["left_rms"] / channel["floor_rms"] for channel in channels.values())
-        margin = chi2 - len(change.parameters) * float(np.log(len(added) * len(added["force_N"])))
-        found.append({"channels": channels, "chi2": chi2, "margin": margin, "share_of_floor": share,
-                      "detectable": bool(margin >= CHI2_MARGIN and share >= LEAST_SHARE)})
+        judged = judged_by(scenario, change, added, *tuning.absorb(everything, [other for _, other in rest]))
+        if rest and judged["detectable"] and judged["chi2"] < Tuning.LITTLE:
+            judged = judged_by(scenario, change, added, *absorb_with(scenario, tuning, everything, rest))
+        found.append(judged)
     return found
+
+
+def absorb_with(scenario, tuning, truth, effects):
+    """What is left after the best re-tuning of the base and of these effects' own parameters: [(name, change)]."""
+    fields = [field for name, _ in effects for field, _ in FIELDS.get(name, {}).values()]
+
+    def changes_at(x):
+        moved = {field: scenario.true[field] * share for field, share in zip(fields, x)}
+        return [*(change for _, change in effects), Change(moved, {})]
+
+    return tuning.fit(truth, changes_at, len(fields))
+
+
+def judged_by(scenario, change, added, chi2, left):
+    channels = {c: {"added_rms": rms(added[c]), "left_rms": rms(left[c]), "floor_rms": scenario.noise[c].rms}
+                for c in added}
+    share = max(channel["left_rms"] / channel["floor_rms"] for channel in channels.values())
+    samples = sum(len(values) for values in added.values())
+    margin = chi2 - len(change.parameters) * float(np.log(samples))
+    return {"channels": channels, "chi2": chi2, "margin": margin, "share_of_floor": share,
+            "detectable": bool(margin >= CHI2_MARGIN and share >= LEAST_SHARE)}
 
 
 def rms(values):

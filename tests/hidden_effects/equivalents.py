@@ -12,51 +12,10 @@ import itertools
 import numpy as np
 from detectability import Tuning, with_effects
 from effects import Change
+from parameters import FIELDS
 
 CHI2_APART = 10.0
 
-# effect -> {parameter of diagnosis.json: (field of the truth, factor to SI)}; others cannot be asked about.
-FIELDS = {
-    "robot.dead_time": {"dead_time_ms": ("robot_dead_time_s", 1e-3)},
-    "robot.dead_time_drift": {"dead_time_drift_ms_per_s": ("robot_dead_time_drift", 1e-3)},
-    "robot.gain": {"gain": ("robot_gain", 1.0)},
-    "robot.lag": {"lag_ms": ("robot_lag_s", 1e-3)},
-    "robot.resonance": {"transfer_frequency_Hz": ("robot_resonance_rad_per_s", 2 * np.pi),
-                        "transfer_damping_ratio": ("robot_resonance_damping", 1.0)},
-    "robot.velocity_limit": {"velocity_limit_m_per_s": ("robot_velocity_limit_m_per_s", 1.0)},
-    "robot.acceleration_limit": {"acceleration_limit_m_per_s2": ("robot_acceleration_limit_m_per_s2", 1.0)},
-    "robot.backlash": {"backlash_m": ("robot_backlash_m", 1.0)},
-    "robot.deadband": {"deadband_m": ("robot_deadband_m", 1.0)},
-    "robot.periodic_error": {"periodic_error_m": ("robot_periodic_m", 1.0),
-                             "periodic_error_pitch_m": ("robot_pitch_m", 1.0),
-                             "periodic_error_phase_rad": ("robot_periodic_rad", 1.0)},
-    "manipulator.parameters": {"mass_kg": ("manipulator_mass_kg", 1.0),
-                               "damping_N_s_per_m": ("manipulator_damping_N_s_per_m", 1.0),
-                               "stiffness_N_per_m": ("manipulator_stiffness_N_per_m", 1.0)},
-    "manipulator.cubic_stiffness": {"cubic_stiffness_N_per_m3": ("manipulator_cubic_N_per_m3", 1.0)},
-    "manipulator.quadratic_stiffness": {"quadratic_stiffness_N_per_m2": ("manipulator_quadratic_N_per_m2", 1.0)},
-    "manipulator.backlash": {"backlash_m": ("manipulator_gap_m", 1.0)},
-    "manipulator.gravity_offset": {"gravity_offset_N": ("manipulator_gravity_N", 1.0)},
-    "object.parameters": {"mass_kg": ("object_mass_kg", 1.0),
-                          "damping_N_s_per_m": ("object_damping_N_s_per_m", 1.0),
-                          "stiffness_N_per_m": ("object_stiffness_N_per_m", 1.0)},
-    "object.cubic_stiffness": {"cubic_stiffness_N_per_m3": ("object_cubic_N_per_m3", 1.0)},
-    "object.quadratic_stiffness": {"quadratic_stiffness_N_per_m2": ("object_quadratic_N_per_m2", 1.0)},
-    "object.coulomb_friction": {"coulomb_friction_N": ("object_friction_N", 1.0)},
-    "object.backlash": {"backlash_m": ("object_gap_m", 1.0)},
-    "object.hysteresis": {"hysteresis_force_N": ("object_hysteresis_N", 1.0),
-                          "hysteresis_length_m": ("object_hysteresis_length_m", 1.0)},
-    "object.stiffness_drift": {"stiffness_drift_per_s": ("object_drift_per_s", 1.0)},
-    "object.loss_of_contact": {"grip_force_N": ("grip_N", 1.0)},
-    "object.impact_damping": {"impact_damping_s_per_m": ("impact_damping_s_per_m", 1.0)},
-    "sensor.bias": {"bias_N": ("sensor_bias_N", 1.0)},
-    "sensor.drift": {"drift_N_per_s": ("sensor_drift_N_per_s", 1.0)},
-    "sensor.gain": {"gain": ("sensor_gain", 1.0)},
-    "sensor.lag": {"lag_ms": ("sensor_lag_s", 1e-3)},
-    "sensor.delay": {"delay_ms": ("sensor_delay_s", 1e-3)},
-    "sensor.saturation": {"saturation_N": ("sensor_saturation_N", 1.0)},
-    "loop.clock_drift": {"clock_drift_ppm": ("clock_drift", 1e-6), "clock_phase_ms": ("clock_phase_s", 1e-3)},
-}
 SWITCHES = {"loop.clock_drift": {"free_clock": 1.0}}
 
 

@@ -99,6 +99,16 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (611194, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.quadratic_stiffness"]),
     (621013, ("--kind", "two_of_one_block"), ["object.cubic_stiffness", "object.loss_of_contact"]),
     (621014, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.stiffness_drift"]),
+    # Setpoints lost behind a dead band, before play, and beside a resonance that a dead time stands in for.
+    (641054, ("--kind", "two_of_one_block"), ["robot.deadband", "robot.lost_commands"]),
+    (631024, ("--kind", "two_of_one_block"), ["robot.backlash", "robot.lost_commands"]),
+    (631020, ("--kind", "two_of_one_block"), ["robot.lost_commands", "robot.resonance"]),
+    # A lag first, a dead time in its place, and a resonance in that one's.
+    (641254, ("--kind", "two_of_one_block"), ["robot.resonance", "robot.velocity_limit"]),
+    # Spikes in adjacent samples.
+    (641134, ("--kind", "two_of_one_block"), ["sensor.lag", "sensor.spikes"]),
+    # A coarse quantiser and a motion that rests.
+    (641066, ("--kind", "single", "--effect", "sensor.quantisation", "--size", "large"), ["sensor.quantisation"]),
     # What builds up over a sixteenth of the way is no dry friction, though it has a parameter less.
     (631013, ("--kind", "two_of_one_block"), ["object.hysteresis", "object.quadratic_stiffness"]),
     # Together they are a little better than the one resonance for which they pass.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
+#include "../../sim_hal/diagnosis/driven_path.h"
 #include "../../sim_hal/diagnosis/replay.h"
 #include "../../sim_hal/diagnosis/robot_start.h"
 
@@ -72,6 +73,32 @@ TEST_CASE("robot: two things that bend its way one after the other keep their st
     const std::vector<std::string> settings = {"robot.backlash_m=1e-3", "robot.transfer_frequency_Hz=12",
                                                "robot.transfer_damping_ratio=0.6"};
     CHECK(replayed(settings, motion_detail::at_ticks).tick.count() >= 8);
+}
+
+TEST_CASE("robot: what a decoder of lost setpoints takes for its way is the way that is replayed")
+{
+    constexpr std::size_t late = 4; /* ticks */
+    for (const char *const acts :
+         {"robot.gain_error=0.1", "robot.deadband_m=2e-4", "robot.velocity_limit_m_per_s=0.05",
+          "robot.acceleration_limit_m_per_s2=2", "robot.backlash_m=1e-3"}) {
+        CAPTURE(std::string(acts));
+        const rig rig = load_rig("ess", {acts, "robot.dead_time_ms=10"});
+        const record record = wandering_command(config_period_s(&rig.firmware));
+        REQUIRE(record.period_s == doctest::Approx(0.0025));
+        sample_events events;
+        for (std::size_t n = 0; n < record.size(); n++) {
+            events.lost_command.push_back(n > 0 && (n % 7 == 3 || n % 31 < 3)); /* up to three in a row */
+        }
+        robot_motion motion;
+        replay_robot(rig, record, events, motion_detail::at_ticks, 1, motion);
+        driven_path path(rig, record);
+        double largest_m = 0.0;
+        for (std::size_t n = 1; n + late < record.size(); n++) {
+            const double at_m = events.lost_command[n] != 0 ? path.go_on() : path.take(record.command_position_m[n]);
+            largest_m = std::max(largest_m, std::abs(at_m - motion.at_tick_m[n + late]));
+        }
+        CHECK(largest_m < 1e-12);
+    }
 }
 
 /* tau r' = u - r within |r'| <= V, by Euler's rule in steps of a thousandth of a tick. */

@@ -257,4 +257,22 @@ TEST_CASE("robot: velocity and acceleration limits are kept, and the setpoint is
     CHECK(positions_m[1199] == doctest::Approx(-0.05).epsilon(1e-6));
 }
 
+TEST_CASE("robot: a drive with limits does not stand still because a setpoint is lost")
+{
+    driven_robot driven(
+        {"robot.dead_time_ms=10", "robot.acceleration_limit_m_per_s2=3", "robot.lost_command_probability=0.1"});
+    std::vector<double> positions_m;
+    for (std::int64_t tick = 0; tick < 1200; tick++) {
+        driven.send(tick, 0.1 * std::sin(0.01 * static_cast<double>(tick)));
+        positions_m.push_back(driven.position_m(tick * period_ns));
+    }
+    double hardest = 0.0;
+    for (std::size_t i = 2; i < positions_m.size(); i++) {
+        const double change_m = positions_m[i] - 2.0 * positions_m[i - 1] + positions_m[i - 2];
+        hardest = std::max(hardest, std::abs(change_m) / (setpoint_period_s * setpoint_period_s));
+    }
+    CHECK(hardest > 0.99 * 3.0);
+    CHECK(hardest <= 3.0 * (1.0 + 1e-6));
+}
+
 } // namespace berth

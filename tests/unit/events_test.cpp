@@ -194,6 +194,19 @@ TEST_CASE("events: what comes in a few bursts is no spike")
     CHECK(spikes_in(random, 0.05, in_bursts, never) == 0);
 }
 
+TEST_CASE("events: spikes right after each other are two, once others are known")
+{
+    SEEDED(random, "events: spikes right after*");
+    const auto never = [](std::size_t) { return false; };
+    const auto alone = [](std::size_t n) { return n % 397 == 100; };
+    const auto in_pairs = [&](std::size_t n) { return alone(n) || n % 1993 == 560 || n % 1993 == 561; };
+    const auto in_fours = [&](std::size_t n) { return alone(n) || (n % 1993 >= 560 && n % 1993 < 564); };
+    const std::size_t single = spikes_in(random, 0.05, alone, never);
+    CHECK(single >= 19);
+    CHECK(spikes_in(random, 0.05, in_pairs, never) == single + 2 * 4);
+    CHECK(spikes_in(random, 0.05, in_fours, never) == single);
+}
+
 TEST_CASE("events: noise is no spike where a sensor stands still most of the time")
 {
     SEEDED(random, "events: noise is no*");

@@ -1,10 +1,14 @@
 /* Setpoints lost among ringing traces, found by the sequential decoder: the truth is known. */
 #include <cmath>
 #include <doctest/doctest.h>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "../../firmware/pi.h"
+#include "hal/rig/rig_file.h"
 #include "seeded.h"
+#include "sim_hal/diagnosis/driven_path.h"
 #include "sim_hal/diagnosis/events.h"
 #include "sim_hal/diagnosis/loss_decoder.h"
 
@@ -14,6 +18,7 @@ namespace
 {
 
 struct lossy {
+    record data;
     std::vector<double> sent;
     std::vector<std::uint8_t> lost;
     std::vector<double> error;
@@ -31,24 +36,42 @@ loss_trace ringing()
     return made;
 }
 
-lossy made_record(seeded::engine &random, const loss_trace &loss, double probability, double noise)
+lossy made_record(seeded::engine &random, const rig &rig, const loss_trace &loss, double probability, double noise)
 {
     constexpr std::size_t rows = 4000;
     lossy made{
-        {}, std::vector<std::uint8_t>(rows, 0), std::vector<double>(rows, 0.0), std::vector<double>(rows, 1.0)};
+        {}, {}, std::vector<std::uint8_t>(rows, 0), std::vector<double>(rows, 0.0), std::vector<double>(rows, 1.0)};
+    made.data.period_s = config_period_s(&rig.firmware);
     for (std::size_t n = 0; n < rows; n++) {
         const double t = 0.0025 * static_cast<double>(n);
+        made.data.time_s.push_back(t);
         made.sent.push_back(0.01 * std::sin(two_pi * 0.7 * t) + 0.004 * std::sin(two_pi * 1.9 * t + 1.0));
         made.lost[n] = n > 0 && n + 100 < rows && seeded::uniform(random, 0.0, 1.0) < probability;
     }
-    const std::vector<double> taken = taken_of(made.sent, made.lost);
+    made.data.command_position_m = made.sent;
+    made.data.segments.push_back({0, rows, {}});
+    const std::vector<double> lacked_m = way_lacked_m(rig, made.data, made.lost);
     for (std::size_t n = 0; n < rows; n++) {
         made.error[n] += seeded::uniform(random, -noise, noise);
         for (std::size_t k = 0; k < loss.values.size() && n + loss.first + k < rows; k++) {
-            made.error[n + loss.first + k] += (made.sent[n] - taken[n]) * loss.values[k];
+            made.error[n + loss.first + k] += lacked_m[n] * loss.values[k];
         }
     }
     return made;
+}
+
+decoded_losses decoded(const rig &rig, const loss_trace &loss, const lossy &record, double penalty)
+{
+    return decode_losses(record.sent, driven_path(rig, record.data), loss, record.error, record.counts, penalty);
+}
+
+double rms_of(const std::vector<double> &values)
+{
+    double square = 0.0;
+    for (const double value : values) {
+        square += value * value;
+    }
+    return std::sqrt(square / static_cast<double>(values.size()));
 }
 
 } // namespace
@@ -59,8 +82,9 @@ TEST_CASE("loss decoder: one setpoint in nine lost, each ringing into the next o
     const loss_trace loss = ringing();
     for (const double probability : {0.002, 0.11, 0.2}) {
         CAPTURE(probability);
-        const lossy record = made_record(random, loss, probability, 0.2);
-        const decoded_losses found = decode_losses(record.sent, loss, record.error, record.counts, 24.0 * 0.013);
+        const rig rig = load_rig("ess", {});
+        const lossy record = made_record(random, rig, loss, probability, 0.2);
+        const decoded_losses found = decoded(rig, loss, record, 24.0 * 0.013);
         std::size_t wrong = 0;
         double largest_m = 0.0; /* way of those that are wrong: at a turn the loss of one does nothing */
         const std::vector<double> taken = taken_of(record.sent, record.lost);
@@ -71,11 +95,27 @@ TEST_CASE("loss decoder: one setpoint in nine lost, each ringing into the next o
         }
         CHECK(wrong <= 40); /* of 4000 */
         CHECK(largest_m < 2e-5);
-        double square = 0.0;
-        for (const double rest : found.rest) {
-            square += rest * rest;
-        }
-        CHECK(std::sqrt(square / 4000.0) < 1.1 * 0.2 / std::sqrt(3.0));
+        CHECK(rms_of(found.rest) < 1.1 * 0.2 / std::sqrt(3.0));
+    }
+}
+
+TEST_CASE("loss decoder: what acts on the way of the setpoints is carried along each history")
+{
+    SEEDED(random, "loss decoder: what acts*");
+    const loss_trace loss = ringing();
+    const double noise = 0.2 / std::sqrt(3.0);
+    /* Two losses in a row of which the first does nothing at once are not told: some of what a limit hides stays. */
+    const std::vector<std::pair<std::string, double>> left_at_most = {
+        {"robot.deadband_m=2e-4", 1.1 * noise}, {"robot.velocity_limit_m_per_s=0.05", 4.0 * noise}};
+    for (const auto &[acts, at_most] : left_at_most) {
+        CAPTURE(acts);
+        const rig rig = load_rig("ess", {acts});
+        const lossy record = made_record(random, rig, loss, 0.05, 0.2);
+        REQUIRE(rms_of(record.error) > 15.0 * noise);
+        const double left = rms_of(decoded(rig, loss, record, 24.0 * 0.013).rest);
+        CHECK(left < at_most);
+        CHECK(rms_of(decoded(load_rig("ess", {}), loss, record, 24.0 * 0.013).rest) >
+              2.0 * left); /* as if nothing did */
     }
 }
 
@@ -83,10 +123,11 @@ TEST_CASE("loss decoder: noise alone is no loss, and rows that do not count deci
 {
     SEEDED(random, "loss decoder: noise alone*");
     const loss_trace loss = ringing();
-    const lossy quiet = made_record(random, loss, 0.0, 0.2);
-    CHECK(count_of(decode_losses(quiet.sent, loss, quiet.error, quiet.counts, 24.0 * 0.013).lost) == 0);
-    lossy unseen = made_record(random, loss, 0.1, 0.2);
+    const rig rig = load_rig("ess", {});
+    const lossy quiet = made_record(random, rig, loss, 0.0, 0.2);
+    CHECK(count_of(decoded(rig, loss, quiet, 24.0 * 0.013).lost) == 0);
+    lossy unseen = made_record(random, rig, loss, 0.1, 0.2);
     std::fill(unseen.counts.begin(), unseen.counts.end(), 0.0);
-    CHECK(count_of(decode_losses(unseen.sent, loss, unseen.error, unseen.counts, 1.0).lost) == 0);
-    CHECK(decode_losses({}, loss, {}, {}, 1.0).lost.empty());
+    CHECK(count_of(decoded(rig, loss, unseen, 1.0).lost) == 0);
+    CHECK(decode_losses({}, driven_path(rig, quiet.data), loss, {}, {}, 1.0).lost.empty());
 }

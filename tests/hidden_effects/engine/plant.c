@@ -128,6 +128,9 @@ static struct modes step(struct loop *l, double h)
     struct modes held = l->modes;
     move_robot(l, &m, &held, h);
     const struct line line = {l->memory.robot_m, (m.robot_m - l->memory.robot_m) / h};
+    if (p->grip_N < 1e11 && !held.is_loose && spring_N(p, l->state, line.r, line.r_rate) < -p->grip_N) {
+        held.is_loose = l->modes.is_loose = 1; /* at a corner of the robot's way the damper's force jumps */
+    }
     const double x_start = l->state[X];
     double k[4][STATES], s[STATES];
     rates(l, &line, x_start, l->state, 0.0, k[0]);
