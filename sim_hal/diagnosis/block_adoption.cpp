@@ -54,6 +54,9 @@ void block_search::adopt(block_diagnosis &result, const candidate &best)
     if (best.effect->is_rough) {
         fit_where_right(model_, noise_, best.effect->parameters[0].key, incumbent_, input_.options.replays_max);
     }
+    if (best.effect->decides_what_follows && found_.size() == 1) {
+        fit_grip_anew(*best.effect);
+    }
     start_over_from_given();
     start_over_from_other_scales();
     renew_floor();

@@ -73,11 +73,16 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         known.has_events = true;
         block_search(block, known, given, events).run(result);
     }
+    /* What follows the moments of a grip is no loss, and what was taken for lost hides the moments. */
     const bool all_follows = std::any_of(result.causes.begin(), result.causes.end(),
                                          [](const cause &one) { return one.effect->decides_what_follows; });
     if (all_follows && static_cast<std::ptrdiff_t>(found_events.size()) > told) {
         found_events.erase(found_events.begin() + told, found_events.end());
-        result.verdict = verdict::partly_explained;
+        events = events_before;
+        known.has_events = !found_events.empty();
+        result = {};
+        result.block = block;
+        block_search(block, known, given, events).run(result);
     }
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);

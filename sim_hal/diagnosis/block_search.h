@@ -167,6 +167,10 @@ class block_search
     bool find_while_held(block_diagnosis &result);
     /* The best effects but the grip, from the rows alone in which it is held. */
     std::vector<candidate> candidates_while_held(const effect &grip);
+    fit_result fit_base_here(); /* and the noise, to the rows in use alone */
+    fit_result fit_grip_beside(const fit_result &while_held, const effect &grip);
+    /* One that was found, and leaves more than noise, beside a base from the rows alone in which it is held. */
+    void fit_grip_anew(const effect &grip);
     bool adopt_with_grip(block_diagnosis &result, const candidate &while_held, const effect &grip);
 
     /* --- what to say: block_verdict.cpp --- */
