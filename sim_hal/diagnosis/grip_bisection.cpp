@@ -8,7 +8,7 @@ namespace berth
 namespace
 {
 
-constexpr double stands_out = 7.0; /* times the noise; in two rows one after the other */
+constexpr double wrong_sd = 7.0; /* times the noise; in two rows one after the other */
 
 /* The first row that is wrong; the error's size where none is. */
 std::size_t first_wrong(const std::vector<double> &error, const std::vector<row_use> &uses, double far_N)
@@ -38,7 +38,7 @@ rig with_bisected_grip(block_model &model, const noise_model &noise, rig held, s
         const double middle_N = 0.5 * (low_N + high_N);
         set_number(held, size_key, middle_N);
         model.error(held, error);
-        const std::size_t row = first_wrong(error, model.uses(), stands_out * noise.rms);
+        const std::size_t row = first_wrong(error, model.uses(), wrong_sd * noise.rms);
         if (row >= longest) {
             longest = row;
             best_N = middle_N;

@@ -73,6 +73,7 @@ class size_finder
         const std::vector<double> &sent_m = input_.fit->command_position_m;
         driven_path path(rig, *input_.fit);
         std::vector<double> off_m;
+        off_m.reserve(sent_m.size());
         for (const double at_m : sent_m) {
             off_m.push_back(std::abs(path.take(at_m) - at_m));
         }

@@ -107,13 +107,14 @@ TEST_CASE("loss decoder: what acts on the way of the setpoints is carried along 
     /* Two losses in a row of which the first does nothing at once are not told: some of what a limit hides stays. */
     const std::vector<std::pair<std::string, double>> left_at_most = {
         {"robot.deadband_m=2e-4", 1.1 * noise}, {"robot.velocity_limit_m_per_s=0.05", 4.0 * noise}};
-    for (const auto &[acts, at_most] : left_at_most) {
+    for (const auto &one : left_at_most) {
+        const std::string &acts = one.first;
         CAPTURE(acts);
         const rig rig = load_rig("ess", {acts});
         const lossy record = made_record(random, rig, loss, 0.05, 0.2);
         REQUIRE(rms_of(record.error) > 15.0 * noise);
         const double left = rms_of(decoded(rig, loss, record, 24.0 * 0.013).rest);
-        CHECK(left < at_most);
+        CHECK(left < one.second);
         CHECK(rms_of(decoded(load_rig("ess", {}), loss, record, 24.0 * 0.013).rest) >
               2.0 * left); /* as if nothing did */
     }
