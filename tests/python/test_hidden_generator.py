@@ -288,6 +288,20 @@ def test_switches_are_met_whatever_the_step(fields):
     assert np.max(np.abs(fine - coarse)) < 1e-7
 
 
+def test_grip_lets_go_at_a_corner_whose_pull_is_over_within_a_tick():
+    """A jump of the robot's velocity to -v pulls with d v at once, which the object's giving in takes away."""
+    velocity_m_per_s, damping_N_s_per_m = 0.02, 3000.0
+    setpoints = np.concatenate([np.zeros(50), -velocity_m_per_s * T * np.array([1.0, 1.0]), np.zeros(50)])
+    setpoints[52:] = setpoints[51]
+    body = {"spring_stiffness_N_per_m": 1e4, "spring_damping_N_s_per_m": damping_N_s_per_m, "object_mass_kg": 5.0}
+    jump_N = damping_N_s_per_m * velocity_m_per_s
+    held = hardware(setpoints, grip_N=1.02 * jump_N, **body)
+    assert np.min(held["spring_N"]) > -0.9 * jump_N, "at the ticks it is over"
+    assert np.array_equal(held["spring_N"], hardware(setpoints, **body)["spring_N"])
+    loose = hardware(setpoints, grip_N=0.98 * jump_N, **body)
+    assert np.all(loose["spring_N"][53:56] == 0.0)
+
+
 def test_grip_lets_go_and_is_touched_again():
     setpoints, _ = slow_sine(0.01, 4.0, 4)
     r = hardware(setpoints, grip_N=10.0, object_damping_N_s_per_m=60.0)

@@ -140,6 +140,17 @@ def test_detectability_of_a_bias_is_the_textbooks():
     assert np.allclose(noise.spectrum(np.fft.rfftfreq(ticks, T_s), T_s), 0.25)
 
 
+def test_what_the_other_effect_makes_up_for_is_not_shown():
+    """A second mass that a heavier object does the most of; beside the object's true parameters it would be shown."""
+    made = scenarios.draw(641154, kind="two_of_one_block")
+    assert [name for name, _, _ in made.effects] == ["object.second_mode", "object.parameters"]
+    second, heavier = detectability.assess(made)
+    assert heavier["detectable"] and not second["detectable"]
+    everything = detectability.with_effects(made, made.runs["record"], [change for _, _, change in made.effects])
+    fixed, _ = detectability.Tuning(made).absorb(everything, [made.effects[1][2]])
+    assert fixed > 10.0 * detectability.CHI2_MARGIN > 10.0 * second["chi2"]
+
+
 def test_what_the_tolerances_allow_is_not_an_effect():
     made = scenarios.draw(12, "object.cubic_stiffness", "large")
     tuning = detectability.Tuning(made)
