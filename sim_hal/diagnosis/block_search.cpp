@@ -46,6 +46,7 @@ void block_search::run(block_diagnosis &result)
         }
     }
     divide_stand_in(result);
+    look_at_slips();
     conclude(result);
 }
 
@@ -62,13 +63,11 @@ void block_search::fit_base()
     const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
     noise_ = has_measured ? at_least(*input_.floor, model_.rounding_rms()) : noise_of(model_, error, true);
     incumbent_.rig = given_;
-    if (input_.without_switching_fault != nullptr && given_.robot.clock == robot_clock::free) {
-        const std::vector<row_use> uses = model_.uses();
+    if (is_behind_slips()) {
+        uses_with_slips_ = model_.uses();
         model_.use(uses_beside_slips(model_, given_));
         const auto base = base_parameters(model_.which(), given_);
         incumbent_ = fit(model_, noise_, given_, base, input_.options.base_replays_max);
-        model_.use(uses);
-        match_slips(model_, incumbent_.rig);
     }
     incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
     const noise_model under = floor_under(model_, incumbent_.rig);
@@ -78,6 +77,31 @@ void block_search::fit_base()
         noise_ = under;
         incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
     }
+}
+
+bool block_search::is_behind_slips() const
+{
+    return input_.without_switching_fault != nullptr && given_.robot.clock == robot_clock::free;
+}
+
+void block_search::look_at_slips()
+{
+    constexpr int rounds_max = 4;
+    if (!is_behind_slips()) {
+        return;
+    }
+    model_.use(uses_with_slips_);
+    double before = unlimited;
+    incumbent_.cost = cost_of(model_, noise_, incumbent_.rig);
+    for (int round = 0; round < rounds_max && incumbent_.cost < before; round++) {
+        before = incumbent_.cost;
+        match_slips(model_, incumbent_);
+        incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
+    }
+    fit_result retuned = incumbent_;
+    retuned.rig = retuned_;
+    match_slips(model_, retuned);
+    retuned_ = found_.empty() ? incumbent_.rig : retuned.rig;
 }
 
 bool block_search::balance_parts()

@@ -27,6 +27,10 @@ class block_search
     /* The base model's, and those of the robot before it as far as its own channel left them open. */
     std::vector<free_parameter> own_parameters() const;
     void fit_base();
+    /* Behind a robot's free clock a slip that comes a tick apart is all that a stiff contact shows, and one tick is
+     * what a late sensor looks like: the rows about slips are left out until all else is known. */
+    bool is_behind_slips() const;
+    void look_at_slips();
 
     /* Where the two tenths that are held out show far more or less of the error than the others, holds out two that
      * are more like the rest: a fit cannot find what acts where it does not look. Returns whether it did. */
@@ -269,6 +273,7 @@ class block_search
     bool is_suspect_ = false;
     bool is_rest_ = false;
     std::vector<const effect *> found_;
+    std::vector<row_use> uses_with_slips_; /* behind slips */
 };
 
 } // namespace berth

@@ -106,13 +106,10 @@ double reach(block_model &model, const noise_model &noise, const fit_result &fit
 
 } // namespace
 
-void match_slips(block_model &force, rig &rig)
+void match_slips(block_model &force, fit_result &fitted)
 {
-    fit_result matched;
-    matched.rig = rig;
-    put_slips_in_place(force, matched, of_force);
-    put_slips_in_place(force, matched, of_force_closely);
-    rig = matched.rig;
+    put_slips_in_place(force, fitted, of_force);
+    put_slips_in_place(force, fitted, of_force_closely);
 }
 
 namespace

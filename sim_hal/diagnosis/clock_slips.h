@@ -12,7 +12,7 @@ namespace berth
 
 /* Phase and drift of a free clock such that each of its slips, a setpoint taken twice or none, falls into the tick
  * in which a stiff contact shows it: the robot's own reports leave some ticks open. */
-void match_slips(block_model &force, rig &rig);
+void match_slips(block_model &force, fit_result &fitted);
 
 /* A free clock that fits better, found by trying: slopes lead nowhere where slips jump from tick to tick. */
 void polish_clock(block_model &model, const noise_model &noise, fit_result &fitted);

@@ -244,6 +244,17 @@ def test_a_slip_in_the_middle_of_a_fast_move_and_a_disturbance_behind_it_are_bot
             assert abs(parameter["value"] - true) < high - low
 
 
+def test_a_sensors_lag_of_about_a_tick_is_not_taken_for_a_slip_in_another_tick(tmp_path):
+    (lag, clock), told = hidden_and_told(tmp_path, 651224, "--kind", "two")
+    assert told["verdict"] == "named"
+    found = {cause["effect"]: cause["parameters"][0] for cause in told["causes"]}
+    print(found, lag, clock)
+    assert set(found) == {"sensor.lag", "loop.clock_drift"}
+    low, high = found["sensor.lag"]["ci95"]
+    assert low < lag["parameters"]["lag_ms"] < high
+    assert found["loop.clock_drift"]["value"] == pytest.approx(clock["parameters"]["clock_drift_ppm"], rel=0.03)
+
+
 def test_a_resonance_that_a_lag_and_a_longer_dead_time_match_is_told_in_part(tmp_path):
     """A second-order lag that hardly swings; the reports have nothing against it."""
     _, told = hidden_and_told(tmp_path, 812, "--effect", "robot.lag,robot.dead_time")

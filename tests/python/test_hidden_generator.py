@@ -139,6 +139,12 @@ def test_limits():
     assert np.max(r) <= 0.01 + 0.1 * A * T**2, "a reference at rest is not overshot"
     half_s = np.interp(0.005, r[:400], np.arange(400)) * T - 11 * T
     assert half_s == pytest.approx(np.sqrt(0.01 / A), abs=2 * T), "bang-bang: half way at sqrt(x/A)"
+    V = 0.02
+    r = hardware(step, robot_velocity_limit_m_per_s=V, robot_acceleration_limit_m_per_s2=A)["robot_m"]
+    assert np.max(np.abs(np.diff(r, 2))) <= A * T**2 * (1 + 1e-6)
+    assert np.max(np.diff(r)) == pytest.approx(V * T, rel=1e-9), "neither limit gives way to the other"
+    arrival_s = np.argmax(r > 0.01 - 1e-9) * T - 11 * T
+    assert arrival_s == pytest.approx(0.01 / V + V / A, abs=3 * T), "a trapezium of velocity"
 
 
 def test_wind_up_overshoots_and_comes_back():

@@ -16,8 +16,9 @@ enum { X, V, Y, Y_RATE, Y_LAG, X2, V2, Z_WEN, STATES };
 /* What rate-independent parts remember, and where the robot is. */
 struct memory {
     double reference_m; /* after the dead time */
-    double limited_m, limited_m_per_s, windup_m_s;
-    double goal_m; /* the last setpoint that an acceleration limit was given */
+    double limited_m, windup_m_s; /* of the velocity limit */
+    /* Of the acceleration limit; the goal is the last setpoint that it was given. */
+    double goal_m, profiled_m, profiled_m_per_s, profiled_windup_m_s;
     double lagged_m;
     double resonant_m, resonant_m_per_s;
     double play_m;

@@ -29,22 +29,24 @@ static void limit_velocity(const struct truth *p, struct memory *m, int *mode, d
 }
 
 /* Acceleration limit, on the setpoints that the lines run between: what the reference does, and on top what can be
- * braked away until the gap is closed. Integral action that was not told of the limit shifts the goal. */
+ * braked away until the gap is closed. A drive that limits its velocity too plans its way with both, as profile
+ * generators do. Integral action that was not told of the limit shifts the goal. */
 double limit_acceleration(const struct truth *p, struct memory *m, double goal_m)
 {
     const double h = p->period_s, change = p->robot_acceleration_limit_m_per_s2 * h;
-    const double behind_m = m->goal_m - m->limited_m;
-    double wish = (goal_m - m->limited_m) / h; /* there at the end of the period */
+    const double behind_m = m->goal_m - m->profiled_m;
+    double wish = (goal_m - m->profiled_m) / h; /* there at the end of the period */
     if (fabs(behind_m) > change * h) {
-        const double gap_m = behind_m + p->robot_windup_per_s * m->windup_m_s;
+        const double gap_m = behind_m + p->robot_windup_per_s * m->profiled_windup_m_s;
         const double closing = sqrt(2.0 * change / h * fabs(gap_m) + 0.25 * change * change) - 0.5 * change;
         wish = (goal_m - m->goal_m) / h + (gap_m < 0.0 ? -closing : closing);
     }
-    m->windup_m_s += h * (behind_m - m->windup_m_s / p->robot_windup_leak_s);
-    m->limited_m_per_s = clamp(wish, m->limited_m_per_s - change, m->limited_m_per_s + change);
-    m->limited_m += m->limited_m_per_s * h;
+    m->profiled_windup_m_s += h * (behind_m - m->profiled_windup_m_s / p->robot_windup_leak_s);
+    wish = clamp(wish, -p->robot_velocity_limit_m_per_s, p->robot_velocity_limit_m_per_s);
+    m->profiled_m_per_s = clamp(wish, m->profiled_m_per_s - change, m->profiled_m_per_s + change);
+    m->profiled_m += m->profiled_m_per_s * h;
     m->goal_m = goal_m;
-    return m->limited_m;
+    return m->profiled_m;
 }
 
 /* First-order lag, exact for an input on a straight line. */
@@ -82,7 +84,7 @@ void move_robot(const struct loop *l, struct memory *m, struct modes *modes, dou
     u -= p->robot_curvature_per_m2 * u * u * u;
     m->reference_m = u;
     double from = before_m;
-    if (p->robot_velocity_limit_m_per_s < 1e8) {
+    if (p->robot_velocity_limit_m_per_s < 1e8 && p->robot_acceleration_limit_m_per_s2 >= 1e8) {
         from = m->limited_m;
         limit_velocity(p, m, &modes->limiter, before_m, u, h);
         u = m->limited_m;

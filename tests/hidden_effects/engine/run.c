@@ -163,8 +163,14 @@ static void rest(struct loop *l, const struct truth *p, double at_m)
     const double x = r * p->spring_stiffness_N_per_m / (p->spring_stiffness_N_per_m + k);
     l->p = p;
     l->passed_m = at_m;
-    l->memory = (struct memory){
-        .reference_m = u, .limited_m = u, .goal_m = u, .lagged_m = u, .resonant_m = u, .play_m = u, .robot_m = r};
+    l->memory = (struct memory){.goal_m = at_m,
+                                .profiled_m = at_m,
+                                .reference_m = u,
+                                .limited_m = u,
+                                .lagged_m = u,
+                                .resonant_m = u,
+                                .play_m = u,
+                                .robot_m = r};
     l->state[X] = l->state[X2] = x;
     l->state[Y] = l->state[Y_LAG] = p->spring_stiffness_N_per_m * (r - x);
 }
