@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acceptance.h"
 #include "block_search.h"
 #include "single_samples.h"
 #include "switch_beside_losses.h"
@@ -46,6 +47,32 @@ bool find_losses_behind(block block, const diagnosis_input &input, const rig &gi
     return found_events.size() > before;
 }
 
+/* What was found first may stand in for two others of which neither alone explains as much, as a play does for a dead
+ * band and a longer dead time: where something is left, it is searched for once more without each of the causes, and
+ * what then explains all is taken. */
+void search_without_stand_in(block block, const diagnosis_input &input, const rig &given,
+                             const events_of_records &events, block_diagnosis &result)
+{
+    constexpr double above_floor = 1.1;
+    constexpr std::size_t tries_max = 2;
+    if (!input.may_search_again || result.verdict != verdict::partly_explained || result.fit_rms.after < above_floor * result.fit_rms.floor) {
+        return;
+    }
+    const auto rows = static_cast<double>(std::count(result.uses.begin(), result.uses.end(), row_use::fit));
+    for (std::size_t i = 0; i < std::min(tries_max, result.causes.size()); i++) {
+        diagnosis_input without = input;
+        without.options.without.emplace_back(result.causes[i].effect->name);
+        block_diagnosis other;
+        other.block = block;
+        block_search(block, without, given, events).run(other);
+        const double better = 2.0 * rows * std::log(result.fit_rms.after / other.fit_rms.after);
+        if (other.verdict == verdict::named && better > bic_beyond_doubt) {
+            result = std::move(other);
+            return;
+        }
+    }
+}
+
 } // namespace
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
@@ -66,6 +93,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     diagnosis_input known = input;
     known.has_events = !found_events.empty();
     block_search(block, known, given, events).run(result);
+    search_without_stand_in(block, known, given, events, result);
     if (verify_spikes(block, input, result, events, found_events) ||
         find_losses_behind(block, input, given, result, events, found_events)) {
         result = {};

@@ -324,6 +324,7 @@ diagnosis diagnose(const diagnosis_request &request)
         }
         const block_start start{input, result.extended, events,
                                 block == block::force ? repeats : std::vector<event_finding>{}};
+        input.may_search_again = block == block::robot;
         block_diagnosis found = diagnose_block(block, input, result.extended, events, start.found_events);
         if (is_behind_robot) {
             ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
