@@ -8,6 +8,8 @@
 set -euo pipefail
 task=${1:?usage: setup.sh run|test|target}
 top=$(cd "$(dirname "$0")/.." && pwd)
+exec {lock}<"$0"
+flock "$lock" # apt-get does not wait for another one, as of `make -j`
 
 packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsundials-dev libtomlplusplus-dev
     libcli11-dev nlohmann-json3-dev libtinyxml2-dev zlib1g-dev)
