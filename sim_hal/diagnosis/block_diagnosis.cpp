@@ -47,6 +47,29 @@ bool find_losses_behind(block block, const diagnosis_input &input, const rig &gi
     return found_events.size() > before;
 }
 
+/* Setpoints that were lost are decoded in what the base leaves: a cause beside it, such as a bias, has led a few of
+ * them astray. `before`, `told`: the events, and the number of findings, of the blocks before. */
+bool find_losses_beside(const diagnosis_input &input, const block_diagnosis &result, const events_of_records &before,
+                        std::ptrdiff_t told, events_of_records &events, std::vector<event_finding> &found_events)
+{
+    const auto is_loss = [](const event_finding &one) { return one.effect->name == "robot.lost_commands"; };
+    const bool has_losses = std::any_of(found_events.begin() + told, found_events.end(), is_loss);
+    if (result.block != block::force || result.causes.empty() || !has_losses ||
+        result.verdict != verdict::partly_explained) {
+        return false;
+    }
+    events_of_records again = before;
+    std::vector<event_finding> found;
+    find_single_samples(block::force, input, result.extended, again, found);
+    if (std::none_of(found.begin(), found.end(), is_loss) || again.fit.lost_command == events.fit.lost_command) {
+        return false;
+    }
+    events = std::move(again);
+    found_events.erase(found_events.begin() + told, found_events.end());
+    found_events.insert(found_events.end(), found.begin(), found.end());
+    return true;
+}
+
 /* What was found first may stand in for two others of which neither alone explains as much, as a play does for a dead
  * band and a longer dead time: where something is left, it is searched for once more without each of the causes, and
  * what then explains all is taken. */
@@ -95,7 +118,8 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
     block_search(block, known, given, events).run(result);
     search_without_stand_in(block, known, given, events, result);
     if (verify_spikes(block, input, result, events, found_events) ||
-        find_losses_behind(block, input, given, result, events, found_events)) {
+        find_losses_behind(block, input, given, result, events, found_events) ||
+        find_losses_beside(input, result, events_before, told, events, found_events)) {
         result = {};
         result.block = block;
         known.has_events = true;

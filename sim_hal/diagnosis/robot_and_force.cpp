@@ -15,15 +15,21 @@
 namespace berth
 {
 
-namespace
-{
-
-constexpr std::string_view lost_commands = "robot.lost_commands";
-
 bool leaves_something(const block_diagnosis &block)
 {
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
 }
+
+bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &one)
+{
+    const auto rows = static_cast<double>(std::count(one.uses.begin(), one.uses.end(), row_use::fit));
+    return rows * 2.0 * std::log(one.fit_rms.after / other.fit_rms.after) > bic_look_alike;
+}
+
+namespace
+{
+
+constexpr std::string_view lost_commands = "robot.lost_commands";
 
 /* What was named no more than that. */
 void tell_in_part(block_diagnosis &block, std::string_view why)
@@ -86,12 +92,6 @@ block_diagnosis force_behind_given_robot(const block_start &robot_start, const b
     input.has_cause_upstream = false;
     input.without_switching_fault = nullptr;
     return diagnose_block(block::force, input, robot_start.given, events, force_start.found_events);
-}
-
-bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &force)
-{
-    const auto rows = static_cast<double>(std::count(force.uses.begin(), force.uses.end(), row_use::fit));
-    return rows * 2.0 * std::log(force.fit_rms.after / other.fit_rms.after) > bic_look_alike;
 }
 
 /* Of causes that the reports cannot tell apart one after the other is left out, until the force has nothing against

@@ -17,6 +17,11 @@ struct block_start {
     std::vector<event_finding> found_events;
 };
 
+bool leaves_something(const block_diagnosis &block);
+
+/* What is left in `other` is less than in `one`, beyond chance. */
+bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &one);
+
 /* The force's input, where the robot has been diagnosed. `as_given`: the rig before any diagnosis; outlives `force`.
  */
 void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig &as_given);

@@ -56,8 +56,11 @@ effect sensor_periodic_disturbance()
     made.is_proportional = true;
     made.is_of_time_alone = true;
     made.is_seen = [](const rig &fitted, const record_scales &scales) {
-        /* Ten periods: fewer are slow noise. */
-        return value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s > 10.0;
+        /* Ten periods: fewer are slow noise, of which no sine is nearly all. */
+        const double periods = value_of(fitted, "sensor.periodic_frequency_Hz") * scales.duration_s;
+        const double amplitude_N = value_of(fitted, "sensor.periodic_N");
+        const double share = 0.5 * amplitude_N * amplitude_N / (scales.residual * scales.residual);
+        return periods > 10.0 || (periods > 5.0 && share > 0.85);
     };
     made.when_small = small_motion::no_influence;
     return made;

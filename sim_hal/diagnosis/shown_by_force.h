@@ -1,0 +1,19 @@
+/* What is left of a robot beside a cause that only the force shows of it. */
+#ifndef SIM_HAL_DIAGNOSIS_SHOWN_BY_FORCE_H
+#define SIM_HAL_DIAGNOSIS_SHOWN_BY_FORCE_H
+
+#include "robot_and_force.h"
+
+namespace berth
+{
+
+/* A limit that hides in the noise of the reports, and that the force of a stiff contact shows to a thousandth, may
+ * stand before a second cause: with the limit as the force has it, the reports are searched once more, and the force
+ * behind what they show. Taken if nothing is left in either; the force then keeps the cause that it had shown.
+ * `as_given`: the rig before any diagnosis. */
+void explain_robot_beside_shown(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                                const block_start &robot_start, const block_start &force_start, const rig &as_given);
+
+} // namespace berth
+
+#endif
