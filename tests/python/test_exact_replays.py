@@ -114,6 +114,10 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     (611294, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.lag"]),
     # Play alone explains nearly all that a dead band and a longer dead time do, and neither of them as much.
     (661123, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.deadband"]),
+    # Nine periods of a hum, and nearly all that the drift leaves.
+    (671074, ("--kind", "two_of_one_block"), ["sensor.drift", "sensor.periodic_disturbance"]),
+    # A bias leads a few of 500 losses astray, as long as they are decoded without it.
+    (651104, ("--kind", "two"), ["robot.lost_commands", "sensor.bias"]),
 ])
 def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, causes, tmp_path):
     hidden, told = hidden_and_told(tmp_path, seed, *arguments)
@@ -126,6 +130,8 @@ def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, cau
     (611274, ["robot.backlash", "robot.dead_time_drift"], "loop.clock_drift"),
     # A limit below the noise of the reports, behind a robot that is late by itself.
     (611094, ["robot.acceleration_limit", "robot.dead_time"], "robot.lag"),
+    # A limit that only the force is sure of, and a drift that the reports show beside it alone.
+    (671094, ["robot.acceleration_limit", "robot.dead_time_drift"], "loop.clock_drift"),
 ])
 def test_what_is_small_beside_a_first_cause_is_found(seed, causes, rival, tmp_path):
     hidden, told = hidden_and_told(tmp_path, seed, "--kind", "two_of_one_block")
