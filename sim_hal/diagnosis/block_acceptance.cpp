@@ -246,9 +246,8 @@ double block_search::share_of_all_asked(const candidate &best, double share, boo
      * damping does for a friction that falls with velocity. */
     const std::string_view name = best.effect->name;
     const bool is_of_base = (name == "object.parameters" || name == "manipulator.parameters") &&
-                            std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
-                                return known->block() == best.effect->block();
-                            });
+                            std::any_of(found_.begin(), found_.end(),
+                                        [&](const effect *known) { return known->block() == best.effect->block(); });
     const bool is_no_finer_way = ((is_nearly_all || is_linear) && is_at_floor && !is_of_base) ||
                                  (best.effect->is_of_time_alone && !is_harmonic_of_motion(best));
     return !is_no_finer_way ? share_of_all_clear : is_linear ? share_of_linear_robot : share_of_precision;

@@ -70,15 +70,16 @@ bool find_losses_beside(const diagnosis_input &input, const block_diagnosis &res
     return true;
 }
 
-/* What was found first may stand in for two others of which neither alone explains as much, as a play does for a dead
- * band and a longer dead time: where something is left, it is searched for once more without each of the causes, and
- * what then explains all is taken. */
+/* What was found first may stand in for two others of which neither alone explains as much, as a play does for a
+ * dead band and a longer dead time: where something is left, it is searched for once more without each of the
+ * causes, and what then explains all is taken. */
 void search_without_stand_in(block block, const diagnosis_input &input, const rig &given,
                              const events_of_records &events, block_diagnosis &result)
 {
     constexpr double above_floor = 1.1;
     constexpr std::size_t tries_max = 2;
-    if (!input.may_search_again || result.verdict != verdict::partly_explained || result.fit_rms.after < above_floor * result.fit_rms.floor) {
+    if (!input.may_search_again || result.verdict != verdict::partly_explained ||
+        result.fit_rms.after < above_floor * result.fit_rms.floor) {
         return;
     }
     const auto rows = static_cast<double>(std::count(result.uses.begin(), result.uses.end(), row_use::fit));

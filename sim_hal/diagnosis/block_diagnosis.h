@@ -88,7 +88,7 @@ struct diagnosis_input {
     std::optional<noise_model> floor;   /* measured at standstill or by repetition */
     search_options options;
     int effects_max = 3;
-    bool may_search_again = false; /* without a cause that may stand in for others; takes as long again */
+    bool may_search_again = false;        /* without a cause that may stand in for others; takes as long again */
     std::vector<free_parameter> upstream; /* see refinable */
     bool has_events = false;              /* single samples were found to be lost or thrown off: some more may be */
     bool has_cause_upstream = false;      /* the motion comes from a robot with a fault of its own */

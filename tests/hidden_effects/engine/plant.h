@@ -15,7 +15,7 @@ enum { X, V, Y, Y_RATE, Y_LAG, X2, V2, Z_WEN, STATES };
 
 /* What rate-independent parts remember, and where the robot is. */
 struct memory {
-    double reference_m; /* after the dead time */
+    double reference_m;           /* after the dead time */
     double limited_m, windup_m_s; /* of the velocity limit */
     /* Of the acceleration limit; the goal is the last setpoint that it was given. */
     double goal_m, profiled_m, profiled_m_per_s, profiled_windup_m_s;
