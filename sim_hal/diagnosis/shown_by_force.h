@@ -9,7 +9,8 @@ namespace berth
 
 /* A limit that hides in the noise of the reports, and that the force of a stiff contact shows to a thousandth, may
  * stand before a second cause: with the limit as the force has it, the reports are searched once more, and the force
- * behind what they show. Taken if nothing is left in either; the force then keeps the cause that it had shown.
+ * behind what they show. Taken if nothing is left in the reports, and in the force no new cause and no clearly
+ * larger error; the force then keeps the cause that it had shown, and where it needs no other its verdict.
  * `as_given`: the rig before any diagnosis. */
 void explain_robot_beside_shown(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                                 const block_start &robot_start, const block_start &force_start, const rig &as_given);
