@@ -31,7 +31,7 @@ fit_result block_search::fit_base_here()
 namespace
 {
 
-constexpr double suffices = 1.5; /* times the noise's own squares */
+constexpr double per_row_suffices = 1.5; /* times the noise's own squares */
 
 } // namespace
 
@@ -81,7 +81,7 @@ void widen_to(const fit_result &smooth, fit_result &fitted)
 bool block_search::find_while_held(block_diagnosis &result)
 {
     const bool has_grip_alone = found_.size() == 1 && found_.front()->decides_what_follows &&
-                                incumbent_.cost > suffices * static_cast<double>(incumbent_.rows);
+                                incumbent_.cost > per_row_suffices * static_cast<double>(incumbent_.rows);
     if (model_.which() != block::force || input_.effects_max < 2 || (!found_.empty() && !has_grip_alone)) {
         return false;
     }
@@ -121,7 +121,7 @@ fit_result block_search::fit_grip_beside(const fit_result &while_held, const eff
         made.cost = cost_of(model_, noise_, made.rig);
         fit_where_right(model_, noise_, size_key, made, input_.options.replays_max);
     }
-    if (most_N > 0.0 && made.cost < suffices * static_cast<double>(rows_under(noise_))) {
+    if (most_N > 0.0 && made.cost < per_row_suffices * static_cast<double>(rows_under(noise_))) {
         return made;
     }
     const rig &held = while_held.rig;
@@ -139,7 +139,7 @@ fit_result block_search::fit_grip_beside(const fit_result &while_held, const eff
 void block_search::fit_grip_anew(const effect &grip)
 {
     const auto held = uses_while_held(model_, given_);
-    if (!held || incumbent_.cost < suffices * static_cast<double>(incumbent_.rows)) {
+    if (!held || incumbent_.cost < per_row_suffices * static_cast<double>(incumbent_.rows)) {
         return;
     }
     const noise_model noise_before = noise_;

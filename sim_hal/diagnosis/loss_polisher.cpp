@@ -12,10 +12,10 @@ namespace berth
 namespace
 {
 
-constexpr double stands_out = 6.0;    /* sigma */
-constexpr std::size_t spots_max = 40; /* a replay each, times what is tried there */
-constexpr std::size_t setpoints = 12; /* before a spot */
-constexpr std::size_t apart_max = 3;  /* of two that are tried together */
+constexpr double stands_out = 6.0;       /* sigma */
+constexpr std::size_t spots_max = 40;    /* a replay each, times what is tried there */
+constexpr std::size_t setpoints = 12;    /* before a spot */
+constexpr std::size_t paired_within = 3; /* of two that are tried together */
 
 class loss_polisher
 {
@@ -86,7 +86,7 @@ class loss_polisher
         double best = square_ - least_ * sigma_ * sigma_;
         std::pair<std::size_t, std::size_t> which{0, 0};
         for (std::size_t one = first; one <= last; one++) {
-            for (std::size_t other = one; other <= std::min(last, one + apart_max); other++) {
+            for (std::size_t other = one; other <= std::min(last, one + paired_within); other++) {
                 flip(one, other);
                 const double square = square_now();
                 flip(one, other);
