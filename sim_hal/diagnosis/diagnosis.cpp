@@ -329,6 +329,7 @@ diagnosis diagnose(const diagnosis_request &request)
         block_diagnosis found = diagnose_block(block, input, result.extended, events, start.found_events);
         if (is_behind_robot) {
             ask_force_about_robot(result.blocks.back(), found, events, before, start, result.given);
+            let_unseen_force_tell_stand_in(result.blocks.back(), found, events, before, start, result.given);
             explain_robot_beside_shown(result.blocks.back(), found, events, before, start, result.given);
             doubt_reports(result.blocks.back(), found, events, before, start);
             doubt_tolerances(result.blocks.back(), found, result.given);

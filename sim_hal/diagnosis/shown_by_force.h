@@ -1,4 +1,4 @@
-/* What is left of a robot beside a cause that only the force shows of it. */
+/* What the force tells of the robot's causes where the reports leave it open. */
 #ifndef SIM_HAL_DIAGNOSIS_SHOWN_BY_FORCE_H
 #define SIM_HAL_DIAGNOSIS_SHOWN_BY_FORCE_H
 
@@ -14,6 +14,13 @@ namespace berth
  * `as_given`: the rig before any diagnosis. */
 void explain_robot_beside_shown(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                                 const block_start &robot_start, const block_start &force_start, const rig &as_given);
+
+/* One cause may stand in for two within the noise of the reports, as a resonance for a lag and a dead time, and the
+ * force that it was fitted with is predicted worse on data that no fit saw: then the reports are searched once more
+ * without it. Taken if that names what explains the reports as well, and the force without a further cause. */
+void let_unseen_force_tell_stand_in(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
+                                    const block_start &robot_start, const block_start &force_start,
+                                    const rig &as_given);
 
 } // namespace berth
 
