@@ -71,11 +71,12 @@ HOST_ONLY := -fno-sanitize=null,alignment,object-size,vptr
 LDFLAGS += -fsanitize=address,undefined
 endif
 
-# These builds are made once, from scratch: there the files of a folder are compiled a batch at a time, as headers take
-# most of the time. The developer's own build stays file by file; it makes little again, and misses no include.
-ifneq ($(CROSS_COMPILE)$(SANITIZE),)
-# Other programs link these without their folders.
-ALONE := tests/unit/main.cpp tests/contract/hal_test.cpp sim_hal/hil/sim_hal.cpp
+# The files of a folder are compiled a batch at a time, as headers take most of the time. FILE_BY_FILE=1 is for who
+# changes them often: it makes less again, and misses no include.
+FILE_BY_FILE ?=
+ifeq ($(FILE_BY_FILE),)
+# Other programs link these without their folders, or they have flags of their own.
+ALONE := tests/unit/main.cpp tests/contract/hal_test.cpp sim_hal/hil/sim_hal.cpp $(wildcard sim_hal/solver/*_steps.cpp)
 in_batches = $(filter $(ALONE),$(1)) $(shell scripts/batches.py $(BUILD)/batch $(filter-out $(ALONE),$(1)))
 HAL := $(filter-out hal/rig/%,$(HAL)) $(call in_batches,$(filter hal/rig/%,$(HAL)))
 SIM := $(call in_batches,$(SIM))
@@ -94,13 +95,14 @@ object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 .PRECIOUS: build/%/include build/%/sysroot
-.PHONY: all readme run test quick-test lint format codec bench map figures diagnose score target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
+.PHONY: all readme run test quick-test slow-test lint format codec bench map figures diagnose score target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
 	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
+	@echo "make slow-test      records that take more than a minute each to diagnose, which the others leave out"
 	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
 	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
@@ -128,6 +130,10 @@ test: setup-test
 
 quick-test: setup-test
 	@scripts/test.sh quick
+
+slow-test: setup-test
+	@$(MAKE) all
+	@$(PYTHON) -m pytest -q -ra -n $(shell nproc) -p no:cacheprovider -m slow tests/python
 
 readme: setup
 	@$(MAKE) all

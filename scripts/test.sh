@@ -85,7 +85,7 @@ if [ "$mode" = full ]; then
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
-    py "Python tests" "${at_once[@]}" tests/python
+    py "Python tests" "${at_once[@]}" -m "not slow" tests/python
     step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
     if scripts/setup.sh target; then
         step "build for the guests" make target-programs
@@ -100,7 +100,7 @@ if [ "$mode" = full ]; then
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
 else
-    py "Python tests" "${at_once[@]}" -m "not arm64" tests/python
+    py "Python tests" "${at_once[@]}" -m "not arm64 and not slow" tests/python
 fi
 
 part "end"
