@@ -263,7 +263,7 @@ def experiment_section(diagnosis):
     found = diagnosis.told["next_experiment"]
     if not found:
         return ""
-    rows = [["to be told apart", " · ".join(found["rivals"])]]
+    rows = [["to be told apart", " · ".join(found["rivals"])]] if found["rivals"] else []
     if found["file"]:
         rows += [["excitation", found["excitation"]],
                  ["expected difference of BIC", number(f"{found['predicted_gap']:.0f}",

@@ -169,6 +169,9 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
             result.doubts.emplace_back("what is lost comes in bursts, and the effect loses one by one");
         }
     }
+    if (result.verdict == verdict::unknown && !result.causes.empty()) {
+        result.verdict = verdict::partly_explained;
+    }
     return result;
 }
 

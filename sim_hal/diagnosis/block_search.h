@@ -208,6 +208,12 @@ class block_search
     bool gains_hardly(const block_diagnosis &result) const;
     /* By more than any excuse is good for, whatever the other doubts say. */
     bool is_plainly_above(const remains &left);
+    /* The robot's position, or the force, is noise about a constant, or as good as that: whatever of the library
+     * holds it there is no cause. Withdraws what was found. */
+    void withdraw_what_follows_nothing(block_diagnosis &result);
+    bool follows_nothing(const remains &) { return follows_nothing_; }
+    /* Beside the others, the size of a cause may be none. */
+    bool holds_zero(const remains &left);
     bool shows_line(const remains &left);
     /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:
      * what fits one record does not predict another. */
@@ -272,6 +278,7 @@ class block_search
     bool has_floor_ = false;         /* measured, and to be believed */
     bool is_suspect_ = false;
     bool is_rest_ = false;
+    bool follows_nothing_ = false;
     std::vector<const effect *> found_;
     std::vector<row_use> uses_with_slips_; /* behind slips */
 };

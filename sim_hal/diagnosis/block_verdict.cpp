@@ -52,6 +52,7 @@ bool is_known(std::string_view path, double value, double sd)
 
 void block_search::conclude(block_diagnosis &result)
 {
+    withdraw_what_follows_nothing(result);
     result.verdict = verdict_of(result);
     if (incumbent_.rig.robot.clock == robot_clock::free) {
         wrap_clock_phase(incumbent_.rig, model_.data().period_s);
@@ -101,6 +102,8 @@ block_search::remains block_search::what_remains(const block_diagnosis &result)
 
 /* In the order in which they are told. */
 const block_search::doubt block_search::doubts[] = {
+    {"what is measured does not follow what should move it: a constant does as well",
+     &block_search::follows_nothing},
     {"the error has a line in its spectrum", &block_search::shows_line},
     {"the validation record is predicted far worse than its floor", &block_search::misses_unseen_record},
     {"what is left is slow, and no standstill was measured to tell it from noise", &block_search::may_hide_in_noise},
@@ -111,6 +114,7 @@ const block_search::doubt block_search::doubts[] = {
     {"what is left is above the floor", &block_search::is_above_floor},
     {"an effect that is not believed would lower the error", &block_search::has_suspect},
     {"a good part of the explainable error is left", &block_search::leaves_much},
+    {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"what is named acts otherwise early than late", &block_search::changes_over_time},
     {"what is named acts otherwise from one moment on", &block_search::changes_at_once},
     {"what is named acts otherwise far out than in the middle of the way", &block_search::changes_over_way},

@@ -232,7 +232,6 @@ next_experiment look_closer(const block_diagnosis &found)
         "slowly to and fro over the whole way: what differs between there and back is friction, play or hysteresis"};
     next_experiment made;
     made.rig = found.fitted.rig;
-    made.rivals = {name_of({nullptr, {}}, found)};
     made.why = "no effect of the library comes near what is left";
     made.calibration =
         found.left < follows && !found.floor_is_measured

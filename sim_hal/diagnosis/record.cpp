@@ -131,6 +131,50 @@ double row_spacing_s(const record &made)
     return std::accumulate(steps.begin(), evenly, 0.0) / static_cast<double>(evenly - steps.begin());
 }
 
+/* Jitter comes and goes, and a rate that changes adds up. */
+void refuse_drifting_rate(const record &made, double spacing_s)
+{
+    constexpr double rows = 3.0;
+    constexpr double share = 2e-3; /* of the time until then: the rate is off by a percent or more somewhere */
+    double even_s = 0.0;
+    double off_s = 0.0;
+    double farthest_s = 0.0;
+    for (std::size_t n = 1; n < made.size(); n++) {
+        const double step_s = made.time_s[n] - made.time_s[n - 1];
+        if (step_s > 0.0 && step_s <= gap * spacing_s) {
+            even_s += spacing_s;
+            off_s += step_s - spacing_s;
+            farthest_s = std::max(farthest_s, std::abs(off_s));
+        }
+    }
+    if (farthest_s > std::max(rows * spacing_s, share * even_s)) {
+        throw input_error(
+            made.path + ": its rows have no constant rate: " +
+            formatted("t_s runs up to %.3g s away from steps of %.4g ms", farthest_s, 1e3 * spacing_s) +
+            "; log at a constant rate, or bring it to one before");
+    }
+}
+
+/* Central differences over two periods, one-sided at the ends of a part. */
+void differentiate_operator(record &made)
+{
+    const std::vector<double> &x = made.operator_position_m;
+    if (x.empty() || !made.operator_velocity_m_per_s.empty()) {
+        return;
+    }
+    std::vector<double> v(x.size(), 0.0);
+    for (const record_segment &part : made.segments) {
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            const std::size_t before = n > part.begin ? n - 1 : n;
+            const std::size_t after = n + 1 < part.end ? n + 1 : n;
+            const double apart_s = static_cast<double>(after - before) * made.period_s;
+            v[n] = after > before ? (x[after] - x[before]) / apart_s : 0.0;
+        }
+    }
+    made.operator_velocity_m_per_s = std::move(v);
+    made.notes.push_back("operator_velocity_m_per_s is missing: taken as differences of operator_position_m");
+}
+
 /* To the whole ns that a loop's period has. */
 double loop_rate_Hz(double period_s)
 {
@@ -171,6 +215,7 @@ std::uint64_t content_of(const record &made)
 void finish(record &made, const row_marks &marks, const rig &rig)
 {
     const double spacing_s = row_spacing_s(made);
+    refuse_drifting_rate(made, spacing_s);
     made.period_s = rig.is_rate_given ? config_period_s(&rig.firmware) : 1.0 / loop_rate_Hz(spacing_s);
     if (std::abs(spacing_s - made.period_s) > rate_tolerance * made.period_s) {
         throw input_error(
@@ -180,6 +225,7 @@ void finish(record &made, const row_marks &marks, const rig &rig)
     }
     made.content = content_of(made);
     find_segments(made, marks, made.period_s);
+    differentiate_operator(made);
 }
 
 bool is_log(const std::string &path)
@@ -200,9 +246,6 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     made.hash = table.hash;
     made.header_line = table.header_line;
     take_columns(made, table, rig);
-    if (!made.operator_position_m.empty() && made.operator_velocity_m_per_s.empty()) {
-        made.notes.push_back("operator_velocity_m_per_s is missing and counts as 0");
-    }
     made.time_origin_s = made.time_s.empty() ? 0.0 : made.time_s.front();
     const table_column *const labels = table.find(segment);
     finish(made, {labels == nullptr ? std::vector<double>{} : labels->values, table.lines}, rig);
