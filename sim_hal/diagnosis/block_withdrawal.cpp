@@ -13,8 +13,7 @@ void block_search::withdraw_what_follows_nothing(block_diagnosis &result)
     if (found_.empty() || model_.which() == block::manipulator) {
         return; /* a manipulator that sticks has a cause that holds it */
     }
-    const record &data = model_.data();
-    std::vector<double> measured = model_.which() == block::robot ? data.robot_position_m : data.force_N;
+    std::vector<double> measured = model_.measured();
     double sum = 0.0;
     double rows = 0.0;
     for (std::size_t n = 0; n < measured.size(); n++) {

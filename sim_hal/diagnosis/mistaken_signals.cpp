@@ -65,6 +65,18 @@ std::vector<double> *member_of(record &data, std::string_view signal)
     return nullptr;
 }
 
+/* And what was derived from it. */
+void scale_signal(record &data, const mistake &one)
+{
+    const auto scale = [&](std::vector<double> &values) {
+        std::transform(values.begin(), values.end(), values.begin(), [&](double x) { return one.scale * x; });
+    };
+    scale(*member_of(data, one.signal));
+    if (data.is_velocity_derived && one.signal == "operator_position_m") {
+        scale(data.operator_velocity_m_per_s);
+    }
+}
+
 /* rms of what the rig as given does not explain, of that of the output about its mean. */
 double share_unexplained(block block, const record &data, const rig &given)
 {
@@ -109,9 +121,10 @@ std::vector<mistake> find_mistakes(block block, const record &data, const rig &g
         if (values.empty()) {
             continue;
         }
-        std::transform(values.begin(), values.end(), values.begin(), [&](double x) { return one.scale * x; });
+        scale_signal(changed, one);
         one.error = share_unexplained(block, changed, given);
         values = original;
+        changed.operator_velocity_m_per_s = data.operator_velocity_m_per_s;
         if (one.error < is_far && one.error < far_less * before) {
             /* A force that hardly acts may be one that something else holds against. */
             const bool is_off =

@@ -172,6 +172,7 @@ void differentiate_operator(record &made)
         }
     }
     made.operator_velocity_m_per_s = std::move(v);
+    made.is_velocity_derived = true;
     made.notes.push_back("operator_velocity_m_per_s is missing: taken as differences of operator_position_m");
 }
 

@@ -35,6 +35,7 @@ struct record {
     std::vector<double> operator_force_N;
     std::vector<double> operator_position_m;
     std::vector<double> operator_velocity_m_per_s;
+    bool is_velocity_derived = false; /* the operator's, from its position */
     std::vector<double> command_position_m;
     std::vector<double> robot_position_m;
     std::vector<double> force_N;

@@ -2,11 +2,13 @@
 The records are made here, by other means than the project's."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import scipy.linalg
-from conftest import EXIT_DONE, EXIT_INPUT, command, settings
+from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, settings
 
 PERIOD_s = 0.0025
 DEAD_TIME_s = 0.0175
@@ -147,6 +149,59 @@ def test_stamps_that_no_rate_suits(tmp_path, faultless):
     refused(tmp_path, thousand, "--rig", "ess", contains=[str(thousand), "scale = 0.001"])
 
 
+def test_a_rate_that_changes_is_no_jitter(tmp_path, faultless):
+    """A tenth slower in the middle: no step is far from the others, and the sum of them is half a second off."""
+    rows = len(faultless["t_s"])
+    steps_s = PERIOD_s * (1.0 + 0.1 * np.sin(2.0 * np.pi * np.arange(rows) / rows))
+    drifting = write(tmp_path / "drifting.csv", **(faultless | {"t_s": np.cumsum(steps_s)}))
+    refused(tmp_path, drifting, "--rig", "ess", contains=[str(drifting), "no constant rate", "s away from steps of"])
+
+
+@pytest.mark.parametrize("channel, noise", [("robot_position_m", 5e-6), ("force_N", 0.3)])
+@pytest.mark.parametrize("constant", [0.0, 12.0])
+def test_what_follows_nothing_has_no_cause(tmp_path, faultless, channel, noise, constant):
+    """Brakes that are on, a sensor that is dead or stuck: limits, play and saturation fitted it to the noise."""
+    still = constant + noise * np.random.default_rng(4).standard_normal(len(faultless["t_s"]))
+    told = diagnosed(tmp_path, write(tmp_path / "still.csv", **(faultless | {channel: still})), "--rig", "ess")
+    name = "robot" if channel.startswith("robot") else "force"
+    block = next(one for one in told["blocks"] if one["block"] == name)
+    assert told["verdict"] == "unknown" and told["causes"] == []
+    assert "what is measured does not follow what should move it: a constant does as well" in block["doubts"]
+
+
+def test_a_gain_that_grows_with_the_way_is_not_told_as_three_causes(tmp_path):
+    """Gain, a limit and an error of the gears explained nearly all of it, each with an interval that holds none."""
+    t_s, command_m = multisine(12000, 11)
+    late_m = np.interp(t_s - DEAD_TIME_s, t_s, command_m)
+    robot_m = late_m + 30.0 * late_m**3 + 5e-6 * np.random.default_rng(12).standard_normal(len(t_s))
+    record = write(tmp_path / "record.csv", t_s=t_s, command_position_m=command_m, robot_position_m=robot_m)
+    told = diagnosed(tmp_path, record, "--rig", "ess")
+    assert told["verdict"] in ("partly_explained", "unknown"), told["causes"]
+
+
+def test_the_operators_velocity_is_differentiated_where_it_is_missing(tmp_path, faultless):
+    """The manipulator's error is the same with the column and without it, and another one with hardly any velocity."""
+    rng = np.random.default_rng(13)
+    t_s, operator_m = multisine(12000, 14)
+    velocity_m_per_s = np.gradient(operator_m, PERIOD_s, edge_order=2)
+    columns = {"t_s": t_s, "operator_position_m": operator_m, "operator_velocity_m_per_s": velocity_m_per_s,
+               "command_position_m": faultless["command_position_m"], "force_N": rng.standard_normal(len(t_s))}
+    columns = {name: values[:min(len(t_s), len(faultless["t_s"]))] for name, values in columns.items()}
+    told = {}
+    for name in ("with", "without", "zero"):
+        table = dict(columns)
+        if name == "without":
+            table.pop("operator_velocity_m_per_s")
+        elif name == "zero":
+            table["operator_velocity_m_per_s"] = 1e-6 * columns["operator_velocity_m_per_s"]
+        told[name] = diagnosed(tmp_path, write(tmp_path / f"{name}.csv", **table), "--rig", "ess")
+    before = {name: one["residual"]["command_position_m"]["fit"]["before"] for name, one in told.items()}
+    print(before)
+    assert any("taken as differences of operator_position_m" in note for note in told["without"]["notes"])
+    assert before["without"] == pytest.approx(before["with"], rel=1e-3)
+    assert abs(before["zero"] - before["with"]) > 0.01 * before["with"]
+
+
 def test_the_floor_has_an_interval(tmp_path, faultless):
     """White noise of N rows has its rms to 1.96 / sqrt(2 N)."""
     told = diagnosed(tmp_path, write(tmp_path / "record.csv", **faultless), "--rig", "ess")
@@ -236,6 +291,9 @@ def test_noise_that_follows_the_motion_is_told_with_its_size(tmp_path, jitter_ms
     assert found["causes"] == []
     if told:
         assert found["verdict"] == "unknown" and "no effect of the library" in found["next_experiment"]["why"]
-        assert "--standstill" in found["next_experiment"]["calibration"]
+        assert "--standstill" in found["next_experiment"]["calibration"] and not found["next_experiment"]["rivals"]
+        report = subprocess.run([sys.executable, ROOT / "scripts/diagnosis_report.py", tmp_path / "out"], check=False,
+                                capture_output=True)
+        assert report.returncode == EXIT_DONE, report.stderr.decode()
         assert told in notes[0]
         assert float(notes[0].split(told)[1].split()[0]) == pytest.approx(size, rel=0.1)
