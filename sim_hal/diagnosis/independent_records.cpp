@@ -81,12 +81,16 @@ double direction_of_time(const signal &response, const signal &cause, std::size_
     }
     const Eigen::MatrixXd rest = both - values * values.colPivHouseholderQr().solve(both);
     Eigen::VectorXd sums(parts);
+    Eigen::VectorXd energies(parts);
     for (Eigen::Index part = 0; part < parts; part++) {
         const Eigen::Index first = part * rows / parts;
         const Eigen::Index count = (part + 1) * rows / parts - first;
         sums(part) = rest.col(0).segment(first, count).dot(rest.col(1).segment(first, count));
+        energies(part) = rest.col(1).segment(first, count).squaredNorm();
     }
-    const double variance = (sums.array() - sums.mean()).square().sum() / (parts - 1.0);
+    /* A motion that dies away has less in the later parts, and that is no chance. */
+    const Eigen::VectorXd expected = energies * (sums.sum() / std::max(energies.sum(), 1e-300));
+    const double variance = (sums - expected).squaredNorm() / (parts - 1.0);
     return variance > 0.0 ? sums.mean() / std::sqrt(variance / parts) : 0.0;
 }
 

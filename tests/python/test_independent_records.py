@@ -44,6 +44,16 @@ def test_a_second_half_that_is_the_first_backwards_with_noise_upon_it(tmp_path, 
             "second half", "backwards", "independent evidence")
 
 
+@pytest.mark.parametrize("turn", MIRRORED)
+def test_a_motion_that_dies_away_is_known_backwards_too(tmp_path, turn):
+    """Most of it happens in a few of the parts in which chance is counted."""
+    t_s, command_m, _ = motion()
+    command_m = command_m * np.exp(-t_s / (0.08 * t_s[-1]))
+    robot_m = halves(np.interp(t_s - 0.0175, t_s, command_m), MIRRORED[turn])
+    record = write(tmp_path / "copy.csv", HEADER, t_s, halves(command_m, MIRRORED[turn]), robot_m + noise(robot_m, 1e-3))
+    refused(tmp_path, record, "second half", "backwards", "independent evidence")
+
+
 def test_a_robot_that_does_the_same_again_without_being_told(tmp_path):
     t_s, command_m, robot_m = motion()
     robot_m = halves(robot_m, lambda x: x)
