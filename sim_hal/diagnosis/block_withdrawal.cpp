@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "about_mean.h"
 #include "block_search.h"
 #include "floor.h"
 
@@ -13,19 +14,7 @@ void block_search::withdraw_what_follows_nothing(block_diagnosis &result)
     if (found_.empty() || model_.which() == block::manipulator) {
         return; /* a manipulator that sticks has a cause that holds it */
     }
-    std::vector<double> measured = model_.measured();
-    double sum = 0.0;
-    double rows = 0.0;
-    for (std::size_t n = 0; n < measured.size(); n++) {
-        const bool counts = model_.uses()[n] == row_use::fit;
-        sum += counts ? measured[n] : 0.0;
-        rows += counts ? 1.0 : 0.0;
-    }
-    for (double &value : measured) {
-        value -= sum / std::max(rows, 1.0);
-    }
-    const double about_constant = rms_of(measured, model_.uses(), row_use::fit);
-    if (about_constant < as_well * rms_of(error_left(), model_.uses(), row_use::fit)) {
+    if (rms_about_mean(model_) < as_well * rms_of(error_left(), model_.uses(), row_use::fit)) {
         follows_nothing_ = true;
         found_.clear();
         result.causes.clear();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "../../hal/rig/rig_file.h"
+#include "about_mean.h"
 #include "block_model.h"
 #include "formatted.h"
 #include "record_columns.h"
@@ -84,19 +85,8 @@ double share_unexplained(block block, const record &data, const rig &given)
     block_model model(block, data, given, none, held_out_parts::none);
     std::vector<double> error;
     model.error(given, error);
-    const std::vector<double> &output = model.measured();
-    double mean = 0.0;
-    double rows = 0.0;
-    double square = 0.0;
-    for (std::size_t n = 0; n < output.size(); n++) {
-        if (model.uses()[n] == row_use::fit) {
-            rows += 1.0;
-            const double off = output[n] - mean;
-            mean += off / rows;
-            square += off * (output[n] - mean);
-        }
-    }
-    return square > 0.0 ? rms_of(error, model.uses(), row_use::fit) / std::sqrt(square / rows) : 0.0;
+    const double moves = rms_about_mean(model);
+    return moves > 0.0 ? rms_of(error, model.uses(), row_use::fit) / moves : 0.0;
 }
 
 /* Those after which far less is left, the best one first. */
