@@ -5,6 +5,7 @@
 #   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
 #                    qemu-user; effects hidden in records drawn from the date; real-time kernels with real CAN and
 #                    GPIO drivers in QEMU, arm64 and amd64; the committed codec is what the DBC gives; lint
+# shellcheck disable=SC2030,SC2031 # what is counted beside, `together` counts in
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
 unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
@@ -77,6 +78,37 @@ py() {
     fi
 }
 
+# beside FUNCTION: its parts in the background, in a process group of their own, which ends with this script.
+beside() {
+    : >build/beside.counts
+    set -m
+    (
+        passed=0 failed=0 skipped=0 failures=()
+        "$1" >build/beside.txt 2>&1
+        printf '%s\n' "$passed $failed $skipped" "${failures[@]}" >build/beside.counts
+    ) &
+    set +m
+    # shellcheck disable=SC2064 # the process of now
+    trap "kill -- -$! 2>/dev/null" EXIT
+}
+
+# together: waits for these parts, shows what they said and counts them.
+together() {
+    local lines counts
+    wait
+    trap - EXIT
+    cat build/beside.txt
+    mapfile -t lines <build/beside.counts
+    read -ra counts <<<"${lines[0]:-0 1 0}"
+    passed=$((passed + counts[0])) failed=$((failed + counts[1])) skipped=$((skipped + counts[2]))
+    failures+=("${lines[@]:1}")
+}
+
+on_kernels() {
+    step "build for the guests" make target-programs
+    py "tests on real-time kernels in QEMU" tests/target
+}
+
 step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
 cpp "C++ tests" build/cpp_tests
 cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
@@ -87,9 +119,9 @@ if [ "$mode" = full ]; then
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
     py "Python tests" "${at_once[@]}" -m "not slow" tests/python
     step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
+    # A guest takes one processor: the other is for the sanitizers.
     if scripts/setup.sh target; then
-        step "build for the guests" make target-programs
-        py "tests on real-time kernels in QEMU" tests/target
+        beside on_kernels
     else
         echo "SKIPPED: the tests on real-time kernels (tests/target): their packages cannot be installed, see above"
         skipped=$((skipped + 1))
@@ -99,6 +131,7 @@ if [ "$mode" = full ]; then
     cpp "C++ tests of the Linux side with sanitizers" build/sanitize/target_tests -tce='contract*,bus*'
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
+    together
 else
     py "Python tests" "${at_once[@]}" -m "not arm64 and not slow" tests/python
 fi

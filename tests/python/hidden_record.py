@@ -4,9 +4,15 @@ import json
 import subprocess
 import sys
 
+import pytest
 from conftest import ROOT, command
 
 GENERATE = ROOT / "tests/hidden_effects/generate.py"
+
+
+def slow(*arguments):
+    """Of a test that takes more than 20 s with them: `make slow-test`."""
+    return pytest.param(*arguments, marks=pytest.mark.slow)
 
 
 def hidden_and_told(folder, seed, *arguments, rows=None, options=()):

@@ -8,13 +8,12 @@ import json
 
 import pytest
 from conftest import command
-from hidden_record import hidden_and_told
-
-slow = pytest.mark.slow  # more than a minute: `make slow-test`
+from hidden_record import hidden_and_told, slow
 
 
 @pytest.mark.parametrize("seed, effect, block", [
-    (102, "manipulator.quadratic_stiffness", "manipulator"), (105, "manipulator.cubic_stiffness", "manipulator"),
+    slow(102, "manipulator.quadratic_stiffness", "manipulator"),
+    slow(105, "manipulator.cubic_stiffness", "manipulator"),
     (103, "manipulator.backlash", "manipulator"), (104, "object.loss_of_contact", "force"),
 ])
 def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, block, tmp_path):
@@ -39,7 +38,7 @@ def test_what_happened_to_single_samples_of_unseen_data_is_known_there_too(seed,
     assert told["residual"]["force_N"]["held_out"]["after"] < 1.1 * floor_N
 
 
-@slow
+@pytest.mark.slow
 def test_setpoints_lost_in_unseen_data_are_known_there_too(tmp_path):
     """Each stands out of the noise of a stiff contact by a thousand; one short way of 29 is not found."""
     hidden_and_told(tmp_path, 7175, "--kind", "single", "--effect", "robot.lost_commands", "--size", "tiny")
@@ -48,8 +47,8 @@ def test_setpoints_lost_in_unseen_data_are_known_there_too(tmp_path):
 
 
 @pytest.mark.parametrize("seed, size", [
-    (115151, "large"), pytest.param(115284, "small", marks=slow), pytest.param(137311, "large", marks=slow),
-    (126268, "large"), (148076, "large"),
+    slow(115151, "large"), slow(115284, "small"), slow(137311, "large"),
+    slow(126268, "large"), (148076, "large"),
 ])
 def test_lost_setpoints_that_ring_together_are_told_apart(seed, size, tmp_path):
     """Three within a few ticks cancel each other in a stiff contact, and others in a row would stand in for them; one in

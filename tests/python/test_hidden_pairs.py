@@ -1,11 +1,9 @@
 """Hidden effects that one stretch of a record shows, or the force alone, and pairs of them: each record had been missed
-once. Those that take more than a minute are marked slow: `make slow-test`.
+once. Those that take more than 20 s are marked slow: `make slow-test`.
 """
 
 import pytest
-from hidden_record import hidden_and_told
-
-slow = pytest.mark.slow
+from hidden_record import hidden_and_told, slow
 
 
 @pytest.mark.parametrize("seed, arguments, causes", [
@@ -15,17 +13,17 @@ slow = pytest.mark.slow
     # One that is met in the tenths alone which are held out if nothing speaks for others.
     (120004, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
     # The robot's reports fit a dead time as well; the force does not.
-    (7134, ("--kind", "two"), ["object.quadratic_stiffness", "robot.lag"]),
+    slow(7134, ("--kind", "two"), ["object.quadratic_stiffness", "robot.lag"]),
     # Two spikes with a sample between them, which hide each other's half.
     (126103, ("--kind", "single", "--effect", "sensor.spikes", "--size", "medium"), ["sensor.spikes"]),
     # A limit, and a grip, that act a tick late somewhere when their size is a little off, and spoil all other slopes.
     (126220, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "large"), ["robot.acceleration_limit"]),
-    (126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
+    slow(126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # Limits that act in a few ticks, below the noise of the reports, and ring in a stiff contact.
-    (148094, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "tiny"), ["robot.acceleration_limit"]),
-    pytest.param(148256, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "tiny"), ["robot.velocity_limit"], marks=slow),
+    slow(148094, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "tiny"), ["robot.acceleration_limit"]),
+    slow(148256, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "tiny"), ["robot.velocity_limit"]),
     # A grip whose moments were taken for setpoints that were lost.
-    pytest.param(641024, ("--kind", "two"), ["manipulator.parameters", "object.loss_of_contact"], marks=slow),
+    slow(641024, ("--kind", "two"), ["manipulator.parameters", "object.loss_of_contact"]),
     # Spikes behind a robot that switches.
     (148052, ("--kind", "two"), ["robot.velocity_limit", "sensor.spikes"]),
     # A path of one period, and of less.
@@ -34,18 +32,18 @@ slow = pytest.mark.slow
     # The standstill record rests in the middle of a coarse step, and has less noise than the motion.
     (148234, ("--kind", "single", "--effect", "sensor.quantisation", "--size", "medium"), ["sensor.quantisation"]),
     # A line in the spectrum, of a ten-thousandth of what the grip leaves.
-    pytest.param(148062, ("--kind", "two"), ["object.loss_of_contact", "sensor.periodic_disturbance"], marks=slow),
+    slow(148062, ("--kind", "two"), ["object.loss_of_contact", "sensor.periodic_disturbance"]),
     # A mass that is half as large again, with the damping of the sensor's spring as it was.
     (159152, ("--kind", "single", "--effect", "object.parameters", "--size", "large"), ["object.parameters"]),
     # The robot's reports fit a resonance as well; reports and force together do not.
-    pytest.param(148131, ("--kind", "single", "--effect", "robot.dead_time", "--size", "medium"), ["robot.dead_time"], marks=slow),
-    (159051, ("--kind", "two"), ["robot.dead_time", "sensor.bias"]),
+    slow(148131, ("--kind", "single", "--effect", "robot.dead_time", "--size", "medium"), ["robot.dead_time"]),
+    slow(159051, ("--kind", "two"), ["robot.dead_time", "sensor.bias"]),
     # A clock that does not slip within the record hides no other cause in the force.
-    (159301, ("--kind", "two"), ["loop.clock_drift", "object.second_mode"]),
+    slow(159301, ("--kind", "two"), ["loop.clock_drift", "object.second_mode"]),
     # At its end of range a sensor has no noise, and what it has elsewhere are no spikes.
     (159127, ("--kind", "single", "--effect", "sensor.saturation", "--size", "large"), ["sensor.saturation"]),
     # A robot that begins somewhere in its play.
-    (137060, ("--kind", "two"), ["manipulator.gravity_offset", "robot.backlash"]),
+    slow(137060, ("--kind", "two"), ["manipulator.gravity_offset", "robot.backlash"]),
     # What the replay of a contact is off by is no other form of the bias.
     (137106, ("--kind", "single", "--effect", "sensor.bias", "--size", "medium"), ["sensor.bias"]),
     # What a dead band of the robot does to the force is thirty times what the sensor adds.
@@ -53,14 +51,14 @@ slow = pytest.mark.slow
     # Play of a quarter of the noise of the reports, which the force of a stiff contact shows.
     (611231, ("--kind", "single", "--effect", "robot.backlash", "--size", "tiny"), ["robot.backlash"]),
     # All that is left hangs on the moments of the grip, and a gain that hides some of it is none.
-    (641093, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
+    slow(641093, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # A grip beside a spring that bends: while the object is held, that one shows by itself.
-    pytest.param(611194, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.quadratic_stiffness"], marks=slow),
-    pytest.param(621013, ("--kind", "two_of_one_block"), ["object.cubic_stiffness", "object.loss_of_contact"], marks=slow),
+    slow(611194, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.quadratic_stiffness"]),
+    slow(621013, ("--kind", "two_of_one_block"), ["object.cubic_stiffness", "object.loss_of_contact"]),
     # Setpoints lost behind a dead band, before play, and beside a resonance that a dead time stands in for.
-    (641054, ("--kind", "two_of_one_block"), ["robot.deadband", "robot.lost_commands"]),
-    (631024, ("--kind", "two_of_one_block"), ["robot.backlash", "robot.lost_commands"]),
-    pytest.param(631020, ("--kind", "two_of_one_block"), ["robot.lost_commands", "robot.resonance"], marks=slow),
+    slow(641054, ("--kind", "two_of_one_block"), ["robot.deadband", "robot.lost_commands"]),
+    slow(631024, ("--kind", "two_of_one_block"), ["robot.backlash", "robot.lost_commands"]),
+    slow(631020, ("--kind", "two_of_one_block"), ["robot.lost_commands", "robot.resonance"]),
     # A lag first, a dead time in its place, and a resonance in that one's.
     (641254, ("--kind", "two_of_one_block"), ["robot.resonance", "robot.velocity_limit"]),
     # Spikes in adjacent samples.
@@ -68,17 +66,17 @@ slow = pytest.mark.slow
     # A coarse quantiser and a motion that rests.
     (641066, ("--kind", "single", "--effect", "sensor.quantisation", "--size", "large"), ["sensor.quantisation"]),
     # What builds up over a sixteenth of the way is no dry friction, though it has a parameter less.
-    (631013, ("--kind", "two_of_one_block"), ["object.hysteresis", "object.quadratic_stiffness"]),
+    slow(631013, ("--kind", "two_of_one_block"), ["object.hysteresis", "object.quadratic_stiffness"]),
     # Together they are a little better than the one resonance for which they pass.
     (611294, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.lag"]),
     # One resonance does as well in the reports, and not in the force on data that no fit saw.
     (672023, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.lag"]),
     # Play alone explains nearly all that a dead band and a longer dead time do, and neither of them as much.
-    (661123, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.deadband"]),
+    slow(661123, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.deadband"]),
     # Nine periods of a hum, and nearly all that the drift leaves.
     (671074, ("--kind", "two_of_one_block"), ["sensor.drift", "sensor.periodic_disturbance"]),
     # A bias leads a few of 500 losses astray, as long as they are decoded without it.
-    pytest.param(651104, ("--kind", "two"), ["robot.lost_commands", "sensor.bias"], marks=slow),
+    slow(651104, ("--kind", "two"), ["robot.lost_commands", "sensor.bias"]),
 ])
 def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, causes, tmp_path):
     hidden, told = hidden_and_told(tmp_path, seed, *arguments)
@@ -88,11 +86,11 @@ def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, cau
 
 @pytest.mark.parametrize("seed, causes, rival", [
     # The drift is a thousandth of the play's error, and all that is left of it.
-    (611274, ["robot.backlash", "robot.dead_time_drift"], "loop.clock_drift"),
+    slow(611274, ["robot.backlash", "robot.dead_time_drift"], "loop.clock_drift"),
     # A limit below the noise of the reports, behind a robot that is late by itself.
-    pytest.param(611094, ["robot.acceleration_limit", "robot.dead_time"], "robot.lag", marks=slow),
+    slow(611094, ["robot.acceleration_limit", "robot.dead_time"], "robot.lag"),
     # A limit that only the force is sure of, and a drift that the reports show beside it alone.
-    pytest.param(671094, ["robot.acceleration_limit", "robot.dead_time_drift"], "loop.clock_drift", marks=slow),
+    slow(671094, ["robot.acceleration_limit", "robot.dead_time_drift"], "loop.clock_drift"),
 ])
 def test_what_is_small_beside_a_first_cause_is_found(seed, causes, rival, tmp_path):
     hidden, told = hidden_and_told(tmp_path, seed, "--kind", "two_of_one_block")
