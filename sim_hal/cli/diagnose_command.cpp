@@ -1,8 +1,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "../../hal/rig/beam.h"
 #include "../../hal/version.h"
@@ -254,11 +256,56 @@ std::string series_csv(const diagnosis &found)
     return text;
 }
 
-void write_file(const std::string &path, const std::string &text)
+constexpr const char *output_files[] = {"diagnosis.json", "given.toml", "extended.toml", "series.csv",
+                                        next_experiment_file};
+
+/* A diagnosis may take minutes: whether its files can be written is known before. Throws input_error. */
+void refuse_unwritable(const std::string &folder)
 {
-    atomic_file file(path);
-    file.write(text);
-    file.finish();
+    namespace fs = std::filesystem;
+    for (const char *const name : output_files) {
+        if (fs::is_directory(fs::path(folder) / name)) {
+            throw input_error(folder + "/" + name + ": is a folder, and a file is to be written there; move it");
+        }
+    }
+    fs::path there = fs::absolute(folder);
+    while (!fs::exists(there)) {
+        there = there.parent_path();
+    }
+    if (!fs::is_directory(there) || access(there.c_str(), W_OK | X_OK) != 0) {
+        throw input_error("--out " + folder + ": " + there.string() + " is " +
+                          (fs::is_directory(there) ? "not writable" : "no folder"));
+    }
+}
+
+/* All files appear, or none: those of an earlier diagnosis stay until the last is written. */
+void write_files(const std::string &folder, const diagnosis &found, const nlohmann::json &json)
+{
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+        throw input_error(folder + ": cannot be made: " + error.message());
+    }
+    std::deque<atomic_file> files;
+    const auto write = [&](const std::string &name, const std::string &text) {
+        files.emplace_back(folder + "/" + name).write(text);
+    };
+    write("diagnosis.json", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write("given.toml", print_rig(found.given));
+    write("extended.toml", print_rig(found.extended));
+    write("series.csv", series_csv(found));
+    const bool is_proposed = found.next && found.next->proposed;
+    if (is_proposed) {
+        write(next_experiment_file, profile_csv(found.given, *found.next->proposed));
+    }
+    for (atomic_file &file : files) {
+        file.finish();
+    }
+    for (const char *const stale : {"report.html", "report.png", next_experiment_file}) {
+        if (stale != next_experiment_file || !is_proposed) {
+            std::filesystem::remove(folder + "/" + stale, error); /* an earlier diagnosis left it */
+        }
+    }
 }
 
 } // namespace
@@ -279,32 +326,15 @@ int diagnose_command(const diagnose_arguments &arguments)
         }
         request.options.without.push_back(name);
     }
+    refuse_unwritable(arguments.out_folder);
     const diagnosis found = [&] {
         const progress_line line;
         request.progress = [&](const std::string &what) { line.show(what); };
         return diagnose(request);
     }();
 
-    std::error_code error;
-    std::filesystem::create_directories(arguments.out_folder, error);
-    if (error) {
-        throw input_error(arguments.out_folder + ": cannot be made: " + error.message());
-    }
     const nlohmann::json json = as_json(found, arguments, found.given);
-    write_file(arguments.out_folder + "/diagnosis.json",
-               json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    write_file(arguments.out_folder + "/given.toml", print_rig(found.given));
-    write_file(arguments.out_folder + "/extended.toml", print_rig(found.extended));
-    write_file(arguments.out_folder + "/series.csv", series_csv(found));
-    const std::string profile_path = arguments.out_folder + "/" + next_experiment_file;
-    if (found.next && found.next->proposed) {
-        write_file(profile_path, profile_csv(found.given, *found.next->proposed));
-    } else {
-        std::filesystem::remove(profile_path, error); /* what an earlier diagnosis left is not of this one */
-    }
-    for (const char *const report : {"report.html", "report.png"}) {
-        std::filesystem::remove(arguments.out_folder + "/" + report, error);
-    }
+    write_files(arguments.out_folder, found, json);
     if (arguments.json) {
         print_json(json);
         return 0;

@@ -39,6 +39,17 @@ std::string place_of(const record &made, const row_marks &marks, std::size_t row
                                : made.path + ":" + std::to_string(marks.lines[row]);
 }
 
+/* Any column may be mapped to the labels by mistake. */
+void check_labels(const record &made, const row_marks &marks)
+{
+    for (std::size_t n = 0; n < marks.labels.size(); n++) {
+        if (marks.labels[n] != std::floor(marks.labels[n])) {
+            throw input_error(place_of(made, marks, n) + ": segment is " + formatted("%.9g", marks.labels[n]) +
+                              "; it numbers the parts of a record and is whole");
+        }
+    }
+}
+
 /* Time runs on evenly, with jitter that is not a row; a few rows that are missing are put back, anything else starts
  * a new segment. */
 void find_segments(record &made, const row_marks &marks, double period_s)
@@ -225,6 +236,7 @@ void finish(record &made, const row_marks &marks, const rig &rig)
             "; say " + remedy_of(spacing_s, made.period_s, source_of(rig, "t_s").column));
     }
     made.content = content_of(made);
+    check_labels(made, marks);
     find_segments(made, marks, made.period_s);
     differentiate_operator(made);
 }

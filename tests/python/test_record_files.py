@@ -159,6 +159,12 @@ def test_a_column_that_may_be_meant_is_told(tmp_path):
     assert any("force_limit_N is meant" in note for note in found["notes"])
 
 
+def test_labels_of_parts_are_whole(tmp_path):
+    record = write(tmp_path / "parts.csv", [*HEADER, "part"], [*motion(), np.linspace(1.0, 2.0, 4000)])
+    (tmp_path / "rig.toml").write_text('[signals]\nsegment = "part"\n')
+    refused(tmp_path, record, "--rig", tmp_path / "rig.toml", contains=[f"{record}:3: segment is 1.0002", "whole"])
+
+
 # --- lines --------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_lines_count_as_in_an_editor(tmp_path, end):
@@ -259,3 +265,18 @@ def test_a_folder_holds_what_belongs_together(tmp_path):
     diagnosed(out, write(tmp_path / "record.csv", HEADER, motion()), "--rig", "ess")
     assert not (out / "report.html").exists() and not (out / "report.png").exists()
     assert (out / "notes.txt").read_text() == "of another day"
+
+
+def test_a_folder_that_cannot_take_every_file_is_told_before_the_work(tmp_path):
+    """An earlier diagnosis stays as it was."""
+    out = tmp_path / "out"
+    (out / "extended.toml").mkdir(parents=True)
+    (out / "diagnosis.json").write_text("of another day")
+    record = write(tmp_path / "record.csv", HEADER, motion())
+    for folder, told in ((out, f"{out}/extended.toml: is a folder"), (record, f"{record} is no folder"),
+                         (record / "a/b", f"{record} is no folder")):
+        done = command("diagnose", record, "--rig", "ess", "--out", folder)
+        assert done.returncode == EXIT_INPUT and told in done.stderr.decode(), done.stderr
+        assert b"robot" not in done.stderr  # no progress: nothing had been done
+    assert sorted(path.name for path in out.iterdir()) == ["diagnosis.json", "extended.toml"]
+    assert (out / "diagnosis.json").read_text() == "of another day"
