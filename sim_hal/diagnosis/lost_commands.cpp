@@ -85,6 +85,116 @@ std::vector<event_finding> decode_behind_what_switches(block_model &model, const
         finding_of(rig, record, events.lost_command, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square))};
 }
 
+/* Losses that stand out of the error one by one. */
+class clear_losses
+{
+  public:
+    clear_losses(const block_model &model, const loss_trace &loss, const std::vector<double> &error)
+        : lost(error.size(), 0), command_m_(model.data().command_position_m), loss_(loss), rest_(error)
+    {
+        const std::size_t length = loss.values.size();
+        const double sigma = sigma_of(error, model.uses());
+        for (std::size_t n = 1; n + loss.first + length < model.data().size(); n++) {
+            const std::size_t from = n + loss.first;
+            if (std::abs(way_m(n)) * std::sqrt(loss.square) > loss_clear_sd * sigma &&
+                model.uses()[from] != row_use::none && model.uses()[from + length - 1] != row_use::none) {
+                rows.push_back(n);
+                shares_.push_back(share_at(n));
+            }
+        }
+        usual_ = median_of(shares_);
+        take_out();
+    }
+
+    bool are_clear() const
+    {
+        const auto is_opposite = [&](double share) { return share - usual_ < -like; }; /* there is no such thing */
+        const auto opposites = static_cast<std::size_t>(std::count_if(shares_.begin(), shares_.end(), is_opposite));
+        return hits_ >= events_min && opposites * 4 <= hits_ && are_few();
+    }
+
+    std::vector<std::size_t> rows;  /* whose loss would stand out */
+    std::vector<std::uint8_t> lost; /* of all rows */
+
+  private:
+    static constexpr double like = 0.75; /* share of a loss that the error must show */
+
+    double way_m(std::size_t n) const { return command_m_[n] - command_m_[n - 1]; }
+    bool are_few() const { return hits_ * 4 <= rows.size(); }
+
+    /* Share of the trace that the error shows from a setpoint on. */
+    double share_at(std::size_t n) const
+    {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < loss_.values.size(); k++) {
+            sum += loss_.values[k] * rest_[n + loss_.first + k];
+        }
+        return sum / (way_m(n) * loss_.square);
+    }
+
+    /* By how much the sum of squares falls if this setpoint was lost; only where it looks like one. */
+    double promise_of(std::size_t i) const
+    {
+        const double share = shares_[i] - usual_;
+        const double way = way_m(rows[i]);
+        return share > like ? (2.0 * share - 1.0) * way * way : 0.0;
+    }
+
+    /* The clearest one first; it is taken out before the next one is looked for. */
+    void take_out()
+    {
+        const std::size_t length = loss_.values.size();
+        std::vector<double> promises(rows.size());
+        for (std::size_t i = 0; i < rows.size(); i++) {
+            promises[i] = promise_of(i);
+        }
+        while (are_few()) {
+            const auto best = std::max_element(promises.begin(), promises.end());
+            if (best == promises.end() || *best <= 0.0) {
+                break;
+            }
+            const std::size_t n = rows[static_cast<std::size_t>(best - promises.begin())];
+            for (std::size_t k = 0; k < length; k++) {
+                rest_[n + loss_.first + k] -= way_m(n) * loss_.values[k];
+            }
+            lost[n] = 1;
+            hits_++;
+            const auto begin =
+                std::lower_bound(rows.begin(), rows.end(), n > length ? n - length : 0) - rows.begin();
+            for (auto i = static_cast<std::size_t>(begin); i < rows.size() && rows[i] < n + length; i++) {
+                shares_[i] = share_at(rows[i]);
+                promises[i] = lost[rows[i]] != 0 ? 0.0 : promise_of(i);
+            }
+        }
+    }
+
+    const std::vector<double> &command_m_;
+    const loss_trace &loss_;
+    std::vector<double> rest_;
+    std::vector<double> shares_; /* at rows */
+    double usual_ = 0.0;         /* a wrong dead time looks like a little of a loss at every setpoint */
+    std::size_t hits_ = 0;
+};
+
+/* Counted are those whose loss would stand out by itself; where none would, the decoder looked at all that lead
+ * anywhere. With those that another channel has shown. */
+event_finding finding_among(const std::vector<std::size_t> &clear_rows, const std::vector<double> &command_m,
+                            const std::vector<std::uint8_t> &lost)
+{
+    std::vector<std::uint8_t> counted(lost.size(), 0);
+    for (const std::size_t n : clear_rows) {
+        counted[n] = 1;
+    }
+    for (std::size_t n = 1; n < lost.size() && clear_rows.empty(); n++) {
+        counted[n] = command_m[n] != command_m[n - 1];
+    }
+    std::size_t all = 0;
+    for (std::size_t n = 0; n < lost.size(); n++) {
+        all += counted[n] != 0 && lost[n] != 0;
+    }
+    return found_in("robot.lost_commands", all, lost, counted);
+}
+
 } // namespace
 
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
@@ -117,8 +227,6 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
                                               sample_events &events, loss_search &search)
 {
-    constexpr double like = 0.75; /* share of a loss that the error must show */
-    const record &record = model.data();
     const loss_trace loss = trace_of_loss(model, rig);
     if (loss.values.empty()) {
         return {};
@@ -126,102 +234,30 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     if (!follows_setpoints(rig)) {
         return decode_behind_what_switches(model, rig, loss, events, search);
     }
-    const double sigma = sigma_of(error, model.uses());
-    const std::size_t length = loss.values.size();
-    const auto way_of = [&](std::size_t n) {
-        return record.command_position_m[n] - record.command_position_m[n - 1];
-    };
-    std::vector<std::size_t> rows;
-    for (std::size_t n = 1; n + loss.first + length < record.size(); n++) {
-        const std::size_t from = n + loss.first;
-        if (std::abs(way_of(n)) * std::sqrt(loss.square) > loss_clear_sd * sigma &&
-            model.uses()[from] != row_use::none && model.uses()[from + length - 1] != row_use::none) {
-            rows.push_back(n);
-        }
-    }
-    /* Share of the trace that the error shows from a setpoint on. */
-    std::vector<double> rest = error;
-    const auto share_at = [&](std::size_t n) {
-        double sum = 0.0;
-        for (std::size_t k = 0; k < length; k++) {
-            sum += loss.values[k] * rest[n + loss.first + k];
-        }
-        return sum / (way_of(n) * loss.square);
-    };
-    std::vector<double> shares;
-    shares.reserve(rows.size());
-    for (const std::size_t n : rows) {
-        shares.push_back(share_at(n));
-    }
-    const double usual = median_of(shares); /* a wrong dead time looks like a little of a loss at every setpoint */
-    /* By how much the sum of squares falls if this setpoint was lost; only where it looks like one. */
-    const auto promise_of = [&](std::size_t i) {
-        const double share = shares[i] - usual;
-        const double way = way_of(rows[i]);
-        return share > like ? (2.0 * share - 1.0) * way * way : 0.0;
-    };
-    std::vector<double> promises(rows.size());
-    for (std::size_t i = 0; i < rows.size(); i++) {
-        promises[i] = promise_of(i);
-    }
-    std::vector<std::uint8_t> lost(error.size(), 0);
-    std::size_t hits = 0;
-    while (hits * 4 <= rows.size()) { /* the clearest one first; it is taken out before the next one is looked for */
-        const auto best = std::max_element(promises.begin(), promises.end());
-        if (best == promises.end() || *best <= 0.0) {
-            break;
-        }
-        const std::size_t n = rows[static_cast<std::size_t>(best - promises.begin())];
-        for (std::size_t k = 0; k < length; k++) {
-            rest[n + loss.first + k] -= way_of(n) * loss.values[k];
-        }
-        lost[n] = 1;
-        hits++;
-        const auto begin = std::lower_bound(rows.begin(), rows.end(), n > length ? n - length : 0) - rows.begin();
-        for (auto i = static_cast<std::size_t>(begin); i < rows.size() && rows[i] < n + length; i++) {
-            shares[i] = share_at(rows[i]);
-            promises[i] = lost[rows[i]] != 0 ? 0.0 : promise_of(i);
-        }
-    }
-    std::size_t counter_hits = 0; /* the opposite of a loss: there is no such thing */
-    for (const double share : shares) {
-        counter_hits += share - usual < -like;
-    }
-    const bool are_clear = hits >= events_min && counter_hits * 4 <= hits && hits * 4 <= rows.size();
+    clear_losses clear(model, loss, error);
+    const bool are_clear = clear.are_clear();
     std::vector<std::uint8_t> known = events.lost_command;
-    known.resize(lost.size(), 0);
-    for (std::size_t n = 0; n < lost.size(); n++) {
-        lost[n] = known[n] != 0 || (lost[n] != 0 && are_clear);
-    }
-    loss_finder finder(model, rig, loss, error, known, rows.size());
+    known.resize(error.size(), 0);
+    loss_finder finder(model, rig, loss, error, known, clear.rows.size());
     if (search.decode_alone) {
         finder.decode();
     } else {
+        std::vector<std::uint8_t> lost = known;
+        for (std::size_t n = 0; n < lost.size() && are_clear; n++) {
+            lost[n] = known[n] != 0 || clear.lost[n] != 0;
+        }
         finder.settle(std::move(lost));
     }
     search.was_decoded = finder.is_decoded;
-    const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
-    const bool are_some = are_clear || count_of(known) > 0 || explain_most;
     const bool is_new = count_of(known) == 0;
-    if (!are_some || finder.lost == known || (is_new && 4 * count_of(finder.lost) > error.size()) ||
-        (is_new && are_the_smallest(record.command_position_m, finder.lost))) {
+    const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
+    if (finder.lost == known || !(are_clear || !is_new || explain_most) ||
+        (is_new && (4 * count_of(finder.lost) > error.size() ||
+                    are_the_smallest(model.data().command_position_m, finder.lost)))) {
         return {};
     }
     events.lost_command = std::move(finder.lost);
-    if (rows.empty()) { /* none by itself: the decoder looked at all that move */
-        for (std::size_t n = 1; n < record.size(); n++) {
-            if (way_of(n) != 0.0) {
-                rows.push_back(n);
-            }
-        }
-    }
-    std::size_t all = 0; /* with those that another channel has shown */
-    std::vector<std::uint8_t> counted(record.size(), 0);
-    for (const std::size_t n : rows) {
-        counted[n] = 1;
-        all += events.lost_command[n] != 0;
-    }
-    return {found_in("robot.lost_commands", all, events.lost_command, counted)};
+    return {finding_among(clear.rows, model.data().command_position_m, events.lost_command)};
 }
 
 } // namespace berth

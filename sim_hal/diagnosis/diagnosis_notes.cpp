@@ -1,0 +1,71 @@
+#include "diagnosis_notes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "command_steps.h"
+#include "formatted.h"
+
+namespace berth
+{
+
+void tell_sample_age(diagnosis &result, const rig &given)
+{
+    const double age_ms = result.given.sensor.delay_ms;
+    if (given.has_wandering_samples()) {
+        result.notes.push_back(formatted("the force is not judged: with sensor.rate_Hz = %.6g ",
+                                         given.firmware.sensor_channel.rate_Hz) +
+                               formatted("and loop.rate_Hz = %.6g its age changes from tick to tick; give no "
+                                         "sensor.rate_Hz, or a multiple, if it was sampled with the loop",
+                                         given.firmware.loop.rate_Hz));
+    } else if (can_replay(result.data, block::force) && age_ms != given.sensor.delay_ms) {
+        result.notes.push_back(
+            formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
+            formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ", given.sensor.delay_ms) +
+            "and waits; sensor.sample_phase_ms says when in the tick it is taken");
+    }
+}
+
+void tell_command_steps(diagnosis &result)
+{
+    constexpr double counts = 0.2; /* of the noise */
+    for (const block_diagnosis &block : result.blocks) {
+        if (block.command_steps_rms > counts * block.floor.rms) {
+            const auto which = static_cast<std::size_t>(block.block);
+            result.notes.push_back(formatted("command_position_m is written in steps of %.3g m: ",
+                                             command_step_m(result.data, result.given)) +
+                                   "that alone leaves " + formatted("%.3g ", block.command_steps_rms) +
+                                   std::string(block_units[which]) + " rms of the " +
+                                   std::string(block_names[which]) +
+                                   " open, and nothing so small is looked for; write it with more digits");
+        }
+    }
+}
+
+void tell_scaled_manipulator(diagnosis &result)
+{
+    constexpr double alike = 1e-3;
+    for (const block_diagnosis &block : result.blocks) {
+        const bool is_named = std::any_of(block.causes.begin(), block.causes.end(), [](const cause &known) {
+            return known.effect->name == "manipulator.parameters";
+        });
+        const manipulator_config &found = block.extended.firmware.manipulator;
+        const manipulator_config &given = result.given.firmware.manipulator;
+        const double scale = found.mass_kg / given.mass_kg;
+        const auto is_scaled = [&](double now, double before) {
+            return std::abs(now - scale * before) < alike * scale * before;
+        };
+        if (is_named && std::abs(scale - 1.0) > alike &&
+            is_scaled(found.damping_N_s_per_m, given.damping_N_s_per_m) &&
+            is_scaled(found.stiffness_N_per_m, given.stiffness_N_per_m)) {
+            result.notes.push_back(
+                formatted(
+                    "mass, damping and stiffness of the manipulator are all %.4g times those of the rig file: ",
+                    scale) +
+                formatted("forces that are all %.4g times too small look the same on any record; compare ", scale) +
+                "operator_force_N and force_N with a known weight");
+        }
+    }
+}
+
+} // namespace berth

@@ -1,0 +1,21 @@
+/* What a record leaves open, whatever the verdict is. */
+#ifndef SIM_HAL_DIAGNOSIS_DIAGNOSIS_NOTES_H
+#define SIM_HAL_DIAGNOSIS_DIAGNOSIS_NOTES_H
+
+#include "diagnosis.h"
+
+namespace berth
+{
+
+/* What the rig file's delay of the force comes to. `given`: the rig before its age was taken as its delay. */
+void tell_sample_age(diagnosis &result, const rig &given);
+
+/* What a command with too few digits hides. */
+void tell_command_steps(diagnosis &result);
+
+/* A force that is scaled wrongly looks like a manipulator of which mass, damping and stiffness are. */
+void tell_scaled_manipulator(diagnosis &result);
+
+} // namespace berth
+
+#endif
