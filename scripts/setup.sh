@@ -14,7 +14,7 @@ flock "$lock" # apt-get does not wait for another one, as of `make -j`
 packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsundials-dev libtomlplusplus-dev
     libcli11-dev nlohmann-json3-dev libtinyxml2-dev zlib1g-dev)
 if [ "$task" != run ]; then
-    packages+=(doctest-dev clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
+    packages+=(doctest-dev ccache clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
         valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
 fi
 if [ "$task" = target ]; then
