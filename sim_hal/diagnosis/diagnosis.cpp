@@ -182,7 +182,7 @@ class blocks_in_turn
     {
         for (block_diagnosis &earlier : result_.blocks) {
             drop_repeated(earlier, found);
-            take_refined(earlier, found);
+            take_refined(earlier, found, result_.given);
             if (found.block == block::force && earlier.block == block::robot) {
                 judge_robot_again(earlier, found, input_of(earlier.block), events_);
                 measure_again(earlier, found.extended, input_of(earlier.block), events_);

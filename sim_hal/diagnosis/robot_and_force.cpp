@@ -338,7 +338,7 @@ void drop_repeated(block_diagnosis &before, const block_diagnosis &now)
     before.causes.erase(kept, before.causes.end());
 }
 
-void take_refined(block_diagnosis &before, const block_diagnosis &now)
+void take_refined(block_diagnosis &before, const block_diagnosis &now, const rig &given)
 {
     const auto refine = [&](parameter_estimate &known, bool decides_by_ticks) {
         for (std::size_t i = 0; i < now.fitted.ci95.size(); i++) {
@@ -355,6 +355,10 @@ void take_refined(block_diagnosis &before, const block_diagnosis &now)
     for (cause &found : before.causes) {
         for (parameter_estimate &known : found.parameters) {
             refine(known, found.effect->switch_on != nullptr);
+        }
+        const parameter_estimate &size = found.parameters.front();
+        if (std::abs(size.value) < size.ci95 && value_of(given, size.key) == 0.0) {
+            tell_in_part(before, "beside what the force shows, the size of a cause may be none");
         }
     }
 }

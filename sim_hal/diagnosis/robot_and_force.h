@@ -54,8 +54,9 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
 void drop_repeated(block_diagnosis &before, const block_diagnosis &now);
 
 /* The force was fitted with the robot's parameters free, as far as its reports had left them open: of what the later
- * block has refined, the earlier one tells the values that the extended rig gets. */
-void take_refined(block_diagnosis &before, const block_diagnosis &now);
+ * block has refined, the earlier one tells the values that the extended rig gets. `given`: the rig before any
+ * diagnosis. */
+void take_refined(block_diagnosis &before, const block_diagnosis &now, const rig &given);
 
 /* What the earlier block leaves with the rig that the later one has refined; `input`: the earlier one's. */
 void measure_again(block_diagnosis &before, const rig &refined, const diagnosis_input &input,

@@ -177,6 +177,9 @@ def test_setpoints_that_only_the_force_decodes_are_counted(tmp_path):
     [chance] = cause["parameters"]
     print(lost["parameters"], chance)
     assert told["verdict"] == "partly_explained" and 0.0 < chance["value"] < lost["parameters"]["lost_command_probability"]
+    # Play of a third of the noise stands in for them in the reports; beside the force it may be none.
+    robot = next(block for block in told["blocks"] if block["block"] == "robot")
+    assert robot["verdict"] == "partly_explained" and "the size of a cause may be none" in robot["doubts"][-1]
 
 
 def test_a_force_that_follows_an_unexplained_robot_is_not_called_free_of_faults(tmp_path):
