@@ -117,8 +117,6 @@ if [ "$mode" = full ]; then
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
-    py "Python tests" "${at_once[@]}" -m "not slow" tests/python
-    step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
     # A guest takes one processor: the other is for the sanitizers.
     if scripts/setup.sh target; then
         beside on_kernels
@@ -132,6 +130,8 @@ if [ "$mode" = full ]; then
     step "reference case with sanitizers" build/sanitize/berth run ess --out build/sanitize/runs
     step "lint" make lint
     together
+    py "Python tests" "${at_once[@]}" -m "not slow" tests/python
+    step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
 else
     py "Python tests" "${at_once[@]}" -m "not arm64 and not slow" tests/python
 fi
