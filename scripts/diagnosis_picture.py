@@ -1,6 +1,5 @@
 """A diagnosis on one picture of 1600 x 1000 pixels: the block to look at first, before and after."""
 import io
-import textwrap
 
 import matplotlib
 
@@ -15,7 +14,7 @@ from report_figure import DOTS_PER_INCH, HEIGHT_PX, STYLE, WIDTH_PX, empty, lege
 from report_page import with_gaps  # noqa: E402
 
 CANDIDATES_MAX = 8
-HEADLINE_CHARACTERS, TEXT_CHARACTERS = 120, 190  # a line at most
+LEFT, RIGHT = 0.03, 0.975  # shares of the picture
 HEADLINE_HEIGHT, TEXT_HEIGHT = 0.026, 0.0185  # of the picture, a line
 
 
@@ -86,26 +85,41 @@ def plot_ranking(axes, block):
     axes.grid(False, axis="y")
 
 
+def wrapped(figure, text, **font):
+    """The text's lines, each as wide as it is drawn and no wider than from LEFT to RIGHT."""
+    probe = figure.text(LEFT, 0.0, "", **font)
+    lines = []
+    for word in text.split():
+        probe.set_text(f"{lines[-1]} {word}" if lines else word)
+        if lines and probe.get_window_extent().x1 <= RIGHT * figure.bbox.width:
+            lines[-1] = probe.get_text()
+        else:
+            lines.append(word)
+    probe.remove()
+    return lines
+
+
 def write_head(figure, diagnosis):
     """Verdict and sentences; returns how far down the picture they reach."""
     word, colour = words.VERDICTS[diagnosis.told["verdict"]]
     block = diagnosis.main_block
-    figure.text(0.03, 0.955, "berth diagnosis", fontsize=24, weight="bold")
-    figure.text(0.975, 0.957, f" {word} ", fontsize=19, weight="bold", color="white", horizontalalignment="right",
+    figure.text(LEFT, 0.955, "berth diagnosis", fontsize=24, weight="bold")
+    figure.text(RIGHT, 0.957, f" {word} ", fontsize=19, weight="bold", color="white", horizontalalignment="right",
                 bbox={"facecolor": colour, "edgecolor": "none", "pad": 5})
-    headline = textwrap.wrap(words.headline(diagnosis), HEADLINE_CHARACTERS)
-    figure.text(0.03, 0.938, "\n".join(headline), fontsize=14, color=colour, weight="bold", verticalalignment="top")
-    lines = [*(words.cause_sentence(cause, diagnosis.told["verdict"]) for cause in diagnosis.told["causes"]),
-             words.error_sentence(block)]
+    font = {"fontsize": 14, "weight": "bold"}
+    headline = wrapped(figure, words.headline(diagnosis), **font)
+    figure.text(LEFT, 0.938, "\n".join(headline), color=colour, verticalalignment="top", **font)
+    sentences = [*(words.cause_sentence(cause, diagnosis.told["verdict"]) for cause in diagnosis.told["causes"]),
+                 words.error_sentence(block)]
     if block.told["verdict"] in words.WITH_REST:
-        lines.append(words.left_sentence(block))
-    wrapped = [part for line in lines for part in textwrap.wrap(line, TEXT_CHARACTERS)]
+        sentences.append(words.left_sentence(block))
+    lines = [line for sentence in sentences for line in wrapped(figure, sentence, fontsize=11)]
     top = 0.931 - HEADLINE_HEIGHT * len(headline)
-    figure.text(0.03, top, "\n".join(wrapped), fontsize=11, color="#333333", verticalalignment="top")
+    figure.text(LEFT, top, "\n".join(lines), fontsize=11, color="#333333", verticalalignment="top")
     hashes = ", ".join(f"{one['role']} {one['hash']}" for one in diagnosis.told["inputs"])
-    figure.text(0.975, 0.012, f"{hashes}, berth {diagnosis.told['versions']['berth']}", fontsize=9, color="#888888",
+    figure.text(RIGHT, 0.012, f"{hashes}, berth {diagnosis.told['versions']['berth']}", fontsize=9, color="#888888",
                 horizontalalignment="right")
-    return top - TEXT_HEIGHT * len(wrapped)
+    return top - TEXT_HEIGHT * len(lines)
 
 
 def build_picture(diagnosis):

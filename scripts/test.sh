@@ -11,7 +11,7 @@ cd "$(dirname "$0")/.." || exit
 unset MAKEFLAGS MAKELEVEL # the builds below make their own jobs
 mode=${1:?usage: test.sh quick|full}
 at_once=(-n "$(nproc)" --dist loadfile) # what a file's tests share is made once
-passed=0 failed=0 skipped=0 failures=()
+passed=0 failed=0 skipped=0 failures=() is_beside=
 
 # part NAME: a heading, and how long it took to get there.
 part() {
@@ -80,11 +80,12 @@ py() {
 
 # beside FUNCTION: its parts in the background, in a process group of their own, which ends with this script.
 beside() {
+    is_beside=yes
     : >build/beside.counts
     set -m
     (
         passed=0 failed=0 skipped=0 failures=()
-        "$1" >build/beside.txt 2>&1
+        "$1" >build/beside.txt 2>&1 </dev/null
         printf '%s\n' "$passed $failed $skipped" "${failures[@]}" >build/beside.counts
     ) &
     set +m
@@ -92,14 +93,16 @@ beside() {
     trap "kill -- -$! 2>/dev/null" EXIT
 }
 
-# together: waits for these parts, shows what they said and counts them.
+# together: waits for these parts, if there are any, shows what they said and counts them.
 together() {
     local lines counts
+    [ -n "$is_beside" ] || return
     wait
     trap - EXIT
     cat build/beside.txt
     mapfile -t lines <build/beside.counts
-    read -ra counts <<<"${lines[0]:-0 1 0}"
+    [ ${#lines[@]} -gt 0 ] || lines=("0 1 0" "what runs beside ended early")
+    read -ra counts <<<"${lines[0]}"
     passed=$((passed + counts[0])) failed=$((failed + counts[1])) skipped=$((skipped + counts[2]))
     failures+=("${lines[@]:1}")
 }

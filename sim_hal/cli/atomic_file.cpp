@@ -17,6 +17,8 @@ atomic_file::~atomic_file()
 {
     if (file_ != nullptr) {
         std::fclose(file_);
+    }
+    if (!has_appeared_) {
         std::remove(partial_.c_str());
     }
 }
@@ -28,12 +30,20 @@ void atomic_file::write(std::string_view text)
     }
 }
 
-void atomic_file::finish()
+void atomic_file::close()
 {
     std::FILE *const file = file_;
     file_ = nullptr;
-    if (std::fclose(file) != 0 || std::rename(partial_.c_str(), path_.c_str()) != 0) {
-        std::remove(partial_.c_str());
+    if (file != nullptr && std::fclose(file) != 0) {
+        fail();
+    }
+}
+
+void atomic_file::finish()
+{
+    close();
+    has_appeared_ = std::rename(partial_.c_str(), path_.c_str()) == 0;
+    if (!has_appeared_) {
         fail();
     }
 }

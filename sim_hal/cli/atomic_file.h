@@ -19,7 +19,8 @@ class atomic_file
     ~atomic_file();
 
     void write(std::string_view text);
-    void finish();
+    void close();  /* it is whole, and not yet under its name */
+    void finish(); /* closes it if it is not */
 
   private:
     [[noreturn]] void fail();
@@ -27,6 +28,7 @@ class atomic_file
     std::string path_;
     std::string partial_;
     std::FILE *file_;
+    bool has_appeared_ = false;
 };
 
 } // namespace berth

@@ -263,22 +263,25 @@ constexpr const char *output_files[] = {"diagnosis.json", "given.toml", "extende
 void refuse_unwritable(const std::string &folder)
 {
     namespace fs = std::filesystem;
+    std::error_code error;
     for (const char *const name : output_files) {
-        if (fs::is_directory(fs::path(folder) / name)) {
+        if (fs::is_directory(fs::path(folder) / name, error)) {
             throw input_error(folder + "/" + name + ": is a folder, and a file is to be written there; move it");
         }
     }
-    fs::path there = fs::absolute(folder);
-    while (!fs::exists(there)) {
+    fs::path there = fs::absolute(folder, error);
+    while (there.has_relative_path() && fs::symlink_status(there, error).type() == fs::file_type::not_found) {
         there = there.parent_path();
     }
-    if (!fs::is_directory(there) || access(there.c_str(), W_OK | X_OK) != 0) {
-        throw input_error("--out " + folder + ": " + there.string() + " is " +
-                          (fs::is_directory(there) ? "not writable" : "no folder"));
+    const bool is_folder = fs::is_directory(there, error);
+    if (!is_folder || access(there.c_str(), W_OK | X_OK) != 0) {
+        throw input_error("--out " + folder + ": " + there.string() +
+                          (is_folder ? " is not writable" : " is no folder") +
+                          (error ? ": " + error.message() : ""));
     }
 }
 
-/* All files appear, or none: those of an earlier diagnosis stay until the last is written. */
+/* The first file appears when all are written: a disk that is full leaves those of an earlier diagnosis. */
 void write_files(const std::string &folder, const diagnosis &found, const nlohmann::json &json)
 {
     std::error_code error;
@@ -297,6 +300,9 @@ void write_files(const std::string &folder, const diagnosis &found, const nlohma
     const bool is_proposed = found.next && found.next->proposed;
     if (is_proposed) {
         write(next_experiment_file, profile_csv(found.given, *found.next->proposed));
+    }
+    for (atomic_file &file : files) {
+        file.close();
     }
     for (atomic_file &file : files) {
         file.finish();

@@ -85,8 +85,9 @@ void propose_next(diagnosis &result, const sample_events &events, const diagnosi
     }
     for (const verdict open : {verdict::partly_explained, verdict::unknown, verdict::one_of}) {
         for (const block_diagnosis &block : result.blocks) {
-            if (block.verdict == open && !result.next) {
-                result.next = tell_rivals_apart(block, result.data, result.given);
+            if (block.verdict == open && !(result.next && result.next->proposed)) {
+                const next_experiment next = tell_rivals_apart(block, result.data, result.given);
+                result.next = next.proposed || !result.next ? next : result.next;
             }
         }
     }

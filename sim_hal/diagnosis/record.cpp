@@ -40,13 +40,20 @@ std::string place_of(const record &made, const row_marks &marks, std::size_t row
 }
 
 /* Any column may be mapped to the labels by mistake. */
-void check_labels(const record &made, const row_marks &marks)
+void check_labels(const record &made, const row_marks &marks, const std::string &column)
 {
+    std::size_t changes = 0;
     for (std::size_t n = 0; n < marks.labels.size(); n++) {
         if (marks.labels[n] != std::floor(marks.labels[n])) {
-            throw input_error(place_of(made, marks, n) + ": segment is " + formatted("%.9g", marks.labels[n]) +
-                              "; it numbers the parts of a record and is whole");
+            throw input_error(place_of(made, marks, n) + ": " + column + " is " +
+                              formatted("%.15g", marks.labels[n]) +
+                              "; as `segment` it numbers the parts of a record and is whole");
         }
+        changes += n > 0 && marks.labels[n] != marks.labels[n - 1];
+    }
+    if (2 * changes > made.size()) {
+        throw input_error(made.path + ": " + column + " changes in " + std::to_string(changes) + " of " +
+                          std::to_string(made.size()) + " rows; as `segment` it numbers the parts of a record");
     }
 }
 
@@ -236,7 +243,7 @@ void finish(record &made, const row_marks &marks, const rig &rig)
             "; say " + remedy_of(spacing_s, made.period_s, source_of(rig, "t_s").column));
     }
     made.content = content_of(made);
-    check_labels(made, marks);
+    check_labels(made, marks, source_of(rig, "segment").column);
     find_segments(made, marks, made.period_s);
     differentiate_operator(made);
 }

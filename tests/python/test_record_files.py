@@ -162,7 +162,9 @@ def test_a_column_that_may_be_meant_is_told(tmp_path):
 def test_labels_of_parts_are_whole(tmp_path):
     record = write(tmp_path / "parts.csv", [*HEADER, "part"], [*motion(), np.linspace(1.0, 2.0, 4000)])
     (tmp_path / "rig.toml").write_text('[signals]\nsegment = "part"\n')
-    refused(tmp_path, record, "--rig", tmp_path / "rig.toml", contains=[f"{record}:3: segment is 1.0002", "whole"])
+    refused(tmp_path, record, "--rig", tmp_path / "rig.toml", contains=[f"{record}:3: part is 1.0002", "whole"])
+    write(record, [*HEADER, "part"], [*motion(), np.arange(4000)])
+    refused(tmp_path, record, "--rig", tmp_path / "rig.toml", contains=["part changes in 3999 of 4000 rows"])
 
 
 # --- lines --------------------------------------------------------------------------------------------------------
@@ -273,8 +275,11 @@ def test_a_folder_that_cannot_take_every_file_is_told_before_the_work(tmp_path):
     (out / "extended.toml").mkdir(parents=True)
     (out / "diagnosis.json").write_text("of another day")
     record = write(tmp_path / "record.csv", HEADER, motion())
+    (tmp_path / "round").symlink_to("round")
+    (tmp_path / "nowhere").symlink_to("there is none")
     for folder, told in ((out, f"{out}/extended.toml: is a folder"), (record, f"{record} is no folder"),
-                         (record / "a/b", f"{record} is no folder")):
+                         (record / "a/b", f"{record} is no folder"), (tmp_path / "round/a", "round/a is no folder"),
+                         (tmp_path / "nowhere", f"{tmp_path}/nowhere is no folder"), (tmp_path / ("a" * 300), "no folder")):
         done = command("diagnose", record, "--rig", "ess", "--out", folder)
         assert done.returncode == EXIT_INPUT and told in done.stderr.decode(), done.stderr
         assert b"robot" not in done.stderr  # no progress: nothing had been done
