@@ -179,6 +179,7 @@ def test_the_scorer_tells_programs_apart(scored):
         assert "exit code 1: no idea" in report and not met["named when detectable"]
 
 
+@pytest.mark.slow
 def test_which_names_a_record_cannot_tell_apart():
     import equivalents
     import scenario
@@ -195,6 +196,7 @@ def test_which_names_a_record_cannot_tell_apart():
     assert equivalents.inseparable_alone(made, ["sensor.delay"], told) == ["sensor.delay"]
 
 
+@pytest.mark.slow
 def test_which_names_together_do_what_the_truth_does():
     """A clock that does not slip within the record is a dead time that is off and drifts, not either of them alone; and a
     lag that is not there does not stand in for the dead time."""
