@@ -1,5 +1,5 @@
 """Hidden effects that one stretch of a record shows, or the force alone, and pairs of them: each record had been missed
-once. Those that take more than 20 s are marked slow: `make slow-test`.
+once. Those that take more than 12 s are marked slow: `make slow-test`.
 """
 
 import pytest
@@ -9,15 +9,15 @@ from hidden_record import hidden_and_told, slow
 @pytest.mark.parametrize("seed, arguments, causes", [
     # A limit that is met in one stretch of a chirp, or by one step, which no tenth of the record held out shows again.
     (7155, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
-    (7154, ("--kind", "two"), ["robot.acceleration_limit", "sensor.gain"]),
+    slow(7154, ("--kind", "two"), ["robot.acceleration_limit", "sensor.gain"]),
     # One that is met in the tenths alone which are held out if nothing speaks for others.
-    (120004, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
+    slow(120004, ("--kind", "single", "--effect", "robot.velocity_limit", "--size", "medium"), ["robot.velocity_limit"]),
     # The robot's reports fit a dead time as well; the force does not.
     slow(7134, ("--kind", "two"), ["object.quadratic_stiffness", "robot.lag"]),
     # Two spikes with a sample between them, which hide each other's half.
-    (126103, ("--kind", "single", "--effect", "sensor.spikes", "--size", "medium"), ["sensor.spikes"]),
+    slow(126103, ("--kind", "single", "--effect", "sensor.spikes", "--size", "medium"), ["sensor.spikes"]),
     # A limit, and a grip, that act a tick late somewhere when their size is a little off, and spoil all other slopes.
-    (126220, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "large"), ["robot.acceleration_limit"]),
+    slow(126220, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "large"), ["robot.acceleration_limit"]),
     slow(126253, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # Limits that act in a few ticks, below the noise of the reports, and ring in a stiff contact.
     slow(148094, ("--kind", "single", "--effect", "robot.acceleration_limit", "--size", "tiny"), ["robot.acceleration_limit"]),
@@ -25,7 +25,7 @@ from hidden_record import hidden_and_told, slow
     # A grip whose moments were taken for setpoints that were lost.
     slow(641024, ("--kind", "two"), ["manipulator.parameters", "object.loss_of_contact"]),
     # Spikes behind a robot that switches.
-    (148052, ("--kind", "two"), ["robot.velocity_limit", "sensor.spikes"]),
+    slow(148052, ("--kind", "two"), ["robot.velocity_limit", "sensor.spikes"]),
     # A path of one period, and of less.
     (126306, ("--kind", "single", "--effect", "robot.periodic_error", "--size", "medium"), ["robot.periodic_error"]),
     (148172, ("--kind", "two"), ["robot.periodic_error", "sensor.dropouts"]),
@@ -47,9 +47,9 @@ from hidden_record import hidden_and_told, slow
     # What the replay of a contact is off by is no other form of the bias.
     (137106, ("--kind", "single", "--effect", "sensor.bias", "--size", "medium"), ["sensor.bias"]),
     # What a dead band of the robot does to the force is thirty times what the sensor adds.
-    (7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
+    slow(7174, ("--kind", "two"), ["robot.deadband", "sensor.bias"]),
     # Play of a quarter of the noise of the reports, which the force of a stiff contact shows.
-    (611231, ("--kind", "single", "--effect", "robot.backlash", "--size", "tiny"), ["robot.backlash"]),
+    slow(611231, ("--kind", "single", "--effect", "robot.backlash", "--size", "tiny"), ["robot.backlash"]),
     # All that is left hangs on the moments of the grip, and a gain that hides some of it is none.
     slow(641093, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
     # A grip beside a spring that bends: while the object is held, that one shows by itself.
@@ -74,7 +74,7 @@ from hidden_record import hidden_and_told, slow
     # Play alone explains nearly all that a dead band and a longer dead time do, and neither of them as much.
     slow(661123, ("--kind", "two_of_one_block"), ["robot.dead_time", "robot.deadband"]),
     # Nine periods of a hum, and nearly all that the drift leaves.
-    (671074, ("--kind", "two_of_one_block"), ["sensor.drift", "sensor.periodic_disturbance"]),
+    slow(671074, ("--kind", "two_of_one_block"), ["sensor.drift", "sensor.periodic_disturbance"]),
     # A bias leads a few of 500 losses astray, as long as they are decoded without it.
     slow(651104, ("--kind", "two"), ["robot.lost_commands", "sensor.bias"]),
 ])
