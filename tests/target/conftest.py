@@ -29,7 +29,7 @@ SCENARIOS = {path.stem: tomllib.loads(path.read_text())
              for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
 BERTH = ROOT / "build" / "berth"
-TIMEOUT_s = 1200  # of the host's time, for a machine that is busy with other things
+TIMEOUT_s = 3600  # of the host's time, for a machine that is busy with other things
 
 
 def berth(*arguments):
