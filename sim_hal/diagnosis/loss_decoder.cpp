@@ -20,11 +20,13 @@ struct history {
 };
 
 struct choice {
-    history after;
+    double cost;
     double way_m; /* by which the robot lacks the setpoint */
     std::uint8_t from;
     bool is_lost;
 };
+
+constexpr std::size_t rows_between_looks = 64; /* at the cost of the best one */
 
 /* How a history came about, in one byte. */
 static_assert(histories_max <= 128);
@@ -38,70 +40,78 @@ class decoder
         : sent_(sent), loss_(loss), error_(error), counts_(counts), penalty_(penalty),
           ends_(sent.size() - std::min(sent.size(), loss.first)), length_(loss.values.size()),
           due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_{{0.0, path, 0}},
-          start_(path), without_(path)
+          lost_paths_(histories_max, path), start_(path), without_(path)
     {
         ways_back_.resize(ends_ * histories_max);
     }
 
-    decoded_losses decode()
+    std::optional<decoded_losses> decode(double cost_max)
     {
+        const auto cheaper = [](const choice &a, const choice &b) { return a.cost < b.cost; };
         for (std::size_t n = 1; n < ends_; n++) {
             without_m_ = without_.take(sent_[n]);
             branch(n);
-            const std::size_t keep = std::min(steps_.size(), histories_max);
-            const auto cheaper = [](const choice &a, const choice &b) { return a.after.cost < b.after.cost; };
-            std::nth_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(keep - 1), steps_.end(),
-                             cheaper);
-            steps_.erase(steps_.begin() + static_cast<std::ptrdiff_t>(keep), steps_.end());
+            const std::size_t keep = std::min(choices_.size(), histories_max);
+            std::nth_element(choices_.begin(), choices_.begin() + static_cast<std::ptrdiff_t>(keep - 1),
+                             choices_.end(), cheaper);
+            choices_.resize(keep);
+            if (n % rows_between_looks == 0 &&
+                std::min_element(choices_.begin(), choices_.end(), cheaper)->cost > cost_max) {
+                return {};
+            }
             go_on(n);
         }
         return best();
     }
 
   private:
-    /* What the row that setpoint n is the last one to change costs either way. */
+    /* What the row that setpoint n is the last one to change costs either way; each history's own path takes it. */
     void branch(std::size_t n)
     {
-        steps_.clear();
+        choices_.clear();
         const std::size_t row = n + loss_.first;
         for (std::size_t i = 0; i < kept_.size(); i++) {
-            const history &before = kept_[i];
+            history &before = kept_[i];
             const double due = error_[row] + due_[i * length_];
-            const auto add = [&](history after, double at_m, bool is_lost) {
+            const auto add = [&](double at_m, bool is_lost) {
                 const double way_m = without_m_ - at_m;
                 const double rest = due - way_m * loss_.values[0];
-                after.cost += counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0);
-                after.run = is_lost ? before.run + 1 : 0;
-                steps_.push_back({std::move(after), way_m, static_cast<std::uint8_t>(i), is_lost});
+                const double cost = before.cost + (counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0));
+                choices_.push_back({cost, way_m, static_cast<std::uint8_t>(i), is_lost});
             };
-            history taken = before;
-            const double taken_m = taken.path.take(sent_[n]);
-            if (before.run < losses_in_a_row_max) {
-                history lost = before;
-                const double lost_m = lost.path.go_on();
+            const bool may_lose = before.run < losses_in_a_row_max;
+            if (may_lose) {
+                lost_paths_[i] = before.path;
+            }
+            const double taken_m = before.path.take(sent_[n]);
+            if (may_lose) {
+                const double lost_m = lost_paths_[i].go_on();
                 if (lost_m != taken_m) {
-                    add(std::move(lost), lost_m, true);
+                    add(lost_m, true);
                 }
             }
-            add(std::move(taken), taken_m, false);
+            add(taken_m, false);
         }
     }
 
     void go_on(std::size_t n)
     {
-        kept_.clear();
-        for (std::size_t i = 0; i < steps_.size(); i++) {
-            const choice &one = steps_[i];
+        kept_next_.clear();
+        for (std::size_t i = 0; i < choices_.size(); i++) {
+            const choice &one = choices_[i];
             const double *const old = &due_[one.from * length_];
             double *const made = &due_next_[i * length_];
             for (std::size_t k = 0; k + 1 < length_; k++) {
                 made[k] = old[k + 1] - one.way_m * loss_.values[k + 1];
             }
             made[length_ - 1] = 0.0;
-            kept_.push_back(std::move(steps_[i].after));
+            history &before = kept_[one.from];
+            kept_next_.push_back({one.cost, std::move(one.is_lost ? lost_paths_[one.from] : before.path),
+                                  one.is_lost ? before.run + 1 : 0});
             ways_back_[n * histories_max + i] = static_cast<std::uint8_t>(one.from | (one.is_lost ? lost_bit : 0));
         }
         due_.swap(due_next_);
+        kept_.swap(kept_next_);
     }
 
     decoded_losses best() const
@@ -139,19 +149,22 @@ class decoder
     std::vector<double> due_; /* of each history what its losses still do to the rows to come */
     std::vector<double> due_next_;
     std::vector<history> kept_;
+    std::vector<history> kept_next_;
+    std::vector<driven_path> lost_paths_; /* of each kept history, had it lost the setpoint */
     driven_path start_;
     driven_path without_; /* any loss */
     double without_m_ = 0.0;
-    std::vector<choice> steps_;
+    std::vector<choice> choices_;
     std::vector<std::uint8_t> ways_back_; /* of each history after each setpoint */
 };
 
 } // namespace
 
-decoded_losses decode_losses(const std::vector<double> &sent, const driven_path &path, const loss_trace &loss,
-                             const std::vector<double> &error, const std::vector<double> &counts, double penalty)
+std::optional<decoded_losses> decode_losses(const std::vector<double> &sent, const driven_path &path,
+                                            const loss_trace &loss, const std::vector<double> &error,
+                                            const std::vector<double> &counts, double penalty, double cost_max)
 {
-    return decoder(sent, path, loss, error, counts, penalty).decode();
+    return decoder(sent, path, loss, error, counts, penalty).decode(cost_max);
 }
 
 } // namespace berth

@@ -3,6 +3,7 @@
 #define SIM_HAL_DIAGNOSIS_LOSS_DECODER_H
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "driven_path.h"
@@ -21,9 +22,10 @@ struct decoded_losses {
  * tells losses apart whose traces ring into each other.
  * `error`: of a replay in which none was lost, of which the rows in `counts` are compared (1 or 0); `penalty`:
  * squares that a loss has to explain; `path`: what the robot makes of the setpoints at the first of them; `loss` is
- * of what comes after it. */
-decoded_losses decode_losses(const std::vector<double> &sent, const driven_path &path, const loss_trace &loss,
-                             const std::vector<double> &error, const std::vector<double> &counts, double penalty);
+ * of what comes after it. Nothing as soon as all that is kept costs more than `cost_max`: it can only grow. */
+std::optional<decoded_losses> decode_losses(const std::vector<double> &sent, const driven_path &path,
+                                            const loss_trace &loss, const std::vector<double> &error,
+                                            const std::vector<double> &counts, double penalty, double cost_max);
 
 } // namespace berth
 

@@ -1,7 +1,9 @@
 #include "loss_finder.h"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "events.h"
@@ -31,7 +33,7 @@ loss_finder::loss_finder(const block_model &model, const rig &rig, const loss_tr
 {
 }
 
-void loss_finder::settle(std::vector<std::uint8_t> guess)
+void loss_finder::settle(std::vector<std::uint8_t> guess, double left_max)
 {
     loss_settler settler(model_, loss_, error_, known_, std::move(guess));
     settler.settle(least(settler.lost));
@@ -44,11 +46,21 @@ void loss_finder::settle(std::vector<std::uint8_t> guess)
     const double sigma = sigma_of(settler.rest(), model_.uses());
     const double rows = std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
     if (square_ < promising * none_.square() && square_ > spiky * sigma * sigma * rows) {
-        decode();
+        decode(left_max);
     }
 }
 
-void loss_finder::decode(std::size_t ticks)
+void loss_finder::decode(double left_max)
+{
+    decode(error_.size(), left_max);
+}
+
+void loss_finder::decode_first(std::size_t ticks)
+{
+    decode(ticks, std::numeric_limits<double>::infinity());
+}
+
+void loss_finder::decode(std::size_t ticks, double left_max)
 {
     const auto first_of = [&](const std::vector<double> &all) {
         return std::vector<double>(all.begin(),
@@ -58,9 +70,15 @@ void loss_finder::decode(std::size_t ticks)
     const std::vector<double> error = first_of(none_.rest());
     const std::vector<double> counts = first_of(none_.counts());
     double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
+    double cost_max = left_max * none_.square();
     decoded_losses found;
     for (int pass = 0; pass < 3; pass++) {
-        found = decode_losses(sent, path_, loss_, error, counts, penalty);
+        std::optional<decoded_losses> decoded = decode_losses(sent, path_, loss_, error, counts, penalty, cost_max);
+        if (!decoded) {
+            return;
+        }
+        cost_max = std::numeric_limits<double>::infinity();
+        found = std::move(*decoded);
         const double sigma = sigma_of(found.rest, model_.uses());
         penalty = least(found.lost) * sigma * sigma;
     }

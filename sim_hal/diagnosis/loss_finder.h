@@ -21,10 +21,14 @@ class loss_finder
                 const std::vector<std::uint8_t> &known, std::size_t tries);
 
     /* Settles a guess, and decodes where that leaves much; needs a rig that follows its setpoints. */
-    void settle(std::vector<std::uint8_t> guess);
+    void settle(std::vector<std::uint8_t> guess, double left_max);
 
-    /* Decides the first ones, one after the other; takes what it finds if that is better. */
-    void decode(std::size_t ticks = static_cast<std::size_t>(-1));
+    /* Decides all, one after the other; takes what it finds if that is better, and not where any losses would leave
+     * more than `left_max` of the squares. */
+    void decode(double left_max);
+
+    /* Decides the first ones. */
+    void decode_first(std::size_t ticks);
 
     std::vector<std::uint8_t> lost;
     bool is_decoded = false;
@@ -45,6 +49,8 @@ class loss_finder
     double least(const std::vector<std::uint8_t> &rows) const;
 
   private:
+    void decode(std::size_t ticks, double left_max);
+
     const block_model &model_;
     driven_path path_;
     const loss_trace &loss_;

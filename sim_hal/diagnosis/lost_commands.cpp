@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "driven_path.h"
 #include "loss_finder.h"
@@ -62,14 +63,18 @@ std::vector<event_finding> decode_behind_what_switches(block_model &model, const
     known.resize(error.size(), 0);
     const std::vector<std::uint8_t> nothing(error.size(), 0);
     loss_finder finder(plain, rig, loss, error, nothing, 0);
-    finder.decode();
+    finder.decode(search.left_max);
+    search.was_decoded = true;
+    if (!finder.is_decoded) {
+        return {};
+    }
     if (count_of(known) > 0) {
         model.error(rig, error);
         if (finder.cost_of(error, known) <= finder.cost()) {
+            search.was_decoded = false;
             return {};
         }
     }
-    search.was_decoded = true;
     const std::size_t count = count_of(finder.lost);
     if (count < events_min || finder.lost == known || 4 * count > error.size() ||
         finder.share_left() > search.left_max) {
@@ -239,17 +244,18 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     std::vector<std::uint8_t> known = events.lost_command;
     known.resize(error.size(), 0);
     loss_finder finder(model, rig, loss, error, known, clear.rows.size());
+    const bool is_new = count_of(known) == 0;
+    const double left_max = are_clear || !is_new ? std::numeric_limits<double>::infinity() : search.left_max;
     if (search.decode_alone) {
-        finder.decode();
+        finder.decode(left_max);
     } else {
         std::vector<std::uint8_t> lost = known;
         for (std::size_t n = 0; n < lost.size() && are_clear; n++) {
             lost[n] = known[n] != 0 || clear.lost[n] != 0;
         }
-        finder.settle(std::move(lost));
+        finder.settle(std::move(lost), left_max);
     }
     search.was_decoded = finder.is_decoded;
-    const bool is_new = count_of(known) == 0;
     const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
     if (finder.lost == known || !(are_clear || !is_new || explain_most) ||
         (is_new && (4 * count_of(finder.lost) > error.size() ||

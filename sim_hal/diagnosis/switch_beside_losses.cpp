@@ -113,7 +113,7 @@ class size_finder
         const loss_trace loss = trace_of_loss(model, rig);
         const std::vector<std::uint8_t> nothing(error.size(), 0);
         loss_finder finder(model, rig, loss, error, nothing, 0);
-        finder.decode(end);
+        finder.decode_first(end);
         sized made{rig, finder.information(), finder.share_left(), finder.lost};
         made.lost.resize(input_.fit->size(), 0);
         return made;
