@@ -3,8 +3,8 @@
 #
 #   test.sh quick    C++ and Python tests
 #   test.sh full     the same, and again under address and undefined-behaviour sanitizers, and on arm64 under
-#                    qemu-user; effects hidden in records drawn from the date; a real-time kernel with real CAN and
-#                    GPIO drivers in QEMU, arm64 (amd64: make target); the committed codec is what the DBC gives; lint
+#                    qemu-user; effects hidden in records drawn from the date; real-time kernels with real CAN and
+#                    GPIO drivers in QEMU; the committed codec is what the DBC gives; lint
 # shellcheck disable=SC2030,SC2031 # what is counted beside, `together` counts in
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
@@ -78,15 +78,13 @@ py() {
     fi
 }
 
-# beside FUNCTION: its parts in the background, with what the others leave of the processors, in a process group of
-# their own, which ends with this script.
+# beside FUNCTION: its parts in the background, in a process group of their own, which ends with this script.
 beside() {
     is_beside=yes
     : >build/beside.counts
     set -m
     (
         passed=0 failed=0 skipped=0 failures=()
-        renice -n 10 "$BASHPID" >/dev/null
         "$1" >build/beside.txt 2>&1 </dev/null
         printf '%s\n' "$passed $failed $skipped" "${failures[@]}" >build/beside.counts
     ) &
@@ -111,7 +109,7 @@ together() {
 
 on_kernels() {
     step "build for the guests" make target-programs
-    py "tests on a real-time kernel in QEMU, arm64 (amd64: make target)" tests/target -k "not amd64"
+    py "tests on real-time kernels in QEMU" tests/target
 }
 
 step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
