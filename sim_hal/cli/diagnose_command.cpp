@@ -297,9 +297,11 @@ void write_files(const std::string &folder, const diagnosis &found, const nlohma
     write("given.toml", print_rig(found.given));
     write("extended.toml", print_rig(found.extended));
     write("series.csv", series_csv(found));
-    const bool is_proposed = found.next && found.next->proposed;
-    if (is_proposed) {
+    std::vector<std::string> stale = {"report.html", "report.png"}; /* of an earlier diagnosis */
+    if (found.next && found.next->proposed) {
         write(next_experiment_file, profile_csv(found.given, *found.next->proposed));
+    } else {
+        stale.emplace_back(next_experiment_file);
     }
     for (atomic_file &file : files) {
         file.close();
@@ -307,10 +309,8 @@ void write_files(const std::string &folder, const diagnosis &found, const nlohma
     for (atomic_file &file : files) {
         file.finish();
     }
-    for (const char *const stale : {"report.html", "report.png", next_experiment_file}) {
-        if (stale != next_experiment_file || !is_proposed) {
-            std::filesystem::remove(folder + "/" + stale, error); /* an earlier diagnosis left it */
-        }
+    for (const std::string &name : stale) {
+        std::filesystem::remove(folder + "/" + name, error);
     }
 }
 

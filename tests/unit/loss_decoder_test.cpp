@@ -62,7 +62,8 @@ lossy made_record(seeded::engine &random, const rig &rig, const loss_trace &loss
 
 decoded_losses decoded(const rig &rig, const loss_trace &loss, const lossy &record, double penalty)
 {
-    return decode_losses(record.sent, driven_path(rig, record.data), loss, record.error, record.counts, penalty);
+    return *decode_losses(record.sent, driven_path(rig, record.data), loss, record.error, record.counts, penalty,
+                          unlimited);
 }
 
 double rms_of(const std::vector<double> &values)
@@ -130,5 +131,21 @@ TEST_CASE("loss decoder: noise alone is no loss, and rows that do not count deci
     lossy unseen = made_record(random, rig, loss, 0.1, 0.2);
     std::fill(unseen.counts.begin(), unseen.counts.end(), 0.0);
     CHECK(count_of(decoded(rig, loss, unseen, 1.0).lost) == 0);
-    CHECK(decode_losses({}, driven_path(rig, quiet.data), loss, {}, {}, 1.0).lost.empty());
+    CHECK(decode_losses({}, driven_path(rig, quiet.data), loss, {}, {}, 1.0, unlimited)->lost.empty());
+}
+
+TEST_CASE("loss decoder: it gives up where any losses would cost more than they may, and only there")
+{
+    SEEDED(random, "loss decoder: it gives up*");
+    const loss_trace loss = ringing();
+    const rig rig = load_rig("ess", {});
+    const lossy record = made_record(random, rig, loss, 0.1, 0.2);
+    const std::vector<double> rest = decoded(rig, loss, record, 0.0).rest;
+    const double least = std::pow(rms_of(rest), 2) * static_cast<double>(rest.size());
+    const auto is_decoded_within = [&](double cost_max) {
+        const driven_path path(rig, record.data);
+        return decode_losses(record.sent, path, loss, record.error, record.counts, 0.0, cost_max).has_value();
+    };
+    CHECK(is_decoded_within(least));
+    CHECK_FALSE(is_decoded_within(0.9 * least));
 }
