@@ -158,6 +158,9 @@ void check(rig &rig, const std::string &origin, const key_places &places, const 
     if (auto error = complete_and_check(rig)) {
         const auto found = places.find(place_of(*error));
         error->message += context;
+        if (!rig.is_rate_given && error->message.find("period") != std::string::npos) {
+            error->message += "; no loop.rate_Hz is given, 400 is the default";
+        }
         fail(found == places.end() ? origin + " (default value)" : found->second, *error);
     }
 }

@@ -111,8 +111,9 @@ void print_rest(const block_diagnosis &block, const record &data)
                 std::string(place.state).c_str(), 100.0 * place.share);
     constexpr double worth_a_word = 0.001; /* of the explainable error */
     if (block.left > worth_a_word) {
-        std::printf("                 by its class it is %s, %.2g %% of the explainable error\n",
-                    error_class_names[static_cast<int>(block.left_class)].data(), 100.0 * block.left);
+        const double percent = 100.0 * block.left;
+        std::printf("                 by its class it is %s, %.*f %% of the explainable error\n",
+                    error_class_names[static_cast<int>(block.left_class)].data(), percent < 10.0 ? 1 : 0, percent);
     }
 }
 

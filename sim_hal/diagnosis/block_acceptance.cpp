@@ -150,6 +150,7 @@ void block_search::compare_anew(std::vector<candidate> &candidates)
         one.fitted.rows = rows_under(metric_);
         one.bic = bic_of(one.fitted.cost, one.fitted.rows, one.fitted.parameters.size());
     }
+    drop_diverged(candidates);
     std::sort(candidates.begin(), candidates.end(),
               [](const candidate &a, const candidate &b) { return a.bic < b.bic; });
 }

@@ -43,6 +43,31 @@ bool is_lattice(const std::vector<double> &x, double step)
     return static_cast<double>(whole) > share * static_cast<double>(x.size());
 }
 
+/* As a triangle does: its way from row to row is no step of the writing. */
+bool goes_at_one_rate(const std::vector<double> &x)
+{
+    constexpr double share = 0.95;
+    constexpr double same = 1e-3;
+    constexpr double few =
+        0.05; /* begins and ends of rests, of the rows that move; of coarse steps there are many */
+    std::vector<double> changes;
+    std::size_t turns = 0;
+    bool was_moving = false;
+    for (std::size_t n = 1; n < x.size(); n++) {
+        const double change = std::abs(x[n] - x[n - 1]);
+        turns += (change > 0.0) != was_moving;
+        was_moving = change > 0.0;
+        if (was_moving) {
+            changes.push_back(change);
+        }
+    }
+    const double usual = median_of(changes);
+    const auto alike = std::count_if(changes.begin(), changes.end(),
+                                     [&](double change) { return std::abs(change - usual) < same * usual; });
+    const auto count = static_cast<double>(changes.size());
+    return static_cast<double>(alike) > share * count && static_cast<double>(turns) < few * count;
+}
+
 } // namespace
 
 double command_step_m(const record &data, const rig &rig)
@@ -51,7 +76,7 @@ double command_step_m(const record &data, const rig &rig)
     const std::vector<double> &x = data.command_position_m;
     const double step_m = x.empty() ? 0.0 : lattice_step(x);
     const bool is_coarse = step_m > no_coarser * setpoint_step_m(rig.firmware);
-    return is_coarse && is_lattice(x, step_m) && moves_smoothly(x) ? step_m : 0.0;
+    return is_coarse && is_lattice(x, step_m) && moves_smoothly(x) && !goes_at_one_rate(x) ? step_m : 0.0;
 }
 
 double rms_of_command_steps(block block, const record &data, const rig &rig, const sample_events &events)

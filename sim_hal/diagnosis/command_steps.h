@@ -8,7 +8,7 @@ namespace berth
 {
 
 /* The step in which the command's column moves, in m; 0 where it is no coarser than the wire's, or where the command
- * jumps from level to level, which may be exact. */
+ * jumps from level to level or goes at one rate, which may be exact. */
 double command_step_m(const record &data, const rig &rig);
 
 /* rms, in the block's unit, of what such steps leave open of its output: found by replaying the command with other

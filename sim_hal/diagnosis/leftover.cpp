@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <Eigen/Dense>
+#include <functional>
 
 namespace berth
 {
@@ -122,12 +123,14 @@ prediction predict_across(const block_parts &parts)
     return best;
 }
 
-/* Those of the shape alone: few, they predict what they explain well beside many that explain nothing. */
-block_parts of_shape(const block_parts &parts, const std::vector<feature> &features)
+using choice = std::function<bool(const feature &)>;
+
+/* The equations of some of the features alone. */
+block_parts of_those(const block_parts &parts, const std::vector<feature> &features, const choice &is_chosen)
 {
     std::vector<Eigen::Index> chosen;
     for (std::size_t i = 0; i < features.size(); i++) {
-        if (features[i].is_of_shape) {
+        if (is_chosen(features[i])) {
             chosen.push_back(static_cast<Eigen::Index>(i));
         }
     }
@@ -138,36 +141,44 @@ block_parts of_shape(const block_parts &parts, const std::vector<feature> &featu
     return made;
 }
 
+/* The class that predicts most by itself and a constant, which goes with each: where features resemble each other,
+ * their shares in a sum say little. */
+error_class strongest_class(const block_parts &parts, const std::vector<feature> &features)
+{
+    constexpr double clearly = 1.01; /* a constant alone is even */
+    constexpr error_class even_first[] = {error_class::even, error_class::linear, error_class::odd,
+                                          error_class::drift, error_class::hysteresis};
+    error_class strongest = error_class::even;
+    double most = 0.0;
+    for (const error_class of : even_first) {
+        const auto is_of_class = [&](const feature &one) { return one.kind == of || one.is_constant; };
+        const double explained = predict_across(of_those(parts, features, is_of_class)).explained;
+        if (explained > clearly * most) {
+            most = explained;
+            strongest = of;
+        }
+    }
+    return strongest;
+}
+
 } // namespace
 
 leftover find_leftover(const block_model &model, const noise_model &noise, const std::vector<feature> &features,
                        const std::vector<double> &error)
 {
-    const auto count = static_cast<Eigen::Index>(features.size());
     const std::vector<row_use> &uses = model.uses();
     const block_parts parts = equations_of(features, error, whitening(noise, uses));
     const normal_equations all = sum_of(parts);
     const prediction best = predict_across(parts);
     leftover result;
-    result.explained = std::max(best.explained, predict_across(of_shape(parts, features)).explained);
+    /* Few, they predict what they explain well beside many that explain nothing. */
+    const auto is_of_shape = [](const feature &one) { return one.is_of_shape; };
+    result.explained = std::max(best.explained, predict_across(of_those(parts, features, is_of_shape)).explained);
     result.rows = all.rows / noise.rows_per_fact;
     result.share_of_rms = result.explained / std::max(1e-300, all.square);
 
     const Eigen::VectorXd c = solve(all.g, all.b, best.ridge);
-    double strongest = -1.0;
-    for (int kind = 0; kind < static_cast<int>(error_class::count); kind++) {
-        Eigen::VectorXd part = Eigen::VectorXd::Zero(count);
-        for (Eigen::Index i = 0; i < count; i++) {
-            if (features[static_cast<std::size_t>(i)].kind == static_cast<error_class>(kind)) {
-                part(i) = c(i);
-            }
-        }
-        const double size_of_part = part.dot(all.g * part);
-        if (size_of_part > strongest) {
-            strongest = size_of_part;
-            result.strongest = static_cast<error_class>(kind);
-        }
-    }
+    result.strongest = strongest_class(parts, features);
     result.unexplained = error;
     for (std::size_t i = 0; i < features.size(); i++) {
         const double share = c(static_cast<Eigen::Index>(i));

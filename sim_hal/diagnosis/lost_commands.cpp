@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "driven_path.h"
 #include "loss_finder.h"
@@ -13,6 +14,14 @@ namespace berth
 
 namespace
 {
+
+/* Of the setpoints that would be seen: where more are missing, what stands still has another reason. */
+constexpr double share_lost_max = 0.25;
+
+bool are_too_many(const event_finding &found)
+{
+    return found.values[0] > share_lost_max;
+}
 
 /* Chance does not care how far a setpoint leads: where nearly only the smallest steps are missing, it is a
  * threshold. */
@@ -80,14 +89,19 @@ std::vector<event_finding> decode_behind_what_switches(block_model &model, const
         finder.share_left() > search.left_max) {
         return {};
     }
-    events.lost_command = std::move(finder.lost);
+    const std::vector<std::uint8_t> before = std::exchange(events.lost_command, std::move(finder.lost));
     if (search.polish) {
         block_model with_them(model.which(), record, rig, events, held_out_parts::none);
         with_them.use(model.uses());
         polish_losses(with_them, rig, loss, finder.least(events.lost_command), events);
     }
-    return {
-        finding_of(rig, record, events.lost_command, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square))};
+    const event_finding found =
+        finding_of(rig, record, events.lost_command, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square));
+    if (are_too_many(found)) {
+        events.lost_command = before;
+        return {};
+    }
+    return {found};
 }
 
 /* Losses that stand out of the error one by one. */
@@ -262,8 +276,12 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
                     are_the_smallest(model.data().command_position_m, finder.lost)))) {
         return {};
     }
+    const event_finding found = finding_among(clear.rows, model.data().command_position_m, finder.lost);
+    if (are_too_many(found)) {
+        return {};
+    }
     events.lost_command = std::move(finder.lost);
-    return {finding_among(clear.rows, model.data().command_position_m, events.lost_command)};
+    return {found};
 }
 
 } // namespace berth

@@ -97,6 +97,7 @@ class feature_maker
             add(error_class::linear, [&](std::size_t n) { return v[n]; });
         }
         add(error_class::even, [](std::size_t) { return 1.0; });
+        features.back().is_constant = true;
         add(error_class::even, [&](std::size_t n) { return x[n] * x[n]; });
         add(error_class::even, [&](std::size_t n) { return v[n] * v[n]; });
         add(error_class::even, [&](std::size_t n) { return std::abs(v[n]); });
@@ -127,7 +128,7 @@ class feature_maker
     {
         for (int order = 0; order < 5; order++) {
             scale_to_one(y);
-            features.push_back({error_class::linear, y, true});
+            features.push_back({error_class::linear, y, false, true});
             y = change(y);
         }
     }

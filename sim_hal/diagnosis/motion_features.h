@@ -19,6 +19,7 @@ constexpr std::string_view error_class_names[] = {"linear in the motion", "odd i
 struct feature {
     error_class kind;
     std::vector<double> values;
+    bool is_constant = false;
     bool is_of_shape = false; /* simulated output and its changes: a lag that is taken for a delay leaves these */
 };
 

@@ -89,11 +89,13 @@ void find_segments(record &made, const row_marks &marks, double period_s)
         }
     }
     if (gaps > 0) {
-        made.notes.push_back(std::to_string(gaps) + " gaps in time: the parts between them are replayed one by one");
+        made.notes.push_back(std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") +
+                             " in time: each part is replayed by itself");
     }
     if (!missing.empty()) {
         made.notes.push_back("rows are missing in " + std::to_string(missing.size()) +
-                             " places, a few in each: the commands in between are interpolated, and nothing is "
+                             (missing.size() == 1 ? " place" : " places") +
+                             ", a few in each: the commands in between are interpolated, and nothing is "
                              "compared there");
     }
     if (largest_jitter > 0.01 * period_s) {

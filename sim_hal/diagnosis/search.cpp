@@ -319,6 +319,13 @@ void sort_by_bic(std::vector<candidate> &candidates)
 
 } // namespace
 
+void drop_diverged(std::vector<candidate> &candidates)
+{
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                    [](const candidate &one) { return !std::isfinite(one.bic); }),
+                     candidates.end());
+}
+
 std::vector<candidate> search_effects(block_model &model, const noise_model &noise, const fit_result &incumbent,
                                       const rig &given, const std::vector<const effect *> &found,
                                       const search_options &options)
@@ -358,9 +365,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         candidates.push_back(std::move(made));
         tried += same == 0;
     }
+    drop_diverged(candidates);
     sort_by_bic(candidates);
     if (options.decider != nullptr) {
         decide_anew(model, noise, candidates, options);
+        drop_diverged(candidates);
         sort_by_bic(candidates);
     }
     /* Of two fits of one effect the better stays. */

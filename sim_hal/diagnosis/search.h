@@ -19,6 +19,9 @@ struct candidate {
     double white_cost = 0.0; /* under the noise that all candidates are compared with */
 };
 
+/* Those whose replay leaves all bounds are none. */
+void drop_diverged(std::vector<candidate> &candidates);
+
 struct search_options {
     std::vector<std::string> without; /* effects that are not to be tried */
     bool robot_in_force = false;      /* what its own noise may hide of the robot, too */

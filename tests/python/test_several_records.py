@@ -83,7 +83,7 @@ def test_records_with_other_signals_do_not_go_together(tmp_path):
 
 
 def test_gaps_do_not_hide_a_cause(tmp_path):
-    """Two holes, one of them a second long: the parts between them are replayed one by one."""
+    """Two holes, one of them a second long: each part is replayed by itself."""
     columns = robot(10000, 8)
     kept = np.r_[0:3000, 3400:7000, 7020:10000]
     found, series = diagnose(tmp_path / "out", write(tmp_path / "gaps.csv", [values[kept] for values in columns]))
