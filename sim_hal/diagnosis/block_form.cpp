@@ -5,6 +5,7 @@
 
 #include "../solver/decompositions.h"
 #include "block_search.h"
+#include "delay_stretches.h"
 #include "response.h"
 
 namespace berth
@@ -124,6 +125,23 @@ bool block_search::acts_otherwise(const remains &left, form of)
     constexpr double of_replay = 1e-5;
     return left.improved_by[static_cast<std::size_t>(of)] >
            std::max(of == form::at_once ? bearable_steps : bearable, of_replay * explainable());
+}
+
+/* A clock that slips is one way to be late by another time now and then; what its slips leave of such times is
+ * little, or another reason has them. */
+bool block_search::is_late_in_stretches(const remains &left)
+{
+    constexpr double much = 0.05; /* of what the causes explain */
+    const bool is_by_clock =
+        std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; });
+    if (!left.has_causes || !is_by_clock || model_.which() != block::robot) {
+        return false;
+    }
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    const delay_stretches found = find_delay_stretches(model_, noise_, error);
+    return found.are_clear() && found.beyond_noise() > much * (cost_of(model_, noise_, base_.rig) -
+                                                               cost_of(model_, noise_, incumbent_.rig));
 }
 
 } // namespace berth

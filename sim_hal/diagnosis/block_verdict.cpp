@@ -4,7 +4,6 @@
 #include "acceptance.h"
 #include "block_search.h"
 #include "clock_slips.h"
-#include "delay_stretches.h"
 #include "floor.h"
 #include "moments.h"
 #include "spectrum_lines.h"
@@ -292,23 +291,6 @@ bool block_search::leaves_much(const remains &left)
     const double cost = cost_of(model_, noise_, incumbent_.rig);
     return left.has_causes && has_floor_ && exceeds_uncertainty(cost) &&
            cost - rows > much * (cost_of(model_, noise_, base_.rig) - rows);
-}
-
-/* A clock that slips is one way to be late by another time now and then; what its slips leave of such times is
- * little, or another reason has them. */
-bool block_search::is_late_in_stretches(const remains &left)
-{
-    constexpr double much = 0.05; /* of what the causes explain */
-    const bool is_by_clock =
-        std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; });
-    if (!left.has_causes || !is_by_clock || model_.which() != block::robot) {
-        return false;
-    }
-    std::vector<double> error;
-    model_.error(incumbent_.rig, error);
-    const delay_stretches found = find_delay_stretches(model_, noise_, error);
-    return found.are_clear() && found.beyond_noise() > much * (cost_of(model_, noise_, base_.rig) -
-                                                               cost_of(model_, noise_, incumbent_.rig));
 }
 
 bool block_search::is_within_instants()

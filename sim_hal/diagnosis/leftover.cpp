@@ -123,10 +123,10 @@ prediction predict_across(const block_parts &parts)
     return best;
 }
 
-using choice = std::function<bool(const feature &)>;
+using feature_choice = std::function<bool(const feature &)>;
 
 /* The equations of some of the features alone. */
-block_parts of_those(const block_parts &parts, const std::vector<feature> &features, const choice &is_chosen)
+block_parts of_those(const block_parts &parts, const std::vector<feature> &features, const feature_choice &is_chosen)
 {
     std::vector<Eigen::Index> chosen;
     for (std::size_t i = 0; i < features.size(); i++) {

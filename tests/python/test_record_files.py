@@ -72,6 +72,13 @@ def test_a_row_with_a_cell_too_many(tmp_path):
     refused(tmp_path, record, "--rig", "ess", contains=[f"{record}:51: ", "more cells than the 3", "comma"])
 
 
+def test_a_rate_that_is_not_given_is_told_where_the_default_decides(tmp_path):
+    rig = tmp_path / "fast.toml"
+    rig.write_text("[robot]\ndead_time_ms = 2.0\n")
+    record = write(tmp_path / "record.csv", HEADER, motion())
+    refused(tmp_path, record, "--rig", rig, contains=[f"{rig}:2: ", "one period (2.5", "no loop.rate_Hz is given, 400"])
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
 def test_letters_of_more_than_a_byte(tmp_path, encoding):
     """As some spreadsheets save what they call Unicode text."""

@@ -46,6 +46,17 @@ def test_speed_limit_of_a_real_servo(tmp_path):
     assert residual["after"] < 0.12 * residual["before"]
 
 
+def test_what_diverges_is_no_candidate_for_a_real_servo(tmp_path):
+    """A drift of the dead time that its fit had left with a replay without numbers; the report could not be drawn."""
+    (record,) = measured("hobby_servo/paired_real_sim.csv.gz")
+    rig = tmp_path / "servo.toml"
+    rig.write_text(SERVO.replace("real_angle_halfturn", "authors_mujoco_sim_angle_halfturn").replace(
+        "[sensor]\ndelay_ms = 20.0\n", ""))
+    found = diagnose(tmp_path, record, "--rig", rig)
+    tried = [one for block in found["blocks"] for one in block["ranking"]]
+    assert len(tried) > 5 and all(np.isfinite([one["delta_bic"], one["share_explained"]]).all() for one in tried)
+
+
 def test_each_limit_of_a_real_servo_is_found_where_other_rollouts_prove_it(tmp_path):
     """Every other rollout, and those between as another record, as PROVENANCE.md of these data has it: the speed limit,
     the dead time of 20 to 45 ms and a lag, on unseen rollouts nearer to the truth than its authors' own simulation."""
