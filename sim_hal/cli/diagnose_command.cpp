@@ -310,7 +310,7 @@ void write_files(const std::string &folder, const diagnosis &found, const nlohma
         file.finish();
     }
     for (const std::string &name : stale) {
-        std::filesystem::remove(folder + "/" + name, error);
+        std::filesystem::remove(std::filesystem::path(folder) / name, error);
     }
 }
 
