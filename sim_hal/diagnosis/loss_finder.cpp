@@ -1,7 +1,6 @@
 #include "loss_finder.h"
 
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -57,7 +56,7 @@ void loss_finder::decode(double left_max)
 
 void loss_finder::decode_first(std::size_t ticks)
 {
-    decode(ticks, std::numeric_limits<double>::infinity());
+    decode(ticks, unlimited);
 }
 
 void loss_finder::decode(std::size_t ticks, double left_max)
@@ -77,7 +76,7 @@ void loss_finder::decode(std::size_t ticks, double left_max)
         if (!decoded) {
             return;
         }
-        cost_max = std::numeric_limits<double>::infinity();
+        cost_max = unlimited;
         found = std::move(*decoded);
         const double sigma = sigma_of(found.rest, model_.uses());
         penalty = least(found.lost) * sigma * sigma;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "driven_path.h"
@@ -259,7 +258,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     known.resize(error.size(), 0);
     loss_finder finder(model, rig, loss, error, known, clear.rows.size());
     const bool is_new = count_of(known) == 0;
-    const double left_max = are_clear || !is_new ? std::numeric_limits<double>::infinity() : search.left_max;
+    const double left_max = are_clear || !is_new ? unlimited : search.left_max;
     if (search.decode_alone) {
         finder.decode(left_max);
     } else {
