@@ -19,6 +19,18 @@ namespace berth
 namespace
 {
 
+void tell(const diagnosis_request &request, const std::string &what)
+{
+    if (request.progress) {
+        request.progress(what);
+    }
+}
+
+std::string looking_at(block which)
+{
+    return "looking at the " + std::string(block_names[static_cast<int>(which)]);
+}
+
 verdict overall(const std::vector<block_diagnosis> &blocks)
 {
     const auto any = [&](verdict wanted) {
@@ -165,6 +177,9 @@ class blocks_in_turn
             input.floor = repetition_floor(result_.data, *records_.repetition, which);
         }
         input.options = request_.options;
+        input.options.tell = [this, which](const effect &tried) {
+            tell(request_, looking_at(which) + ": " + std::string(tried.name));
+        };
         return input;
     }
 
@@ -246,12 +261,7 @@ std::string_view unit_of(std::string_view key)
 
 diagnosis diagnose(const diagnosis_request &request)
 {
-    const auto tell = [&](const std::string &what) {
-        if (request.progress) {
-            request.progress(what);
-        }
-    };
-    tell("reading");
+    tell(request, "reading");
     records_of_request records = read_records(request);
     diagnosis result;
     result.data = std::move(records.fit);
@@ -268,7 +278,7 @@ diagnosis diagnose(const diagnosis_request &request)
     blocks_in_turn blocks(request, records, result);
     for (const block which : {block::manipulator, block::robot, block::force}) {
         if (can_judge(result.data, records.given, which)) {
-            tell("looking at the " + std::string(block_names[static_cast<int>(which)]));
+            tell(request, looking_at(which));
             blocks.look_at(which);
         }
     }
@@ -278,8 +288,8 @@ diagnosis diagnose(const diagnosis_request &request)
     const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, result.data);
     result.notes.insert(result.notes.end(), uneven.begin(), uneven.end());
     result.verdict = overall(result.blocks);
-    tell(result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
-                                                       : "looking for the next experiment");
+    tell(request, result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
+                                                                : "looking for the next experiment");
     propose_next(result, blocks.events(), request, records.validation.has_value());
     result.extended = with_delay_of_age(result.extended, records.given);
     result.given = records.given;

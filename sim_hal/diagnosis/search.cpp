@@ -120,6 +120,13 @@ std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &e
     return rigs;
 }
 
+void tell(const search_options &options, const effect &effect)
+{
+    if (options.tell) {
+        options.tell(effect);
+    }
+}
+
 /* In the force, whatever switches in the robot makes the error jump with its size. */
 bool is_rough_here(const effect &effect, const search_options &options)
 {
@@ -208,6 +215,7 @@ std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
 fit_result fit_effect(block_model &model, const noise_model &noise, const effect &effect, const fit_result &found,
                       const fit_result &incumbent, const search_options &options)
 {
+    tell(options, effect);
     return is_rough_here(effect, options) ? fit_rough(model, noise, effect, found.rig, incumbent, options)
                                           : fit(model, noise, found.rig, found.parameters, options.replays_max);
 }
@@ -237,6 +245,7 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     beginning first(model, noise, incumbent, slopes, here);
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
+        tell(options, *effect);
         const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
         for (const rig &rig : regressed) {
             const Eigen::VectorXd change = white_error(model, noise, rig) - here;
@@ -349,6 +358,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         const auto parameters = start.is_regressed
                                     ? parameters_about(start.rig, incumbent, found, *start.effect)
                                     : joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
+        tell(options, *start.effect);
         candidate made;
         made.effect = start.effect;
         made.fitted =

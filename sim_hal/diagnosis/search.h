@@ -28,6 +28,7 @@ struct search_options {
     /* Found last, and decides what follows: beside it only what moves nothing is tried, as all else could be a finer
      * way of it. */
     const effect *decider = nullptr;
+    std::function<void(const effect &)> tell; /* is told which one is tried next; may be empty */
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */

@@ -348,7 +348,8 @@ def test_whoever_waits_at_a_terminal_sees_what_is_done(tmp_path):
     words = [BERTH, "diagnose", record, "--rig", "ess", "--out", tmp_path / "out"]
     done = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=theirs, timeout=60, check=True)
     shown = os.read(ours, 10000).decode()
-    for what in ("reading", "looking at the robot", "looking for what it would have shown"):
+    for what in ("reading", "looking at the robot", "looking at the robot: robot.lag",
+                 "looking for what it would have shown"):
         assert f"\r\033[K{what}\r" in shown
     assert shown.endswith("\r\033[K") and b"looking" not in done.stdout
     assert command(*words[1:]).stderr == b""
