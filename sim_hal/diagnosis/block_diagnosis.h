@@ -54,6 +54,10 @@ struct part_rms {
     double floor = 0.0;
 };
 
+/* A doubt that another experiment than the others' settles. */
+inline constexpr std::string_view friction_may_fall =
+    "friction that falls with speed acts as dry friction and less damping do";
+
 struct block_diagnosis {
     berth::block block;
     berth::verdict verdict = verdict::nothing_detectable;

@@ -116,6 +116,7 @@ const block_search::doubt block_search::doubts[] = {
     {"a good part of the explainable error is left", &block_search::leaves_much},
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
+    {friction_may_fall, &block_search::may_fall_with_speed},
     {"what is named acts otherwise early than late", &block_search::changes_over_time},
     {"what is named acts otherwise from one moment on", &block_search::changes_at_once},
     {"what is named acts otherwise far out than in the middle of the way", &block_search::changes_over_way},

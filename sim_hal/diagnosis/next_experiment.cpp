@@ -233,6 +233,12 @@ next_experiment look_closer(const block_diagnosis &found)
     next_experiment made;
     made.rig = found.fitted.rig;
     made.why = "no effect of the library comes near what is left";
+    if (std::find(found.doubts.begin(), found.doubts.end(), friction_may_fall) != found.doubts.end()) {
+        made.why = "what is left does not tell the two kinds of friction apart";
+        made.calibration = "to and fro at several constant speeds: what is left of the force without the spring's "
+                           "is the friction there";
+        return made;
+    }
     made.calibration =
         found.left < follows && !found.floor_is_measured
             ? "rest, as --standstill, or the same command once more, as --repeat: what is left may be noise"
