@@ -107,8 +107,12 @@ void print_rest(const block_diagnosis &block, const record &data)
     if (place.band) {
         std::printf(", most of it from %.3g to %.3g Hz", place.band->low_Hz, place.band->high_Hz);
     }
-    std::printf("\n                 the quarter of the rows %s has %.0f %% of its square\n",
-                std::string(place.state).c_str(), 100.0 * place.share);
+    std::printf("\n");
+    constexpr double more_than_its_share = 0.3; /* a quarter has a quarter of noise */
+    if (place.share > more_than_its_share) {
+        std::printf("                 the quarter of the rows %s has %.0f %% of its square\n",
+                    std::string(place.state).c_str(), 100.0 * place.share);
+    }
     constexpr double worth_a_word = 0.001; /* of the explainable error */
     if (block.left > worth_a_word) {
         const double percent = 100.0 * block.left;

@@ -6,6 +6,8 @@
 
 #include "../effects/active.h"
 #include "../solver/object_steps.h"
+#include "robot_start.h"
+#include "sensor_ringing.h"
 
 namespace berth
 {
@@ -13,8 +15,7 @@ namespace berth
 namespace
 {
 
-/* Until what was before the record has died away: the sensor's spring swings for a tenth of a second, the rest is
- * margin. */
+/* Until what was before the record has died away, but for the sensor's ringing. */
 constexpr double settle_s = 0.4;
 
 /* The manipulator integrates its errors: parts start anew. Without a spring nothing brings it back, and what moves
@@ -124,6 +125,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
         std::max<std::size_t>(20, static_cast<std::size_t>(window_with_spring_s / record.period_s));
     window_length_ = integrates ? rows_without_spring : rows_with_spring;
     play_m_ = std::max(value_of_effect(base, "robot.backlash_m"), 2.0 * value_of_effect(base, "robot.deadband_m"));
+    rows_to_settle_ = rows_to_settle(base);
     divide(held_out, window_length_);
     starts_ = starts_of_windows(record, windows_);
     if (block == block::manipulator && !record.command_position_m.empty()) {
@@ -181,26 +183,6 @@ void block_model::hold_out(const std::array<std::size_t, 2> &tenths)
     starts_ = starts_of_windows(record_, windows_);
 }
 
-/* The robot stands where it was told to: nothing of the past is still on its way. */
-bool block_model::starts_at_rest(const record_segment &segment) const
-{
-    if (block_ != block::robot) {
-        return false;
-    }
-    if (segment.stands_m) {
-        return true;
-    }
-    const std::vector<double> &x = record_.command_position_m;
-    const auto [least, largest] = std::minmax_element(x.begin(), x.end());
-    const double range_m = *largest - *least;
-    const double off_m = record_.robot_position_m[segment.begin] - x[segment.begin];
-    const std::size_t soon =
-        std::min(segment.end - 1,
-                 segment.begin + std::max<std::size_t>(2, static_cast<std::size_t>(0.01 / record_.period_s)));
-    const double way_m = x[soon] - x[segment.begin];
-    return std::abs(off_m) < 0.02 * range_m && std::abs(way_m) < 0.002 * range_m;
-}
-
 /* Where in its play or dead band the robot began is known as well as it was seen, and a stiff contact shows when it
  * starts to move. Rows; 0 where that takes long. */
 std::size_t block_model::until_play_is_crossed(const record_segment &segment) const
@@ -237,28 +219,44 @@ void block_model::add_windows(const record_segment &segment, std::size_t length)
     }
 }
 
-void block_model::divide(held_out_parts held_out, std::size_t length)
+/* By segment: rows that tell what was before it. A manipulator's windows start from their own states. */
+std::vector<std::size_t> block_model::rows_to_settle(const rig &base) const
 {
-    uses_.assign(record_.size(), row_use::none);
-    windows_.clear();
+    std::vector<std::size_t> rows(record_.segments.size(), 0);
     std::size_t longest = 0;
     for (const record_segment &segment : record_.segments) {
         longest = std::max(longest, segment.end - segment.begin);
     }
     /* Of segments that are shorter nothing counts. */
     const auto settle = std::min(static_cast<std::size_t>(settle_s / record_.period_s), longest / 4);
+    if (block_ == block::robot) {
+        const robot_at_rest rest(record_, 1e-3 * base.robot.dead_time_ms);
+        for (std::size_t i = 0; i < rows.size(); i++) {
+            rows[i] = rest.begins(record_.segments[i]) ? 0 : settle;
+        }
+    } else if (block_ == block::force) {
+        const sensor_ringing ringing(base, record_);
+        for (std::size_t i = 0; i < rows.size(); i++) {
+            const double dies_away = ringing.dies_away_s(record_.segments[i]) / record_.period_s;
+            const double most = 0.75 * static_cast<double>(longest);
+            rows[i] = std::max(settle, static_cast<std::size_t>(std::min(dies_away, most))) +
+                      until_play_is_crossed(record_.segments[i]);
+        }
+    }
+    return rows;
+}
+
+void block_model::divide(held_out_parts held_out, std::size_t length)
+{
+    uses_.assign(record_.size(), row_use::none);
+    windows_.clear();
     for (std::size_t i = 0; i < record_.segments.size(); i++) {
         const record_segment &segment = record_.segments[i];
-        const bool starts_anew = block_ == block::manipulator;
-        const std::size_t skip =
-            starts_anew || starts_at_rest(segment)
-                ? 0
-                : std::min(settle + until_play_is_crossed(segment), segment.end - segment.begin);
-        for (std::size_t n = segment.begin + skip; n < segment.end; n++) {
+        for (std::size_t n = segment.begin + rows_to_settle_[i]; n < segment.end; n++) {
             const bool is_held = is_held_out(part_of(n, i), held_out, tenths_);
             uses_[n] = is_held ? row_use::held_out : row_use::fit;
         }
-        if (starts_anew) {
+        if (block_ == block::manipulator) {
             add_windows(segment, length);
         }
     }

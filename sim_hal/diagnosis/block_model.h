@@ -79,7 +79,7 @@ class block_model
   private:
     std::size_t part_of(std::size_t row, std::size_t segment) const;
     std::size_t until_play_is_crossed(const record_segment &segment) const;
-    bool starts_at_rest(const record_segment &segment) const;
+    std::vector<std::size_t> rows_to_settle(const rig &base) const;
     void divide(held_out_parts held_out, std::size_t length);
     void add_windows(const record_segment &segment, std::size_t length);
     void replay_motion(const rig &rig);
@@ -98,6 +98,7 @@ class block_model
     block block_;
     const record &record_;
     const sample_events &events_;
+    std::vector<std::size_t> rows_to_settle_; /* by segment */
     std::vector<row_use> uses_;
     std::array<std::size_t, 2> tenths_{3, 7}; /* held out, of two_tenths */
     double play_m_ = 0.0;                     /* of the robot, or the width of its dead band */

@@ -142,7 +142,9 @@ class blocks_in_turn
         } else if (which == block::manipulator) {
             found = better_of_held_and_moving(
                 std::move(found), result_.data, records_.validation,
-                [&] { return diagnose_block(which, input, result_.extended, events_, {}); }, result_.notes);
+                {[&] { return diagnose_block(which, input, result_.extended, events_, {}); },
+                 [&](const block_diagnosis &known) { return cost_refitted(known); }},
+                result_.notes);
         }
         tell_earlier(found);
         result_.extended = found.extended;
@@ -181,6 +183,13 @@ class blocks_in_turn
             tell(request_, looking_at(which) + ": " + std::string(tried.name));
         };
         return input;
+    }
+
+    double cost_refitted(const block_diagnosis &known) const
+    {
+        block_model model(known.block, result_.data, result_.given, events_.fit,
+                          records_.validation ? held_out_parts::none : held_out_parts::two_tenths);
+        return fit(model, known.floor, known.fitted.rig, known.fitted.parameters, request_.options.replays_max).cost;
     }
 
     /* Reports and force are two witnesses of one motion. */

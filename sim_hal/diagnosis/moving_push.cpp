@@ -56,6 +56,20 @@ double change_from_row_to_row(const std::vector<double> &force_N)
     return std::sqrt(steps / std::max(square - sum * sum / rows, 1e-300));
 }
 
+/* A push that is held is late by half a row, and what it moves with it: so far, rms, without the noise. */
+double half_a_row_m(const record &data, double noise_m)
+{
+    double square = 0.0;
+    double steps = 0.0;
+    for (const record_segment &part : data.segments) {
+        for (std::size_t n = part.begin + 1; n < part.end; n++) {
+            square += std::pow(data.command_position_m[n] - data.command_position_m[n - 1], 2);
+            steps += 1.0;
+        }
+    }
+    return 0.5 * std::sqrt(std::max(0.0, square / std::max(steps, 1.0) - 2.0 * noise_m * noise_m));
+}
+
 std::size_t parameters_of(const block_diagnosis &found)
 {
     std::size_t count = 0;
@@ -111,25 +125,33 @@ void let_push_move(record &record)
 } // namespace
 
 block_diagnosis better_of_held_and_moving(block_diagnosis held, record &data, std::optional<record> &validation,
-                                          const std::function<block_diagnosis()> &again,
-                                          std::vector<std::string> &notes)
+                                          const manipulator_work &again, std::vector<std::string> &notes)
 {
     constexpr double much = 0.08; /* a drive logged at 1 kHz has 0.04, at 100 Hz 0.33 */
     const double change = change_from_row_to_row(data.operator_force_N);
-    if (data.operator_force_N.empty() || !(change > much)) {
+    const bool may_show = is_open(held) && half_a_row_m(data, held.floor.rms) > held.floor.rms;
+    if (data.operator_force_N.empty() || !(change > much || may_show)) {
         return held;
     }
-    let_push_move(data);
-    if (validation) {
-        let_push_move(*validation);
-    }
-    block_diagnosis moving = again();
-    const bool moves = explains_more(moving, held);
-    if (!moves) {
+    const auto hold = [&] {
         data.push_within_rows_N.clear();
         if (validation) {
             validation->push_within_rows_N.clear();
         }
+    };
+    const double held_cost = change > much ? 0.0 : again.refit(held);
+    let_push_move(data);
+    if (!(change > much) && !(again.refit(held) < held_cost - bic_undecided)) {
+        hold();
+        return held;
+    }
+    if (validation) {
+        let_push_move(*validation);
+    }
+    block_diagnosis moving = again.diagnose();
+    const bool moves = explains_more(moving, held);
+    if (!moves) {
+        hold();
     }
     const std::string told = formatted(
         "operator_force_N changes by %.2g of its standard deviation from row to row, and counts as ", change);

@@ -12,12 +12,18 @@
 namespace berth
 {
 
-/* `held`: what was found with the push held. Where the push changes enough from row to row for it to matter, `again`
- * diagnoses with one that moves; the better of both is returned, and the records are left as it has them. A line in
- * `notes` says which it is, or that it stays open. */
+/* With the records as they are. */
+struct manipulator_work {
+    std::function<block_diagnosis()> diagnose;
+    std::function<double(const block_diagnosis &found)> refit; /* white sum of squares that what was found leaves */
+};
+
+/* `held`: what was found with the push held. Where the push changes enough from row to row for it to matter, or the
+ * refit of what stays open shows that it does, the diagnosis is made again with one that moves; the better of both
+ * is returned, and the records are left as it has them. A line in `notes` says which it is, or that it stays open.
+ */
 block_diagnosis better_of_held_and_moving(block_diagnosis held, record &data, std::optional<record> &validation,
-                                          const std::function<block_diagnosis()> &again,
-                                          std::vector<std::string> &notes);
+                                          const manipulator_work &again, std::vector<std::string> &notes);
 
 } // namespace berth
 

@@ -122,6 +122,18 @@ std::string that_is_still(const record &made, const signal_member &signal)
     return std::string(signal.name) + " is " + shortly((made.*signal.member).front()) + " in every row; ";
 }
 
+/* Two signals of one column would explain each other. */
+void refuse_twice(const rig &rig, const record_table &table, const std::string &path, const signal_source &source)
+{
+    for (const signal_member &other : signal_members) {
+        if (other.name != source.signal && source_of(rig, other.name).column == source.column) {
+            throw input_error(line_of(path, table.header_line) + "[signals] reads " + source.signal + " and " +
+                              std::string(other.name) + " from one column, " + source.column +
+                              ": name the column of each");
+        }
+    }
+}
+
 } // namespace
 
 signal_source source_of(const rig &rig, std::string_view signal)
@@ -154,6 +166,7 @@ void take_columns(record &made, const record_table &table, const rig &rig)
             }
             continue;
         }
+        refuse_twice(rig, table, made.path, source);
         refuse_absurd(column->values, table, made.path, source.column, signal.name == "t_s");
         std::vector<double> &values = made.*signal.member;
         values = column->values;

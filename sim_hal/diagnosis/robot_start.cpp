@@ -4,6 +4,10 @@
 #include <cmath>
 #include <numeric>
 
+#include <Eigen/Core>
+
+#include "noise.h"
+
 namespace berth
 {
 
@@ -34,7 +38,55 @@ double mean_of(const std::vector<double> &values)
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+struct spread {
+    double mean_m;
+    double rms_m; /* about it */
+};
+
+spread spread_of(const std::vector<double> &all_m, std::size_t begin, std::size_t rows)
+{
+    const Eigen::Map<const Eigen::ArrayXd> some_m(all_m.data() + begin, static_cast<Eigen::Index>(rows));
+    const double mean_m = some_m.mean();
+    return {mean_m, std::sqrt((some_m - mean_m).square().mean())};
+}
+
 } // namespace
+
+robot_at_rest::robot_at_rest(const record &record, double on_the_way_s)
+    : record_(record), on_the_way_s_(on_the_way_s)
+{
+    const std::vector<double> &robot_m = record.robot_position_m;
+    const auto [least, largest] =
+        std::minmax_element(record.command_position_m.begin(), record.command_position_m.end());
+    range_m_ = *largest - *least;
+    const std::vector<row_use> all(robot_m.size(), row_use::fit);
+    standing_m_ = std::max(noise_of_differences(robot_m, all).rms, lattice_step(robot_m) / std::sqrt(12.0));
+}
+
+bool robot_at_rest::begins(const record_segment &part) const
+{
+    constexpr double soon_s = 0.01;
+    if (part.stands_m) {
+        return true;
+    }
+    const std::vector<double> &told_m = record_.command_position_m;
+    const auto rows_of = [&](double time_s) {
+        const auto rows = static_cast<std::size_t>(std::ceil(time_s / record_.period_s));
+        return std::min(std::max<std::size_t>(2, rows), part.end - part.begin - 1);
+    };
+    const double off_m = record_.robot_position_m[part.begin] - told_m[part.begin];
+    const double way_m = told_m[part.begin + rows_of(soon_s)] - told_m[part.begin];
+    if (!(std::abs(off_m) < 0.02 * range_m_ && std::abs(way_m) < 0.002 * range_m_)) {
+        return false;
+    }
+    const double on_the_way_s = std::max(soon_s, on_the_way_s_);
+    const spread robot = spread_of(record_.robot_position_m, part.begin, rows_of(on_the_way_s) + 1);
+    const spread told = spread_of(told_m, part.begin, rows_of(2.0 * on_the_way_s) + 1);
+    /* At a turning point it may seem to stand, beside its setpoint. */
+    constexpr double hardly_more = 2.0;
+    const bool is_there = std::abs(robot.mean_m - told_m[part.begin]) <= hardly_more * standing_m_;
+    return robot.rms_m <= hardly_more * standing_m_ && (is_there || told.rms_m <= hardly_more * standing_m_);
+}
 
 void find_starts_elsewhere(record &made)
 {

@@ -49,7 +49,9 @@ moments_of_block moments_of(const std::vector<double> &output, const std::vector
     return made;
 }
 
-/* Variance of the error by a unit of the square of velocity and size each, where that is beyond doubt; else 0. */
+/* Variance of the error by a unit of the square of velocity and size each, where that is beyond doubt; else 0. What
+ * is more than all of the error has another cause take away from it, as velocity and a constant do that never part.
+ */
 struct growth {
     double with_velocity = 0.0; /* s^2 */
     double with_size = 0.0;
@@ -75,7 +77,8 @@ growth growth_of(const moments_of_block &moments)
     const double variance = (moments.error - causes * shares).squaredNorm() / freedom;
     const double mean = moments.error.mean();
     const auto is_clear = [&](Eigen::Index i) {
-        return shares[i] > sure * std::sqrt(variance * inverse(i, i)) && shares[i] > much * mean;
+        return shares[i] <= mean && shares[i] > sure * std::sqrt(variance * inverse(i, i)) &&
+               shares[i] > much * mean;
     };
     found.with_velocity = is_clear(1) ? shares[1] / scale[1] : 0.0;
     found.with_size = is_clear(2) ? shares[2] / scale[2] : 0.0;

@@ -121,3 +121,23 @@ def test_a_force_between_the_rows_is_the_one_that_explains_more(tmp_path, moves,
         assert found["causes"][0]["parameters"][0]["value"] == pytest.approx(cubic_N_per_m3, rel=0.005)
     else:
         assert found["verdict"] == "nothing_detectable"
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_slow_force_shows_between_the_rows_where_the_noise_is_small(tmp_path, moves):
+    """At 1 kHz it hardly changes from row to row; held, it is late by ten times the noise."""
+    fine, rate_Hz, noise_m = 16, 1000.0, 1e-6
+    t_s = np.arange(12000 * fine) / rate_Hz / fine
+    force_N = sum(8.0 * np.sin(2 * np.pi * tone_Hz * t_s + i) for i, tone_Hz in enumerate((1.1, 2.9, 5.3, 7.7)))
+    if not moves:
+        force_N = np.repeat(force_N[::fine], fine)
+    position_m = oscillator(force_N, not moves, 0.0, 1.0 / rate_Hz / fine)[::fine]
+    position_m += noise_m * np.random.default_rng(5).standard_normal(12000)
+    record = write(tmp_path / "slow.csv", t_s=t_s[::fine], operator_force_N=force_N[::fine],
+                   command_position_m=position_m)
+    rig = tmp_path / "fast.toml"
+    rig.write_text(FAST_RIG.replace("400", "1000"))
+    found = diagnosed(tmp_path, record, "--rig", rig)
+    assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]
+    assert any("counts as moving on between them" in note for note in found["notes"]) == moves
+    assert found["residual"]["command_position_m"]["fit"]["after"] == pytest.approx(noise_m, rel=0.1)

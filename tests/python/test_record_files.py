@@ -166,6 +166,13 @@ def test_a_column_that_may_be_meant_is_told(tmp_path):
     assert any("force_limit_N is meant" in note for note in found["notes"])
 
 
+def test_two_signals_are_not_of_one_column(tmp_path):
+    record = write(tmp_path / "record.csv", HEADER, motion())
+    (tmp_path / "rig.toml").write_text('[signals]\nforce_N = { column = "robot_position_m", scale = 1e3 }\n')
+    refused(tmp_path, record, "--rig", tmp_path / "rig.toml",
+            contains=[f"{record}:1: ", "robot_position_m and force_N from one column, robot_position_m"])
+
+
 def test_labels_of_parts_are_whole(tmp_path):
     record = write(tmp_path / "parts.csv", [*HEADER, "part"], [*motion(), np.linspace(1.0, 2.0, 4000)])
     (tmp_path / "rig.toml").write_text('[signals]\nsegment = "part"\n')

@@ -82,6 +82,16 @@ def test_records_with_other_signals_do_not_go_together(tmp_path):
     assert "same signals" in done.stderr.decode() and not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_parts_that_begin_in_motion_are_no_fault(tmp_path, seed):
+    """Half a second each: some begin near a turning point, where setpoint and robot hardly move."""
+    columns = *robot(16000, seed, gap=0.0), np.arange(16000) // 200
+    found, series = diagnose(tmp_path / "out", write(tmp_path / "parts.csv", columns, HEADER + ",segment"))
+    assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]
+    assert found["residual"]["robot_position_m"]["fit"]["after"] == pytest.approx(NOISE_m, rel=0.05)
+    assert np.count_nonzero(series["robot_use"]) > 8000  # what is used is more than half
+
+
 def test_gaps_do_not_hide_a_cause(tmp_path):
     """Two holes, one of them a second long: each part is replayed by itself."""
     columns = robot(10000, 8)

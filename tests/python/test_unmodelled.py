@@ -115,6 +115,13 @@ def test_a_command_with_too_few_digits_hides_no_cause(tmp_path, faultless, step_
     assert any("command_position_m is written in steps of" in note for note in told["notes"]), told["notes"]
 
 
+def test_what_rings_as_a_part_begins_in_motion_is_no_fault(tmp_path, faultless):
+    """A replay begins at rest: the object is hit at the robot's velocity, and swings on the sensor's spring."""
+    parts = faultless | {"segment": np.arange(len(faultless["t_s"])) // 400}
+    told = diagnosed(tmp_path, write(tmp_path / "parts.csv", **parts), "--rig", "ess")
+    assert told["verdict"] == "nothing_detectable" and told["causes"] == []
+
+
 def test_a_command_with_all_its_digits_is_not_told_as_coarse(tmp_path, faultless):
     told = diagnosed(tmp_path, write(tmp_path / "fine.csv", **faultless), "--rig", "ess")
     assert told["verdict"] == "nothing_detectable"
