@@ -148,25 +148,21 @@ bool block_search::is_late_in_stretches(const remains &left)
  * the first instants of a movement are the same for both. */
 bool block_search::may_fall_with_speed(const remains &)
 {
-    constexpr double beyond = 2.0; /* standard deviations of what is expected: the tolerance */
+    constexpr double near_bound = 1e-3; /* of the tolerance */
     const std::string name = model_.which() == block::manipulator ? "manipulator" : "object";
     const auto is_found = [&](const char *what) {
         return std::any_of(found_.begin(), found_.end(),
                            [&](const effect *one) { return one->name == name + what; });
     };
-    if (!is_found(".parameters") || !(is_found(".coulomb_friction") || is_found(".asymmetric_friction"))) {
+    if (!is_found(".coulomb_friction") && !is_found(".asymmetric_friction")) {
         return false;
     }
-    const std::string damping = name + ".damping_N_s_per_m";
-    double least = value_of(given_, damping);
-    for (const free_parameter &known : base_parameters(model_.which(), given_)) {
-        least -= known.key->path == damping ? beyond * known.expected_sd : 0.0;
-    }
-    double most = value_of(incumbent_.rig, damping);
-    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
-        most += incumbent_.parameters[i].key->path == damping ? incumbent_.ci95[i] : 0.0;
-    }
-    return most < least;
+    const auto parameters = base_parameters(model_.which(), given_);
+    return std::any_of(parameters.begin(), parameters.end(), [&](const free_parameter &known) {
+        const double span = known.high - known.low;
+        return known.key->path == name + ".damping_N_s_per_m" && span > 0.0 &&
+               value_of(incumbent_.rig, known.key->path) < known.low + near_bound * span;
+    });
 }
 
 } // namespace berth

@@ -233,7 +233,7 @@ class block_search
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     bool is_late_in_stretches(const remains &left);
-    /* Less damping than its tolerance allows is named beside dry friction. */
+    /* Beside dry friction, damping is at the lower end of its tolerance, or below. */
     bool may_fall_with_speed(const remains &left);
     /* A cause acts otherwise than it is modelled, see forms. */
     bool changes_over_time(const remains &left) { return acts_otherwise(left, form::over_time); }
