@@ -229,7 +229,7 @@ def test_a_neighbour_of_what_the_library_lacks_is_told_as_a_part(seed, effect, s
 
 
 @pytest.mark.parametrize("seed, causes", [(751047, ["object.coulomb_friction", "object.parameters"]),
-                                          (751147, ["object.coulomb_friction"])])
+                                          slow(751147, ["object.coulomb_friction"])])
 def test_friction_that_falls_with_speed_is_told_as_a_part(seed, causes, tmp_path):
     """It fits down to the noise as dry friction beside less damping: half of it, or as little as the rig allows."""
     _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", "outside.object_stribeck")
