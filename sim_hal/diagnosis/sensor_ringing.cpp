@@ -21,8 +21,11 @@ sensor_ringing::sensor_ringing(const rig &rig, const record &record)
 
 double sensor_ringing::dies_away_s(const record_segment &part) const
 {
+    constexpr double never_changes_N = 1e-200; /* a force without noise and steps: nothing says what is heard */
     const double swing_N = swing_N_s_per_m_ * fastest_m_per_s(part);
-    return swing_N > heard_N_ ? std::log(swing_N / heard_N_) / std::max(decay_per_s_, 1e-3) : 0.0;
+    return heard_N_ > never_changes_N && swing_N > heard_N_
+               ? std::log(swing_N / heard_N_) / std::max(decay_per_s_, 1e-3)
+               : 0.0;
 }
 
 /* As long as the robot still does what it was told before: it stands in the replay, and then sets out at that. */
