@@ -16,11 +16,11 @@ from pathlib import Path
 AT_ONCE = 8
 
 
-def batches(sources):
+def batches(sources, at_once=AT_ONCE):
     """(name, sources) of each batch."""
     for folder, of_folder in groupby(sorted(sources), key=lambda source: Path(source).parent):
         files = list(of_folder)
-        count = ceil(len(files) / AT_ONCE)
+        count = ceil(len(files) / at_once)
         for i in range(count):
             yield f"{folder}/batch{i + 1}.cpp", files[len(files) * i // count:len(files) * (i + 1) // count]
 

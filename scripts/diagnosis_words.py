@@ -15,6 +15,7 @@ VERDICTS = {"nothing_detectable": ("Nothing detectable", GOOD), "named": ("Named
             "software_mismatch": ("Software mismatch", BAD)}
 FLOOR_TOO_HIGH = 1.5
 WORTH_A_WORD = 0.001  # of the explainable error
+MORE_THAN_ITS_SHARE = 0.3  # a quarter of the rows has a quarter of noise
 UNDECIDED_BIC = 10.0  # nearer than this two causes cannot be told apart
 WITH_REST = ("unknown", "partly_explained")
 PREFIXES = {"m": (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)),
@@ -125,7 +126,7 @@ def left_sentence(block):
             f"{size(fit['floor'], block.unit)}")
     if left["band_Hz"]:
         text += ", most of it from {:.3g} to {:.3g} Hz".format(*left["band_Hz"])
-    if left["where"]:
+    if left["where"] and left["where"]["share"] > MORE_THAN_ITS_SHARE:
         text += (f"; the quarter of the rows {left['where']['rows']} holds {percent(left['where']['share'])} of the "
                  "squared error")
     if left["share"] > WORTH_A_WORD:

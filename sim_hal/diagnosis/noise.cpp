@@ -356,4 +356,10 @@ double lattice_step(const std::vector<double> &values)
     return step < std::numeric_limits<double>::infinity() && odd * 100 <= values.size() ? step : 0.0;
 }
 
+double rms_of_noise_and_rounding(const std::vector<double> &signal)
+{
+    const std::vector<row_use> all(signal.size(), row_use::fit);
+    return std::max(noise_of_differences(signal, all).rms, lattice_step(signal) / std::sqrt(12.0));
+}
+
 } // namespace berth

@@ -38,12 +38,12 @@ double mean_of(const std::vector<double> &values)
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-struct spread {
+struct stand {
     double mean_m;
     double rms_m; /* about it */
 };
 
-spread spread_of(const std::vector<double> &all_m, std::size_t begin, std::size_t rows)
+stand stand_of(const std::vector<double> &all_m, std::size_t begin, std::size_t rows)
 {
     const Eigen::Map<const Eigen::ArrayXd> some_m(all_m.data() + begin, static_cast<Eigen::Index>(rows));
     const double mean_m = some_m.mean();
@@ -55,12 +55,10 @@ spread spread_of(const std::vector<double> &all_m, std::size_t begin, std::size_
 robot_at_rest::robot_at_rest(const record &record, double on_the_way_s)
     : record_(record), on_the_way_s_(on_the_way_s)
 {
-    const std::vector<double> &robot_m = record.robot_position_m;
     const auto [least, largest] =
         std::minmax_element(record.command_position_m.begin(), record.command_position_m.end());
     range_m_ = *largest - *least;
-    const std::vector<row_use> all(robot_m.size(), row_use::fit);
-    standing_m_ = std::max(noise_of_differences(robot_m, all).rms, lattice_step(robot_m) / std::sqrt(12.0));
+    standing_m_ = rms_of_noise_and_rounding(record.robot_position_m);
 }
 
 bool robot_at_rest::begins(const record_segment &part) const
@@ -80,8 +78,8 @@ bool robot_at_rest::begins(const record_segment &part) const
         return false;
     }
     const double on_the_way_s = std::max(soon_s, on_the_way_s_);
-    const spread robot = spread_of(record_.robot_position_m, part.begin, rows_of(on_the_way_s) + 1);
-    const spread told = spread_of(told_m, part.begin, rows_of(2.0 * on_the_way_s) + 1);
+    const stand robot = stand_of(record_.robot_position_m, part.begin, rows_of(on_the_way_s) + 1);
+    const stand told = stand_of(told_m, part.begin, rows_of(2.0 * on_the_way_s) + 1);
     /* At a turning point it may seem to stand, beside its setpoint. */
     constexpr double hardly_more = 2.0;
     const bool is_there = std::abs(robot.mean_m - told_m[part.begin]) <= hardly_more * standing_m_;

@@ -14,9 +14,7 @@ sensor_ringing::sensor_ringing(const rig &rig, const record &record)
       swing_N_s_per_m_(std::sqrt(rig.sensor.stiffness_N_per_m * rig.object.mass_kg))
 {
     constexpr double heard = 0.1; /* of the noise */
-    const std::vector<row_use> all(record.force_N.size(), row_use::fit);
-    heard_N_ = heard * std::max(noise_of_differences(record.force_N, all).rms,
-                                lattice_step(record.force_N) / std::sqrt(12.0));
+    heard_N_ = heard * rms_of_noise_and_rounding(record.force_N);
 }
 
 double sensor_ringing::dies_away_s(const record_segment &part) const
