@@ -220,7 +220,7 @@ void block_model::add_windows(const record_segment &segment, std::size_t length)
 }
 
 /* By segment: rows that tell what was before it. A manipulator's windows start from their own states. */
-std::vector<std::size_t> block_model::rows_to_settle(const rig &base) const
+std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
 {
     std::vector<std::size_t> rows(record_.segments.size(), 0);
     std::size_t longest = 0;
@@ -239,6 +239,7 @@ std::vector<std::size_t> block_model::rows_to_settle(const rig &base) const
         for (std::size_t i = 0; i < rows.size(); i++) {
             const double dies_away = ringing.dies_away_s(record_.segments[i]) / record_.period_s;
             const double most = 0.75 * static_cast<double>(longest);
+            rings_on_ = rings_on_ || dies_away > most;
             rows[i] = std::max(settle, static_cast<std::size_t>(std::min(dies_away, most))) +
                       until_play_is_crossed(record_.segments[i]);
         }

@@ -70,6 +70,8 @@ class block_model
     void forget_motion() { motion_keys_.clear(); }
     const record &data() const { return record_; }
     block which() const { return block_; }
+    /* Some part begins in motion and is too short to leave out of it what the sensor's spring rings. */
+    bool rings_on() const { return rings_on_; }
     const robot_motion &motion() const { return motion_; } /* of the last replay; block::robot, block::force */
 
     /* Replaces a further force in the block by what it does to the output, row by row: the position of the
@@ -79,7 +81,7 @@ class block_model
   private:
     std::size_t part_of(std::size_t row, std::size_t segment) const;
     std::size_t until_play_is_crossed(const record_segment &segment) const;
-    std::vector<std::size_t> rows_to_settle(const rig &base) const;
+    std::vector<std::size_t> rows_to_settle(const rig &base);
     void divide(held_out_parts held_out, std::size_t length);
     void add_windows(const record_segment &segment, std::size_t length);
     void replay_motion(const rig &rig);
@@ -99,6 +101,7 @@ class block_model
     const record &record_;
     const sample_events &events_;
     std::vector<std::size_t> rows_to_settle_; /* by segment */
+    bool rings_on_ = false;
     std::vector<row_use> uses_;
     std::array<std::size_t, 2> tenths_{3, 7}; /* held out, of two_tenths */
     double play_m_ = 0.0;                     /* of the robot, or the width of its dead band */

@@ -233,6 +233,8 @@ class block_search
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     bool is_late_in_stretches(const remains &left);
+    /* What is named may be what was before the parts of the record. */
+    bool rings_on(const remains &) { return !found_.empty() && model_.rings_on(); }
     /* Beside dry friction, damping is at the lower end of its tolerance, or below. */
     bool may_fall_with_speed(const remains &left);
     /* A cause acts otherwise than it is modelled, see forms. */

@@ -116,6 +116,8 @@ const block_search::doubt block_search::doubts[] = {
     {"a good part of the explainable error is left", &block_search::leaves_much},
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
+    {"parts begin in motion and end before the sensor has ceased to ring: longer ones would tell",
+     &block_search::rings_on},
     {friction_may_fall, &block_search::may_fall_with_speed},
     {"what is named acts otherwise early than late", &block_search::changes_over_time},
     {"what is named acts otherwise from one moment on", &block_search::changes_at_once},
