@@ -120,8 +120,13 @@ double seen_before_it_moves_m(const record &record, const record_segment &part, 
                                    record.robot_position_m.begin() + static_cast<std::ptrdiff_t>(part.begin) +
                                        (end - goal_m.begin()));
     };
-    /* Wherever in the gap it begins, then where it was seen; short of the gap's ends, which noise moves. */
-    const std::vector<double> seen_m = rows_near(mean_of(rows_near(goal_m[0], 0.1 * gap_m)), 0.9 * gap_m);
+    /* Wherever in the gap it begins, then where it was seen; short of the gap's ends, which noise moves, and at
+     * which it may stand. */
+    std::vector<double> seen_m = rows_near(goal_m[0], 0.1 * gap_m);
+    const double first_m = mean_of(seen_m);
+    if (std::abs(goal_m[0] - first_m) < 0.9 * gap_m) {
+        seen_m = rows_near(first_m, 0.9 * gap_m);
+    }
     const double mean_m = mean_of(seen_m);
     double square_m2 = 0.0;
     for (const double position_m : seen_m) {

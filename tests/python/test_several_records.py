@@ -92,6 +92,25 @@ def test_parts_that_begin_in_motion_are_no_fault(tmp_path, seed):
     assert np.count_nonzero(series["robot_use"]) > 8000  # what is used is more than half
 
 
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_parts_that_begin_at_the_edge_of_the_play(tmp_path, seed):
+    """The robot stands where it was brought to. Where a part begins is seen by all rows until it moves, not by one."""
+    rng = np.random.default_rng(seed)
+    rows, move, stand = 400, np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 200)) ** 2, np.ones(200)
+    goals_m = np.cumsum(rng.choice([-1.0, 1.0], 21) * rng.uniform(2e-3, 8e-3, 21))
+    command_m = np.concatenate([before + (after - before) * np.r_[move, stand]
+                                for before, after in zip(goals_m[:-1], goals_m[1:])])
+    late_m = np.concatenate((np.full(DELAY_TICKS, command_m[0]), command_m[:-DELAY_TICKS]))
+    robot_m = play(late_m, BACKLASH_m) + 5e-6 * rng.standard_normal(len(command_m))
+    kept = np.arange(3 * rows // 4, len(command_m) - rows // 4)  # parts of three moves, from the middle of a stand on
+    columns = PERIOD_s * kept, command_m[kept], robot_m[kept], np.arange(len(kept)) // (3 * rows)
+    found, series = diagnose(tmp_path / "out", write(tmp_path / "parts.csv", columns, HEADER + ",segment"))
+    value_m, low_m, high_m = backlash(found)
+    assert value_m == pytest.approx(BACKLASH_m, rel=0.002) and high_m - low_m < 0.005 * BACKLASH_m
+    used_m = series["robot_error_after_m"][series["robot_use"] > 0]
+    assert np.sqrt(np.mean(used_m ** 2)) == pytest.approx(5e-6, rel=0.03)
+
+
 def test_gaps_do_not_hide_a_cause(tmp_path):
     """Two holes, one of them a second long: each part is replayed by itself."""
     columns = robot(10000, 8)
