@@ -307,7 +307,7 @@ $(call object,$(TICK_PATH)): COMMON += $(ACROSS_FILES)
 
 $(call object,$(CLI) $(filter-out sim_hal/hil/% sim_hal/plant/%,$(SIM)) $(CPP_TESTS)): COMMON += $(HOST_ONLY)
 
-# A diagnosis replays a record some thousand times. Who has a target diagnoses on a PC, and links in half of the time.
+# A diagnosis replays a record some thousand times. For a target it is built as the rest: one diagnoses on a PC.
 $(call object,$(filter sim_hal/diagnosis/% sim_hal/effects/% sim_hal/solver/%_steps.cpp,$(SIM))): COMMON += $(if $(SANITIZE)$(CROSS_COMPILE),,-O3 $(ACROSS_FILES))
 
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
