@@ -37,7 +37,8 @@ def digest(path):
 def tool():
     """What decides besides what is read."""
     version = subprocess.run(["clang-tidy", "--version"], capture_output=True, text=True, check=True).stdout
-    return version + digest(".clang-tidy") + digest(__file__)
+    settings = sorted([*Path().glob(".clang-tidy"), *Path().glob("*/.clang-tidy")])
+    return version + "".join(digest(path) for path in [*settings, __file__])
 
 
 def place_if_clean(source, text, flags):
