@@ -39,7 +39,7 @@ void block_search::run(block_diagnosis &result)
     is_rest_ = is_rest_of_switching() || is_rounding;
     const int rounds_max = 2 * input_.effects_max; /* what stood in for another one makes room for a further one */
     for (int round = 0; round < rounds_max && static_cast<int>(found_.size()) < input_.effects_max && !is_rounding &&
-                        !is_within_command_steps();
+                        !is_within_command_steps() && !stands_within_its_step();
          round++) {
         if (!find_next(result) && !add_pair(result) && !bring_in_two(result) && !find_while_held(result)) {
             break;
@@ -47,6 +47,7 @@ void block_search::run(block_diagnosis &result)
     }
     divide_stand_in(result);
     look_at_slips();
+    is_rest_ = is_rest_ || stands_within_its_step();
     conclude(result);
 }
 
@@ -167,6 +168,26 @@ bool block_search::is_within_rounding()
     constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
     return is_within_command_steps() || (model_.rounding_rms() > dominates * noise_.rms &&
                                          incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows));
+}
+
+bool block_search::stands_within_its_step()
+{
+    constexpr double long_rows = 4.0;
+    constexpr double beyond = 0.7; /* of the step: half of it, and noise of less than a tenth */
+    constexpr double few = 0.01;
+    const double step = model_.rounding_rms() * std::sqrt(12.0);
+    if (rows_of_a_reading(model_.measured(), model_.uses()) < long_rows) {
+        return false;
+    }
+    const std::vector<double> error = error_left();
+    std::size_t rows = 0;
+    std::size_t rows_beyond = 0;
+    for (std::size_t n = 0; n < error.size(); n++) {
+        const bool is_in_use = model_.uses()[n] == row_use::fit;
+        rows += is_in_use;
+        rows_beyond += is_in_use && std::abs(error[n]) > beyond * step;
+    }
+    return static_cast<double>(rows_beyond) <= few * static_cast<double>(rows);
 }
 
 bool block_search::is_within_command_steps()

@@ -356,6 +356,23 @@ double lattice_step(const std::vector<double> &values)
     return step < std::numeric_limits<double>::infinity() && odd * 100 <= values.size() ? step : 0.0;
 }
 
+double rows_of_a_reading(const std::vector<double> &values, const std::vector<row_use> &uses)
+{
+    double squares = 0.0; /* of the lengths */
+    double rows = 0.0;
+    double length = 0.0;
+    for (std::size_t n = 0; n <= values.size(); n++) {
+        const bool goes_on = n > 0 && n < values.size() && uses[n] == row_use::fit && values[n] == values[n - 1];
+        if (!goes_on) {
+            squares += length * length;
+            rows += length;
+            length = 0.0;
+        }
+        length += n < values.size() && uses[n] == row_use::fit;
+    }
+    return squares / std::max(1.0, rows);
+}
+
 double rms_of_noise_and_rounding(const std::vector<double> &signal)
 {
     const std::vector<row_use> all(signal.size(), row_use::fit);

@@ -81,6 +81,9 @@ double sum_of_squares(const std::vector<double> &values);
 /* The step that all values are whole numbers of; 0: there is none. */
 double lattice_step(const std::vector<double> &values);
 
+/* How many rows in use show the same reading without a break, on average of these rows. */
+double rows_of_a_reading(const std::vector<double> &values, const std::vector<row_use> &uses);
+
 /* How far noise and rounding move a signal, rms: by its third differences, and no less than its steps do. */
 double rms_of_noise_and_rounding(const std::vector<double> &signal);
 

@@ -305,6 +305,12 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
     if (leaves_something(robot) && robot.fit_rms.after > well_above * robot.fit_rms.floor) {
         tell_in_part(force, why);
     }
+    /* So little of the reports may stand in for what the force shows more clearly, and nothing explains there. */
+    constexpr double hardly_less = 0.9;
+    if (leaves_something(force) && force.fit_rms.after > well_above * force.fit_rms.floor &&
+        other_causes(robot) > 0 && robot.fit_rms.after > hardly_less * robot.fit_rms.retuned) {
+        tell_in_part(robot, "its cause hardly shows in the reports, and the force behind it is not explained");
+    }
     /* What is late in the robot the force cannot tell from what is late in the sensor. */
     if (names_any_of(robot, {"robot.dead_time", "robot.lag", "robot.resonance"}) &&
         names_any_of(force, {"sensor.delay", "sensor.lag"}) &&

@@ -51,6 +51,7 @@ def test_momentum_comes_of_nothing_only_by_rounding_and_order(found):
         assert drift["linear_N_s"] < 1e-6 * drift["moved_N_s"]
 
 
+@pytest.mark.slow
 def test_stiff_joints_need_the_implicit_integrator(tmp_path):
     """A hundred thousand times as stiff: the others blow up at the loop's step."""
     arm = command("arm", "ess").stdout.decode()
@@ -104,6 +105,7 @@ def in_substeps(folder, count):
     return file
 
 
+@pytest.mark.slow
 def test_a_step_too_coarse_is_told_with_the_substeps_that_are_enough(found, tmp_path):
     """And with them it is within, with one less it is not."""
     repeatability_m = 0.4e-6

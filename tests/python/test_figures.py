@@ -75,6 +75,7 @@ def in_browser(folder, tmp_path_factory):
         return browser.evaluate(PROBE), console
 
 
+@pytest.mark.slow
 def test_every_plot_is_drawn_in_a_browser(in_browser):
     seen, _ = in_browser
     assert sorted(seen) == sorted(f"{name}-{i}" for name, count in PANELS.items() for i in range(count))
@@ -88,6 +89,7 @@ def test_every_plot_is_drawn_in_a_browser(in_browser):
         assert plot["marks"] >= plot["traces"] - 2 > -2, (name, plot)
 
 
+@pytest.mark.slow
 def test_every_surface_is_drawn_with_its_stable_and_its_unstable_part(in_browser):
     seen, _ = in_browser
     for name in SURFACES:
@@ -96,6 +98,7 @@ def test_every_surface_is_drawn_with_its_stable_and_its_unstable_part(in_browser
         assert plot["red"] > 0.01 and plot["blue"] > 0.003, (name, plot["red"], plot["blue"])
 
 
+@pytest.mark.slow
 def test_every_flat_map_shows_both_sides_and_the_limit(in_browser):
     seen, _ = in_browser
     for name in MAPS:
@@ -105,6 +108,7 @@ def test_every_flat_map_shows_both_sides_and_the_limit(in_browser):
         assert "limit of stability" in plot["text"] and ("wall" in plot["text"]) == (name in MAPS[::2])
 
 
+@pytest.mark.slow
 def test_the_console_stays_empty(in_browser):
     _, console = in_browser
     assert console == []

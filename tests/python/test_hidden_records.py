@@ -140,6 +140,7 @@ def test_detectability_of_a_bias_is_the_textbooks():
     assert np.allclose(noise.spectrum(np.fft.rfftfreq(ticks, T_s), T_s), 0.25)
 
 
+@pytest.mark.slow
 def test_what_the_other_effect_makes_up_for_is_not_shown():
     """A second mass that a heavier object does the most of; beside the object's true parameters it would be shown."""
     made = scenarios.draw(641154, kind="two_of_one_block")

@@ -129,6 +129,7 @@ def test_without_an_arm_there_is_no_picture(tmp_path):
         assert browser.evaluate("document.getElementById('arm').hidden")
 
 
+@pytest.mark.slow
 def test_what_orders_moved_is_not_called_stopped(tmp_path):
     log, _ = run(tmp_path, "ess-pose", ["run.duration_s=10"])
     page, _ = made(log)

@@ -7,6 +7,7 @@ import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, command, play
 
 PERIOD_s, DELAY_TICKS, NOISE_m, BACKLASH_m = 0.0025, 7, 2e-6, 2e-4
+MOVE_rows = 200
 HEADER = "t_s,command_position_m,robot_position_m"
 
 
@@ -92,23 +93,46 @@ def test_parts_that_begin_in_motion_are_no_fault(tmp_path, seed):
     assert np.count_nonzero(series["robot_use"]) > 8000  # what is used is more than half
 
 
-@pytest.mark.parametrize("seed", [21, 22, 23])
-def test_parts_that_begin_at_the_edge_of_the_play(tmp_path, seed):
-    """The robot stands where it was brought to. Where a part begins is seen by all rows until it moves, not by one."""
+def moves_and_stands(seed, gap):
+    """Setpoints of 20 moves, half a second each, with stands as long between them, and the robot behind them."""
     rng = np.random.default_rng(seed)
-    rows, move, stand = 400, np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 200)) ** 2, np.ones(200)
+    move, stand = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, MOVE_rows)) ** 2, np.ones(MOVE_rows)
     goals_m = np.cumsum(rng.choice([-1.0, 1.0], 21) * rng.uniform(2e-3, 8e-3, 21))
     command_m = np.concatenate([before + (after - before) * np.r_[move, stand]
                                 for before, after in zip(goals_m[:-1], goals_m[1:])])
     late_m = np.concatenate((np.full(DELAY_TICKS, command_m[0]), command_m[:-DELAY_TICKS]))
-    robot_m = play(late_m, BACKLASH_m) + 5e-6 * rng.standard_normal(len(command_m))
-    kept = np.arange(3 * rows // 4, len(command_m) - rows // 4)  # parts of three moves, from the middle of a stand on
-    columns = PERIOD_s * kept, command_m[kept], robot_m[kept], np.arange(len(kept)) // (3 * rows)
+    return command_m, play(late_m, gap), rng
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_parts_that_begin_at_the_edge_of_the_play(tmp_path, seed):
+    """The robot stands where it was brought to. Where a part begins is seen by all rows until it moves, not by one."""
+    command_m, robot_m, rng = moves_and_stands(seed, BACKLASH_m)
+    robot_m += 5e-6 * rng.standard_normal(len(command_m))
+    # Parts of three moves, from the middle of a stand on.
+    kept = np.arange(3 * MOVE_rows // 2, len(command_m) - MOVE_rows // 2)
+    columns = PERIOD_s * kept, command_m[kept], robot_m[kept], np.arange(len(kept)) // (6 * MOVE_rows)
     found, series = diagnose(tmp_path / "out", write(tmp_path / "parts.csv", columns, HEADER + ",segment"))
     value_m, low_m, high_m = backlash(found)
     assert value_m == pytest.approx(BACKLASH_m, rel=0.002) and high_m - low_m < 0.005 * BACKLASH_m
     used_m = series["robot_error_after_m"][series["robot_use"] > 0]
     assert np.sqrt(np.mean(used_m ** 2)) == pytest.approx(5e-6, rel=0.03)
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33, 34])
+@pytest.mark.parametrize("gap_m", [0.0, 4e-5])
+def test_coarse_reports_of_a_robot_that_stands(tmp_path, seed, gap_m):
+    """Their rounding is the same for as long as it stands, one fact and not 200: that had been a fault of the robot."""
+    command_m, robot_m, rng = moves_and_stands(seed, gap_m)
+    step_m = 1e-5
+    read_m = step_m * np.round((robot_m + 0.1 * step_m * rng.standard_normal(len(robot_m))) / step_m)
+    columns = PERIOD_s * np.arange(len(command_m)), command_m, read_m
+    found, _ = diagnose(tmp_path / "out", write(tmp_path / "coarse.csv", columns))
+    if gap_m == 0.0:
+        assert found["verdict"] == "nothing_detectable" and found["causes"] == [], found["blocks"][0]
+    else:
+        value_m, _, _ = backlash(found)
+        assert value_m == pytest.approx(gap_m, abs=0.1 * step_m)
 
 
 def test_gaps_do_not_hide_a_cause(tmp_path):

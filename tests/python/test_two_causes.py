@@ -85,6 +85,7 @@ def test_friction_that_differs_between_the_directions_by_itself(tmp_path):
     assert size == pytest.approx(more_N_s_per_m, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_cause_is_no_rival_of_itself(tmp_path):
     """Dry friction, found second, had been a rival of the offset that was found first."""
     period_s, mass_kg, damping_N_s_per_m, stiffness_N_per_m = 0.0025, 200.0, 125.664, 7895.684
