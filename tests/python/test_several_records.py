@@ -119,7 +119,7 @@ def test_parts_that_begin_at_the_edge_of_the_play(tmp_path, seed):
     assert np.sqrt(np.mean(used_m ** 2)) == pytest.approx(5e-6, rel=0.03)
 
 
-@pytest.mark.parametrize("seed", [31, 32, 33, 34])
+@pytest.mark.parametrize("seed", [31, 36, 52])
 @pytest.mark.parametrize("gap_m", [0.0, 4e-5])
 def test_coarse_reports_of_a_robot_that_stands(tmp_path, seed, gap_m):
     """Their rounding is the same for as long as it stands, one fact and not 200: that had been a fault of the robot."""
