@@ -255,7 +255,8 @@ class block_search
     bool is_rest_of_switching();
     /* All that is left may be the rounding of what was measured: it follows the motion, and proves nothing. */
     bool is_within_rounding();
-    /* The same where coarse readings stand still for long: the rounding of each is one fact, of however many rows. */
+    /* The same where coarse readings stand still for long: the rounding of each is one fact, of however many rows.
+     */
     bool stands_within_its_step();
     /* The same of the command, where its column has coarser steps than the wire. */
     bool is_within_command_steps();

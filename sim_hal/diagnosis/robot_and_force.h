@@ -46,8 +46,8 @@ void doubt_reports(block_diagnosis &robot, block_diagnosis &force, events_of_rec
 void doubt_tolerances(block_diagnosis &robot, block_diagnosis &force, const rig &as_given);
 
 /* No cause in the force is sure behind a robot that does what nothing explains, nor a late sensor behind a late
- * robot whose reports would not show it if that lateness were its own; nor what hardly shows in the reports of a robot
- * before a force that nothing explains. */
+ * robot whose reports would not show it if that lateness were its own; nor what hardly shows in the reports of a
+ * robot before a force that nothing explains. */
 void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_start &robot_start,
                  const events_of_records &events);
 
