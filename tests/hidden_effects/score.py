@@ -4,7 +4,7 @@
         [--out DIR]
 
 Writes score.json and score.md into DIR; exits with 1 if a bound is missed. What was cut short goes on where it ended,
-from DIR/records.jsonl, if program and records are the same. --short: 24 records,
+from DIR/records.jsonl, if program and records are the same. --short: 12 records,
 seeds from the date; few records cannot show a share, so a bound then fails only on a count that it makes improbable
 (0.1 %), and only wrong names, false alarms and crashes decide.
 """
@@ -169,7 +169,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1, help="of the first record")
-    parser.add_argument("--short", action="store_true", help="24 records, seeds from the date")
+    parser.add_argument("--short", action="store_true", help="12 records, seeds from the date")
     parser.add_argument("--kind", choices=sorted(set(PATTERN)), help="records of this kind alone")
     parser.add_argument("--program", default=str(ROOT / "build" / "berth"))
     parser.add_argument("--out", default=str(ROOT / "build" / "hidden_effects" / "score"))
@@ -180,7 +180,7 @@ def arguments():
 def main():
     given = arguments()
     if given.short:
-        given.count, given.seed = 24, int(datetime.date.today().strftime("%Y%m%d")) * 100
+        given.count, given.seed = 12, int(datetime.date.today().strftime("%Y%m%d")) * 100
     work = pathlib.Path(given.out)
     work.mkdir(parents=True, exist_ok=True)
     print(f"{given.count} records from seed {given.seed} on; again: "

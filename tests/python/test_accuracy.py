@@ -86,6 +86,7 @@ def test_a_repeatability_that_is_none_is_refused(repeatability):
     assert done.returncode == EXIT_INPUT and b"--repeatability-um" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_beam_is_measured_by_its_reduction():
     """An object of several modes is refused with what to do about it, and that works."""
     refused = command("accuracy", "ess-berthing-pose", "--json")
@@ -138,6 +139,7 @@ def test_the_steps_are_those_that_the_firmware_makes(found, tmp_path):
     assert "in steps of 0.5 ms" in shown and "at 2.5 ms in 5 substeps with implicit_midpoint" in shown
 
 
+@pytest.mark.slow
 def test_where_substeps_do_not_help_the_loop_has_to_be_faster(tmp_path):
     """Runge-Kutta's error is that of the force, which is one over the step."""
     file = tmp_path / "rk4.toml"
@@ -148,6 +150,7 @@ def test_where_substeps_do_not_help_the_loop_has_to_be_faster(tmp_path):
     assert shown.rstrip().endswith("a loop of 1 ms does")
 
 
+@pytest.mark.slow
 def test_every_way_that_the_force_may_go_is_told_by_the_robot_s_repeatability(found):
     shown = command("accuracy", "ess").stdout.decode()
     for words, key in (("the integrator alone", "tool_m"), ("held over the step, as the loop does", "held_tool_m"),
@@ -158,6 +161,7 @@ def test_every_way_that_the_force_may_go_is_told_by_the_robot_s_repeatability(fo
         assert f" {percent:.0f} %" in line if percent > 100 else f" {percent:.2g} %" in line, line
 
 
+@pytest.mark.slow
 def test_the_drift_of_momentum_is_at_the_rig_s_own_step():
     shown = command("accuracy", "ess-berthing", "--set", "loop.rate_Hz=200").stdout.decode()
     assert "in 60 s of the same motion without contact, in steps of 5 ms" in shown
@@ -195,6 +199,7 @@ def test_a_held_base_keeps_no_momentum():
     assert "the integrator alone" in text
 
 
+@pytest.mark.slow
 def test_joints_that_the_manoeuvre_leads_past_their_limits_are_told(found, tmp_path):
     assert found["beyond_limits"] == []
     arm = command("arm", "ess").stdout.decode()

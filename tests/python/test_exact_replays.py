@@ -185,6 +185,7 @@ def test_setpoints_that_only_the_force_decodes_are_counted(tmp_path):
     assert robot["verdict"] == "partly_explained" and "hardly shows in the reports" in robot["doubts"][-1]
 
 
+@pytest.mark.slow
 def test_a_force_that_follows_an_unexplained_robot_is_not_called_free_of_faults(tmp_path):
     """A limit that winds up, which the library lacks: the force swings with what is left of it, and hides 2 N."""
     _, told = hidden_and_told(tmp_path, 214134, "--kind", "two")
@@ -227,6 +228,7 @@ def test_what_comes_in_bursts_is_no_spike(tmp_path):
     (126167, "outside.object_softening", "large", "object.cubic_stiffness"),
     (126307, "outside.robot_gain_drift", "tiny", "robot.gain"), (126197, "outside.sensor_warming", "tiny", "sensor.bias"),
 ])
+@pytest.mark.slow
 def test_a_neighbour_of_what_the_library_lacks_is_told_as_a_part(seed, effect, size, neighbour, tmp_path):
     _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", effect, "--size", size)
     assert told["verdict"] == "partly_explained" and [c["effect"] for c in told["causes"]] == [neighbour]

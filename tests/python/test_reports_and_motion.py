@@ -54,7 +54,7 @@ def low_passed(robot_m):
     return made
 
 
-@pytest.mark.parametrize("fault", [late, rippled, low_passed])
+@pytest.mark.parametrize("fault", [late, pytest.param(rippled, marks=pytest.mark.slow), low_passed])
 def test_reports_that_are_off_are_not_taken_for_motion(tmp_path, rows, fault):
     off = rows.copy()
     off[:, 2] = fault(off[:, 2])
