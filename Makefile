@@ -100,7 +100,7 @@ LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
 
 help:
 	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
-	@echo "make test           set up and run every test: unit, theory, replay, arm64, sanitizers, lint"
+	@echo "make test           set up and run the tests: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
 	@echo "make slow-test      the tests that take longest, which the others leave out"
 	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
