@@ -211,6 +211,8 @@ class block_search
     /* The robot's position, or the force, is noise about a constant, or as good as that: whatever of the library
      * holds it there is no cause. Withdraws what was found. */
     void withdraw_what_follows_nothing(block_diagnosis &result);
+    void withdraw_what_may_be_none(block_diagnosis &result);
+    void withdraw(block_diagnosis &result);
     bool follows_nothing(const remains &) { return follows_nothing_; }
     /* Beside the others, the size of a cause may be none. */
     bool holds_zero(const remains &left);

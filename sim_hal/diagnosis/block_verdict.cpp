@@ -63,6 +63,7 @@ void block_search::conclude(block_diagnosis &result)
     result.refinable = refinable();
     if (result.verdict == verdict::partly_explained) {
         widen_by_what_is_left();
+        withdraw_what_may_be_none(result);
     }
     fix_estimates(result);
     for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {

@@ -97,3 +97,12 @@ def test_what_is_small_beside_a_first_cause_is_found(seed, causes, rival, tmp_pa
     assert sorted(one["effect"] for one in hidden) == causes
     assert told["verdict"] == "one_of" and sorted(one["effect"] for one in told["causes"]) == causes
     assert rival in [other["effect"] for other in told["alternatives"]]
+
+
+@pytest.mark.parametrize("seed, kind", [(761084, "two"), slow(761114, "two_of_one_block")])
+def test_what_a_limit_with_windup_leaves_in_a_stiff_contact_is_not_told_as_a_sensor(seed, kind, tmp_path):
+    """It winds up while it acts, which our limit does not: each tick that is off rings in the force."""
+    hidden, told = hidden_and_told(tmp_path, seed, "--kind", kind)
+    assert told["verdict"] == "partly_explained"
+    assert {one["effect"] for one in told["causes"]} == {one["effect"] for one in hidden}
+    assert next(block for block in told["blocks"] if block["block"] == "force")["verdict"] == "unknown"
