@@ -196,15 +196,18 @@ std::string read_rig_file(const std::string &path)
 std::string read_file(const std::string &path)
 {
     std::ifstream file(path, std::ios::binary);
-    const bool is_empty = file.peek() == std::ifstream::traits_type::eof() && file.eof() && !file.bad();
-    std::ostringstream text;
-    if (!is_empty) {
-        text << file.rdbuf();
+    constexpr std::size_t at_once_bytes = 1 << 20;
+    std::string text;
+    while (file.good()) {
+        const std::size_t before = text.size();
+        text.resize(before + at_once_bytes);
+        file.read(&text[before], at_once_bytes);
+        text.resize(before + static_cast<std::size_t>(file.gcount()));
     }
-    if (!file.is_open() || file.bad() || text.fail()) {
+    if (!file.is_open() || file.bad()) {
         throw input_error(path + ": cannot be read; is it a file?");
     }
-    return text.str();
+    return text;
 }
 
 bool is_overridden(std::string_view path, const std::vector<std::string> &overrides)

@@ -46,7 +46,7 @@ noise_model floor_under(block_model &model, const rig &rig)
     const std::vector<feature> features = features_of_motion(model, rig, error);
     noise_model noise = noise_of(model, error, true);
     for (int pass = 0; pass < 2; pass++) {
-        std::vector<double> unexplained = find_leftover(model, noise, features, error).unexplained;
+        std::vector<double> unexplained = unexplained_by(model, noise, features, error);
         remove_lines(unexplained, model.uses());
         noise = noise_of(model, unexplained, false);
         if (!noise.has_colour()) {

@@ -163,36 +163,38 @@ error_class strongest_class(const block_parts &parts, const std::vector<feature>
 
 } // namespace
 
-leftover find_leftover(const block_model &model, const noise_model &noise, const std::vector<feature> &features,
-                       const std::vector<double> &error)
+std::vector<double> unexplained_by(const block_model &model, const noise_model &noise,
+                                   const std::vector<feature> &features, const std::vector<double> &error)
 {
     const std::vector<row_use> &uses = model.uses();
     const block_parts parts = equations_of(features, error, whitening(noise, uses));
     const normal_equations all = sum_of(parts);
-    const prediction best = predict_across(parts);
-    leftover result;
-    /* Few, they predict what they explain well beside many that explain nothing. */
-    const auto is_of_shape = [](const feature &one) { return one.is_of_shape; };
-    result.explained = std::max(best.explained, predict_across(of_those(parts, features, is_of_shape)).explained);
-    result.rows = all.rows / noise.rows_per_fact;
-    result.share_of_rms = result.explained / std::max(1e-300, all.square);
-
-    const Eigen::VectorXd c = solve(all.g, all.b, best.ridge);
-    result.strongest = strongest_class(parts, features);
-    result.unexplained = error;
+    const Eigen::VectorXd c = solve(all.g, all.b, predict_across(parts).ridge);
+    std::vector<double> unexplained = error;
     for (std::size_t i = 0; i < features.size(); i++) {
         const double share = c(static_cast<Eigen::Index>(i));
         for (std::size_t n = 0; n < error.size(); n++) {
-            result.unexplained[n] -= uses[n] != row_use::none ? share * features[i].values[n] : 0.0;
+            unexplained[n] -= uses[n] != row_use::none ? share * features[i].values[n] : 0.0;
         }
     }
-    return result;
+    return unexplained;
 }
 
 leftover find_leftover(const block_model &model, const noise_model &noise, const rig &rig,
                        const std::vector<double> &error)
 {
-    return find_leftover(model, noise, features_of_motion(model, rig, error), error);
+    const std::vector<feature> features = features_of_motion(model, rig, error);
+    const block_parts parts = equations_of(features, error, whitening(noise, model.uses()));
+    const normal_equations all = sum_of(parts);
+    /* Few, they predict what they explain well beside many that explain nothing. */
+    const auto is_of_shape = [](const feature &one) { return one.is_of_shape; };
+    leftover result;
+    result.explained =
+        std::max(predict_across(parts).explained, predict_across(of_those(parts, features, is_of_shape)).explained);
+    result.rows = all.rows / noise.rows_per_fact;
+    result.share_of_rms = result.explained / std::max(1e-300, all.square);
+    result.strongest = strongest_class(parts, features);
+    return result;
 }
 
 } // namespace berth

@@ -15,14 +15,13 @@ struct leftover {
     double rows = 0.0;
     double share_of_rms = 0.0; /* explained share of the white sum of squares */
     error_class strongest = error_class::linear;
-    std::vector<double> unexplained; /* error less what the features explain, in the block's unit, one a row */
 };
 
-/* Of an error of the model. */
-leftover find_leftover(const block_model &model, const noise_model &noise, const std::vector<feature> &features,
-                       const std::vector<double> &error);
+/* An error of the model less what the features explain of it, in the block's unit, one a row. */
+std::vector<double> unexplained_by(const block_model &model, const noise_model &noise,
+                                   const std::vector<feature> &features, const std::vector<double> &error);
 
-/* The same; `rig`: of the error, and the model's last one. */
+/* Of an error of the model; `rig`: of the error, and the model's last one. */
 leftover find_leftover(const block_model &model, const noise_model &noise, const rig &rig,
                        const std::vector<double> &error);
 

@@ -297,7 +297,7 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
     const berth::rig recorded = log.recorded_rig();
     record_of_ticks rows(recorded);
     rows.made.path = path;
-    rows.made.hash = text_hash(read_file(path));
+    rows.made.hash = text_hash(log.bytes());
     std::uint16_t id = 0;
     std::string_view bytes;
     while (log.next(id, bytes)) {

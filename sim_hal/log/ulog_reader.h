@@ -23,6 +23,9 @@ class ulog_reader
     /* The next data message: its id and bytes. False at the end. */
     bool next(std::uint16_t &id, std::string_view &record);
 
+    /* Of the file. */
+    std::string_view bytes() const { return bytes_; }
+
     const std::map<std::string, std::string> &infos() const { return infos_; }
 
     /* The configuration that the log was made with. Throws input_error. */
