@@ -93,18 +93,23 @@ std::vector<knot> knots_of_setpoints(const rig &rig, const record &record, const
     const auto is_lost = [&](std::size_t n) {
         return !goes_on && !events.lost_command.empty() && events.lost_command[part.begin + n] != 0;
     };
+    const bool is_locked = rig.robot.clock == robot_clock::locked;
     std::vector<knot> knots;
+    if (is_locked && events.lost_command.empty() && drift == 0.0 && !holds && !part.stands_m) {
+        knots.resize(taken.size());
+        for (std::size_t n = 0; n < taken.size(); n++) {
+            knots[n] = {period_s * static_cast<double>(n) + dead_time_s, taken[n]};
+        }
+        return knots;
+    }
     knots.reserve(taken.size() + 16);
     if (part.stands_m) {
         knots.push_back({-period_s, setpoint_path(rig).start(*part.stands_m)});
     }
-    if (rig.robot.clock == robot_clock::locked) {
-        const bool are_regular = events.lost_command.empty() && drift == 0.0 && !holds && !part.stands_m;
+    if (is_locked) {
         for (std::size_t n = 0; n < taken.size(); n++) {
-            const double sent_s = period_s * static_cast<double>(n);
-            if (are_regular) {
-                knots.push_back({sent_s + dead_time_s, taken[n]});
-            } else if (!is_lost(n)) {
+            if (!is_lost(n)) {
+                const double sent_s = period_s * static_cast<double>(n);
                 const double since_start_s = record.time_s[part.begin + n] - record.time_origin_s;
                 add_knot(knots, sent_s + dead_time_s + drift * since_start_s, taken[n], period_s, holds);
             }
