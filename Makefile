@@ -77,7 +77,9 @@ FILE_BY_FILE ?=
 ifeq ($(FILE_BY_FILE),)
 # Other programs link these without their folders, or they have flags of their own.
 ALONE := tests/unit/main.cpp tests/contract/hal_test.cpp sim_hal/hil/sim_hal.cpp $(wildcard sim_hal/solver/*_steps.cpp)
-in_batches = $(filter $(ALONE),$(1)) $(shell scripts/batches.py $(BUILD)/batch $(filter-out $(ALONE),$(1)))
+# Before the set-up there may be no Python.
+in_batches = $(filter $(ALONE),$(1)) \
+	$(if $(shell command -v python3),$(shell scripts/batches.py $(BUILD)/batch $(filter-out $(ALONE),$(1))))
 HAL := $(filter-out hal/rig/%,$(HAL)) $(call in_batches,$(filter hal/rig/%,$(HAL)))
 SIM := $(call in_batches,$(SIM))
 CLI := $(call in_batches,$(CLI))
