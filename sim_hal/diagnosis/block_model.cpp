@@ -126,6 +126,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
     window_length_ = integrates ? rows_without_spring : rows_with_spring;
     play_m_ = std::max(value_of_effect(base, "robot.backlash_m"), 2.0 * value_of_effect(base, "robot.deadband_m"));
     rows_to_settle_ = rows_to_settle(base);
+    rows_to_forget_ = rows_to_forget(base);
     divide(held_out, window_length_);
     starts_ = starts_of_windows(record, windows_);
     if (block == block::manipulator && !record.command_position_m.empty()) {
@@ -134,7 +135,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
         range_m_ = *largest - *least;
     }
     rows_per_fact_ = integrates ? 0.25 * static_cast<double>(rows_without_spring) : 1.0;
-    rounding_rms_ = std::max(resolution_rms(block), lattice_step(measured()) / std::sqrt(12.0));
+    rounding_rms_ = std::max(resolution_rms(block), lattice_step(record_.known(measured())) / std::sqrt(12.0));
 }
 
 const std::vector<double> &block_model::measured() const
@@ -198,27 +199,6 @@ std::size_t block_model::until_play_is_crossed(const record_segment &segment) co
     return rows < (segment.end - segment.begin) / 4 ? rows : 0;
 }
 
-/* Between rows that are missing: a force that is guessed would be integrated. */
-void block_model::add_windows(const record_segment &segment, std::size_t length)
-{
-    std::size_t begin = segment.begin;
-    while (begin < segment.end) {
-        std::size_t known_end = begin;
-        while (known_end < segment.end && !record_.is_filled(known_end)) {
-            known_end++;
-        }
-        while (begin < known_end) {
-            /* What would be left over at the end goes with the last one. */
-            const std::size_t end = begin + 2 * length > known_end ? known_end : begin + length;
-            windows_.push_back({begin, end});
-            begin = end;
-        }
-        while (begin < segment.end && record_.is_filled(begin)) {
-            begin++;
-        }
-    }
-}
-
 /* By segment: rows that tell what was before it. A manipulator's windows start from their own states. */
 std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
 {
@@ -247,6 +227,23 @@ std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
     return rows;
 }
 
+/* Of a setpoint that is missing and put in by what is about it: until the robot has been there, and the force has
+ * rung from how far it is off. Not where so many are missing that little would be left. */
+std::size_t block_model::rows_to_forget(const rig &base) const
+{
+    constexpr double rings_s = 3.0; /* times the time constant: to a twentieth */
+    constexpr double most = 0.25;   /* of the rows */
+    if (record_.filled.empty() || block_ == block::manipulator || record_.moves_as_measured()) {
+        return 0;
+    }
+    const double rung_s =
+        block_ == block::force ? rings_s / std::max(1.0, sensor_ringing(base, record_).decay_per_s()) : 0.0;
+    const auto rows =
+        static_cast<std::size_t>(std::ceil((1e-3 * base.robot.dead_time_ms + rung_s) / record_.period_s)) + 2;
+    const auto missing = static_cast<double>(count_of(record_.filled));
+    return missing * static_cast<double>(rows) < most * static_cast<double>(record_.size()) ? rows : 0;
+}
+
 void block_model::divide(held_out_parts held_out, std::size_t length)
 {
     uses_.assign(record_.size(), row_use::none);
@@ -261,12 +258,14 @@ void block_model::divide(held_out_parts held_out, std::size_t length)
             add_windows(segment, length);
         }
     }
+    std::size_t guessed_end = 0;
     for (std::size_t n = 0; n < record_.size(); n++) {
+        guessed_end = record_.is_filled(n) ? n + 1 + rows_to_forget_ : guessed_end;
         const bool robot_is_known = events_.robot_repeats.empty() || events_.robot_repeats[n] == 0;
         const bool force_is_known = (events_.force_repeats.empty() || events_.force_repeats[n] == 0) &&
                                     (events_.spike.empty() || events_.spike[n] == 0);
         if ((block_ == block::robot && !robot_is_known) || (block_ == block::force && !force_is_known) ||
-            record_.is_filled(n)) {
+            n < guessed_end) {
             uses_[n] = row_use::none;
         }
     }

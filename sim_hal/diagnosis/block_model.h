@@ -82,6 +82,7 @@ class block_model
     std::size_t part_of(std::size_t row, std::size_t segment) const;
     std::size_t until_play_is_crossed(const record_segment &segment) const;
     std::vector<std::size_t> rows_to_settle(const rig &base);
+    std::size_t rows_to_forget(const rig &base) const;
     void divide(held_out_parts held_out, std::size_t length);
     void add_windows(const record_segment &segment, std::size_t length);
     void replay_motion(const rig &rig);
@@ -101,6 +102,7 @@ class block_model
     const record &record_;
     const sample_events &events_;
     std::vector<std::size_t> rows_to_settle_; /* by segment */
+    std::size_t rows_to_forget_ = 0;
     bool rings_on_ = false;
     std::vector<row_use> uses_;
     std::array<std::size_t, 2> tenths_{3, 7}; /* held out, of two_tenths */

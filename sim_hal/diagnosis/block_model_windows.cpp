@@ -8,6 +8,7 @@
 #include "../effects/active.h"
 #include "../solver/decompositions.h"
 #include "block_model.h"
+#include "record_gaps.h"
 
 namespace berth
 {
@@ -166,6 +167,20 @@ std::vector<Eigen::Vector2d> block_model::remove_starts(const rig &rig, std::vec
         part -= basis * off.back();
     }
     return off;
+}
+
+/* Between rows that are missing: a force that is guessed would be integrated. */
+void block_model::add_windows(const record_segment &segment, std::size_t length)
+{
+    for (const record_segment &known : known_stretches(record_, segment)) {
+        std::size_t begin = known.begin;
+        while (begin < known.end) {
+            /* What would be left over at the end goes with the last one. */
+            const std::size_t end = begin + 2 * length > known.end ? known.end : begin + length;
+            windows_.push_back({begin, end});
+            begin = end;
+        }
+    }
 }
 
 } // namespace berth

@@ -74,7 +74,7 @@ double command_step_m(const record &data, const rig &rig)
 {
     constexpr double no_coarser = 1.5; /* times the wire's step */
     const std::vector<double> &x = data.command_position_m;
-    const double step_m = x.empty() ? 0.0 : lattice_step(x);
+    const double step_m = x.empty() ? 0.0 : lattice_step(data.known(x));
     const bool is_coarse = step_m > no_coarser * setpoint_step_m(rig.firmware);
     return is_coarse && is_lattice(x, step_m) && moves_smoothly(x) && !goes_at_one_rate(x) ? step_m : 0.0;
 }

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "../../firmware/sensor_layout.h"
+#include "record_gaps.h"
 
 namespace berth
 {
@@ -94,11 +95,19 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     std::vector<std::uint8_t> rows(record.size(), 0);
     std::vector<std::uint8_t> chances(record.size(), 0);
     std::vector<std::uint8_t> sure(record.size(), 0);
+    /* What was put in for a missing row is off the steps that the others are on, and repeats nothing. */
+    std::vector<record_segment> stretches;
+    for (const record_segment &segment : record.segments) {
+        const auto known = known_stretches(record, segment);
+        stretches.insert(stretches.end(), known.begin(), known.end());
+    }
     double smallest = unlimited;
-    for (std::size_t n = 1; n < x.size(); n++) {
-        const double change = std::abs(x[n] - x[n - 1]);
-        if (change > 0.0) {
-            smallest = std::min(smallest, change);
+    for (const record_segment &part : stretches) {
+        for (std::size_t n = part.begin + 1; n < part.end; n++) {
+            const double change = std::abs(x[n] - x[n - 1]);
+            if (change > 0.0) {
+                smallest = std::min(smallest, change);
+            }
         }
     }
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
@@ -109,7 +118,7 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
     std::size_t repeats = 0;
     std::size_t single_steps = 0; /* as frequent as repeats by chance, in either direction */
     std::size_t sure_single_steps = 0;
-    for (const record_segment &part : record.segments) {
+    for (const record_segment &part : stretches) {
         for (std::size_t n = part.begin + 2; n + 1 < part.end;) {
             const double change = std::abs(x[n] - x[n - 1]);
             const bool is_single = change > 0.0 && change < 1.5 * smallest &&
@@ -248,7 +257,7 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
 
 std::vector<event_finding> find_quantisation(const record &record, const rig &given, double noise_rms)
 {
-    const double step = lattice_step(record.force_N);
+    const double step = lattice_step(record.known(record.force_N));
     /* q^2/12 is the variance of rounding; it has to be a good part of all that is not explained. */
     const double rounding = step / std::sqrt(12.0);
     const double wire_N = sensor_layouts[given.firmware.sensor_channel.layout].force_step_N;

@@ -333,6 +333,7 @@ void record_of_ticks::add(const tick_record &tick)
         return;
     }
     check_row_count(made.path, made.size() + 1);
+    is_limited_ = is_limited_ || tick.limits != 0;
     labels_.push_back(label_);
     made.time_s.push_back(1e-9 * static_cast<double>(tick.scheduled_ns));
     if (is_compensated_) {
@@ -350,6 +351,14 @@ void record_of_ticks::add(const tick_record &tick)
 
 record record_of_ticks::finish(const rig &wanted, bool may_be_still)
 {
+    if (is_limited_ && !is_compensated_) {
+        made.operator_force_N.clear();
+        made.operator_position_m.clear();
+        made.operator_velocity_m_per_s.clear();
+        made.notes.emplace_back(
+            "recorded while limits of the firmware acted: the command is not where the manipulator "
+            "was; its block is left out");
+    }
     /* A report takes its time on the bus: at a tick the loop knows where the robot was one tick before. */
     if (is_late_ && made.size() > 1) {
         for (std::size_t n = 0; n + 1 < made.size(); n++) {

@@ -51,6 +51,8 @@ struct record {
 
     std::size_t size() const { return time_s.size(); }
     bool is_filled(std::size_t row) const { return !filled.empty() && filled[row] != 0; }
+    /* One of its signals without the rows that were missing. */
+    std::vector<double> known(const std::vector<double> &signal) const;
     bool moves_as_measured() const { return !bend_m_per_s2.empty(); }
     bool has_operator() const { return !operator_force_N.empty() || !operator_position_m.empty(); }
 };
@@ -81,6 +83,7 @@ class record_of_ticks
     bool is_force_;
     bool is_late_; /* the robot's report */
     bool is_compensated_;
+    bool is_limited_ = false; /* by the firmware, in some tick */
     bool was_running_ = false;
     double label_ = 0.0;
     std::vector<double> labels_;

@@ -50,6 +50,36 @@ std::optional<std::size_t> rows_left_out(double step_s, double period_s)
     return static_cast<std::size_t>(rows);
 }
 
+std::vector<double> record::known(const std::vector<double> &signal) const
+{
+    if (filled.empty()) {
+        return signal;
+    }
+    std::vector<double> made;
+    for (std::size_t n = 0; n < signal.size(); n++) {
+        if (filled[n] == 0) {
+            made.push_back(signal[n]);
+        }
+    }
+    return made;
+}
+
+std::vector<record_segment> known_stretches(const record &record, const record_segment &segment)
+{
+    std::vector<record_segment> stretches;
+    for (std::size_t n = segment.begin; n < segment.end; n++) {
+        if (record.is_filled(n)) {
+            continue;
+        }
+        if (n == segment.begin || record.is_filled(n - 1)) {
+            stretches.push_back(segment);
+            stretches.back().begin = n;
+        }
+        stretches.back().end = n + 1;
+    }
+    return stretches;
+}
+
 void fill_in(record &made, const std::vector<missing_rows> &missing)
 {
     if (missing.empty()) {

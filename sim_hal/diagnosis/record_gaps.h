@@ -19,6 +19,9 @@ struct missing_rows {
 /* How many rows a step in time leaves out, if they are so few that the command between can be told: else nothing. */
 std::optional<std::size_t> rows_left_out(double step_s, double period_s);
 
+/* Of a segment, what lies between rows that are missing. */
+std::vector<record_segment> known_stretches(const record &record, const record_segment &segment);
+
 /* Puts the rows back: every signal by the cubic through the two rows before and behind, and marked in `filled`. */
 void fill_in(record &made, const std::vector<missing_rows> &missing);
 

@@ -18,6 +18,9 @@ class sensor_ringing
     /* Until it is no more than a tenth of the force's noise, in s; 0 where nothing moves. */
     double dies_away_s(const record_segment &part) const;
 
+    /* Of the object on the sensor's spring. */
+    double decay_per_s() const { return decay_per_s_; }
+
   private:
     double fastest_m_per_s(const record_segment &part) const;
 

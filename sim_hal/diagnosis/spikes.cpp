@@ -92,7 +92,7 @@ class spike_finder
         }
         tried = sizes.size();
         sigma_N = 1.4826 * median_of(sizes);
-        far_N_ = std::max(spike_far_sd * sigma_N, 2.0 * lattice_step(model.data().force_N));
+        far_N_ = std::max(spike_far_sd * sigma_N, 2.0 * lattice_step(model.data().known(model.data().force_N)));
     }
 
     /* Between neighbours that see half of it each. */

@@ -15,8 +15,9 @@ def slow(*arguments):
     return pytest.param(*arguments, marks=pytest.mark.slow)
 
 
-def hidden_and_told(folder, seed, *arguments, rows=None, options=()):
-    """The effects that the generator hides and what is told of the record; with `rows`, of its beginning alone."""
+def hidden_and_told(folder, seed, *arguments, rows=None, missing=(), options=()):
+    """The effects that the generator hides and what is told of the record; with `rows`, of its beginning alone; without
+    the rows that are `missing`."""
     record, truth = folder / "record", folder / "truth"
     hide = [sys.executable, str(GENERATE), "--seed", str(seed), *arguments]
     print("again: python", *hide[1:], "--out A --truth B")
@@ -26,6 +27,9 @@ def hidden_and_told(folder, seed, *arguments, rows=None, options=()):
         (record / "record.csv").write_text("".join(lines[:rows + 1]))
         for name in ("validate", "repeat", "standstill"):
             (record / f"{name}.csv").unlink(missing_ok=True)
+    if missing:
+        lines = (record / "record.csv").read_text().splitlines(keepends=True)
+        (record / "record.csv").write_text("".join(line for n, line in enumerate(lines) if n - 1 not in set(missing)))
     more = [part for name in ("validate", "repeat", "standstill") if (record / f"{name}.csv").exists()
             for part in (f"--{name}", record / f"{name}.csv")]
     done = command("diagnose", record / "record.csv", "--rig", record / "rig.toml", *more, *options, "--out",

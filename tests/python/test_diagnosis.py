@@ -117,6 +117,15 @@ def test_a_software_mismatch_is_said(log, tmp_path):
     assert found["verdict"] == "software_mismatch" and found["block"] == "manipulator"
 
 
+@pytest.mark.parametrize("limit", ["limits.velocity_m_per_s=0.05", "limits.acceleration_m_per_s2=0.3"])
+def test_limits_of_the_firmware_that_acted_are_no_mismatch(limit, tmp_path):
+    """They hold back the command from where the manipulator is."""
+    assert command("run", "ess", *RUN, "--set", limit, "--out", tmp_path).returncode == EXIT_DONE
+    found = diagnose(tmp_path / "out", tmp_path / "ess.ulg", "--rig", "ess", "--set", limit)
+    assert found["verdict"] == "nothing_detectable" and "manipulator" not in [one["block"] for one in found["blocks"]]
+    assert any("limits of the firmware acted" in note for note in found["notes"])
+
+
 def test_a_probability_stays_one(tmp_path):
     """Six lost samples in 20 s: of 0 to 0.16 %, not less."""
     lost = ["--set", "loop.lost_sample_probability=0.0007", "--set", "run.seed=3"]

@@ -299,3 +299,15 @@ def test_a_folder_that_cannot_take_every_file_is_told_before_the_work(tmp_path):
         assert b"robot" not in done.stderr  # no progress: nothing had been done
     assert sorted(path.name for path in out.iterdir()) == ["diagnosis.json", "extended.toml"]
     assert (out / "diagnosis.json").read_text() == "of another day"
+
+
+@pytest.mark.parametrize("seed, effect, causes", [(2, "none", []), (3, "none", []), (21, "sensor.quantisation", ["sensor.quantisation"]),
+                                                  (24, "robot.backlash", ["robot.backlash"])])
+def test_rows_that_a_logger_lost_are_no_fault(seed, effect, causes, tmp_path):
+    """What is put in for them lies beside the steps of a coarse sensor, and off what the robot was told."""
+    missing = np.random.default_rng(seed).choice(np.arange(100, 7000), 20, replace=False)
+    size = () if effect == "none" else ("--size", "large")
+    _, told = hidden_and_told(tmp_path, seed, "--effect", effect, *size, missing=list(missing))
+    assert [one["effect"] for one in told["causes"]] == causes
+    assert told["verdict"] == ("named" if causes else "nothing_detectable")
+    assert any("missing" in note or "gap" in note for note in told["notes"])
