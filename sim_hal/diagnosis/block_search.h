@@ -211,8 +211,13 @@ class block_search
     /* The robot's position, or the force, is noise about a constant, or as good as that: whatever of the library
      * holds it there is no cause. Withdraws what was found. */
     void withdraw_what_follows_nothing(block_diagnosis &result);
+    /* Behind a robot's fault that switches, each instant that is off is an error in a stiff contact, and some cause
+     * lowers it: one whose size may be none beside what is left is not told. */
     void withdraw_what_may_be_none(block_diagnosis &result);
+    /* All causes: back to the re-tuned base. */
     void withdraw(block_diagnosis &result);
+    /* Its interval holds the size at which it does nothing. */
+    bool may_be_none(const effect &known);
     bool follows_nothing(const remains &) { return follows_nothing_; }
     /* Beside the others, the size of a cause may be none. */
     bool holds_zero(const remains &left);

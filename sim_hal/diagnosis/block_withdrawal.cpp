@@ -20,29 +20,36 @@ void block_search::withdraw_what_follows_nothing(block_diagnosis &result)
     }
 }
 
-/* Behind a robot's fault that switches, each instant that is off is an error in a stiff contact, and some cause
- * lowers it: one whose size may be none beside what is left is not told. */
+bool block_search::may_be_none(const effect &known)
+{
+    const std::string_view size = known.parameters[0].key;
+    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
+        if (incumbent_.parameters[i].key->path == size) {
+            const double given = value_of(given_, size);
+            const double value = value_of(incumbent_.rig, size);
+            /* Of what is given as unlimited its own size counts. */
+            return std::abs(given < unlimited ? value - given : value) < incumbent_.ci95[i];
+        }
+    }
+    return false;
+}
+
 void block_search::withdraw_what_may_be_none(block_diagnosis &result)
 {
-    const auto may_be_none = [&](const effect *known) {
-        const std::string_view size = known->parameters[0].key;
-        for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
-            if (incumbent_.parameters[i].key->path == size) {
-                const double value = value_of(incumbent_.rig, size);
-                const double without = value_of(given_, size);
-                return std::abs(without < unlimited ? value - without : value) < incumbent_.ci95[i];
-            }
-        }
-        return false;
-    };
     if (result.verdict != verdict::partly_explained || input_.without_switching_fault == nullptr ||
-        model_.which() != block::force || !std::all_of(found_.begin(), found_.end(), may_be_none)) {
+        model_.which() != block::force ||
+        !std::all_of(found_.begin(), found_.end(), [&](const effect *one) { return may_be_none(*one); })) {
         return;
     }
+    const auto is_gone = [&](const ranked &one) {
+        return one.round > 1 || std::find(found_.begin(), found_.end(), one.effect) != found_.end();
+    };
+    result.ranking.erase(std::remove_if(result.ranking.begin(), result.ranking.end(), is_gone),
+                         result.ranking.end());
     withdraw(result);
     result.doubts.clear();
     verdict_of(result);
-    result.verdict = verdict::unknown;
+    result.verdict = verdict::unknown; /* however little is left: something was found in it */
     result.refinable = refinable();
     result.doubts.emplace_back(
         "it lies behind a robot that switches, and beside it the size of a cause may be none");
@@ -53,22 +60,14 @@ void block_search::withdraw(block_diagnosis &result)
     found_.clear();
     result.causes.clear();
     result.alternatives.clear();
-    incumbent_ = base_;
-    incumbent_.rig = retuned_;
+    incumbent_ = fit(model_, noise_, retuned_, base_.parameters, input_.options.replays_max);
     find_what_is_left();
 }
 
 bool block_search::holds_zero(const remains &)
 {
     return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
-        const std::string_view size = known->parameters[0].key;
-        for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
-            if (incumbent_.parameters[i].key->path == size && value_of(given_, size) == 0.0 &&
-                std::abs(value_of(incumbent_.rig, size)) < incumbent_.ci95[i]) {
-                return true;
-            }
-        }
-        return false;
+        return value_of(given_, known->parameters[0].key) == 0.0 && may_be_none(*known);
     });
 }
 

@@ -82,9 +82,9 @@ std::string that_is_left_out(const std::string &name, const std::string &column)
 
 /* A damaged cell would outweigh all others. */
 void refuse_absurd(const std::vector<double> &values, const record_table &table, const std::string &path,
-                   const std::string &column, bool is_time)
+                   const signal_source &source, bool is_time)
 {
-    constexpr double beyond_any_rig = 1e12; /* in SI units; a clock's seconds since 1970 are 2e9 */
+    constexpr double beyond_any_rig = 1e12; /* once scaled to SI units; a clock's seconds since 1970 are 2e9 */
     constexpr double beyond_the_rest = 1e6;
     constexpr std::size_t damaged_max = 10; /* what more cells have is no damage but a unit */
     const auto size = [](double a, double b) { return std::abs(a) < std::abs(b); };
@@ -100,9 +100,9 @@ void refuse_absurd(const std::vector<double> &values, const record_table &table,
         rest = std::abs(*tenth);
     }
     const bool is_lone = rest > 0.0 && std::abs(*largest) > beyond_the_rest * rest;
-    if (is_lone || std::abs(*largest) > beyond_any_rig) {
+    if (is_lone || std::abs(source.scale * *largest) > beyond_any_rig) {
         const auto row = static_cast<std::size_t>(largest - values.begin());
-        throw input_error(line_of(path, table.lines[row]) + column + ": " + shortly(*largest) +
+        throw input_error(line_of(path, table.lines[row]) + source.column + ": " + shortly(*largest) +
                           (is_lone
                                ? " is beyond all that the rest of its column has, which is up to " + shortly(rest)
                                : " is beyond what any rig does") +
@@ -167,7 +167,7 @@ void take_columns(record &made, const record_table &table, const rig &rig)
             continue;
         }
         refuse_twice(rig, table, made.path, source);
-        refuse_absurd(column->values, table, made.path, source.column, signal.name == "t_s");
+        refuse_absurd(column->values, table, made.path, source, signal.name == "t_s");
         std::vector<double> &values = made.*signal.member;
         values = column->values;
         for (double &value : values) {
