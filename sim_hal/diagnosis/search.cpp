@@ -290,6 +290,19 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
 namespace
 {
 
+/* A base parameter of the effect's own has gone as far as its tolerance allows. Promises tell such an effect badly
+ * from others: they let the other parameters of the base go where they may not. */
+bool is_held_by_tolerance(const effect &effect, const fit_result &incumbent)
+{
+    constexpr double near = 0.01; /* of the way between the bounds */
+    return std::any_of(incumbent.parameters.begin(), incumbent.parameters.end(), [&](const free_parameter &known) {
+        const auto is_own = [&](const effect_parameter &own) { return own.key == known.key->path; };
+        const double place = (value_of(incumbent.rig, known.key->path) - known.low) / (known.high - known.low);
+        return known.expected_sd < unlimited && (place < near || place > 1.0 - near) &&
+               std::any_of(effect.parameters.begin(), effect.parameters.end(), is_own);
+    });
+}
+
 /* The best candidates beside an effect that decides what follows, with its size looked for anew: what was missing
  * had led it astray. */
 void decide_anew(block_model &model, const noise_model &noise, std::vector<candidate> &candidates,
@@ -352,8 +365,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (same >= start.effect->fits_max) {
             continue;
         }
-        if (tried >= options.fits_max || (start.promise < worth_a_fit && !start.is_hidden)) {
+        if (start.promise < worth_a_fit && !start.is_hidden) {
             break;
+        }
+        if (tried >= options.fits_max && !is_held_by_tolerance(*start.effect, incumbent)) {
+            continue;
         }
         const auto parameters = start.is_regressed
                                     ? parameters_about(start.rig, incumbent, found, *start.effect)

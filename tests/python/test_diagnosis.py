@@ -111,6 +111,16 @@ def test_a_rig_file_that_is_wrong_is_put_right(log, tmp_path, key, wrong, effect
     assert extended.returncode == EXIT_DONE, extended.stderr.decode()
 
 
+def test_a_force_that_is_older_than_its_tolerance_is_no_second_mode(tmp_path):
+    """The base goes as far as it may, filter and spring with it: what is left looks like many things."""
+    late = ["--set", "sensor.sample_phase_ms=1.3", "--set", "run.duration_s=30", "--set", "robot.feedback_noise_m=5e-6"]
+    assert command("run", "ess", *RUN, *late, "--out", tmp_path).returncode == EXIT_DONE
+    found = diagnose(tmp_path / "out", tmp_path / "ess.ulg", "--rig", "ess")
+    assert [one["effect"] for one in found["causes"]] == ["sensor.delay"]
+    low_ms, high_ms = found["causes"][0]["parameters"][0]["ci95"]
+    assert low_ms < 2.5 + 1.2 < high_ms
+
+
 def test_a_software_mismatch_is_said(log, tmp_path):
     """The firmware of the log had another mass: the command does not replay."""
     found = diagnose(tmp_path, log, "--rig", "ess", "--set", "manipulator.mass_kg=201")
