@@ -221,6 +221,8 @@ class block_search
     bool follows_nothing(const remains &) { return follows_nothing_; }
     /* Beside the others, the size of a cause may be none. */
     bool holds_zero(const remains &left);
+    /* A cause makes so much or so little of a body that it stands in for something else. */
+    bool is_another_body(const remains &left);
     bool shows_line(const remains &left);
     /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:
      * what fits one record does not predict another. */

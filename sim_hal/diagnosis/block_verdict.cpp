@@ -116,6 +116,8 @@ const block_search::doubt block_search::doubts[] = {
     {"an effect that is not believed would lower the error", &block_search::has_suspect},
     {"a good part of the explainable error is left", &block_search::leaves_much},
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
+    {"a mass or a stiffness would be less than a hundredth, or more than a hundred times, of what the rig file says",
+     &block_search::is_another_body},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
     {"parts begin in motion and end before the sensor has ceased to ring: longer ones would tell",
      &block_search::rings_on},

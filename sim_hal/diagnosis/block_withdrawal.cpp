@@ -71,4 +71,19 @@ bool block_search::holds_zero(const remains &)
     });
 }
 
+bool block_search::is_another_body(const remains &)
+{
+    constexpr double times = 100.0;
+    const auto is_far_off = [&](const effect_parameter &own) {
+        const double given = value_of(given_, own.key);
+        const double ratio = value_of(incumbent_.rig, own.key) / given;
+        const bool is_of_body = own.key.find("mass_kg") != std::string_view::npos ||
+                                own.key.find("stiffness_N_per_m") != std::string_view::npos;
+        return is_of_body && given > 0.0 && given < unlimited && (ratio < 1.0 / times || ratio > times);
+    };
+    return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
+        return std::any_of(known->parameters.begin(), known->parameters.end(), is_far_off);
+    });
+}
+
 } // namespace berth

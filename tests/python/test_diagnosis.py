@@ -121,6 +121,16 @@ def test_a_force_that_is_older_than_its_tolerance_is_no_second_mode(tmp_path):
     assert low_ms < 2.5 + 1.2 < high_ms
 
 
+def test_a_body_of_a_hundredth_is_told_in_part(tmp_path):
+    """The sensor's spring is a twentieth of what the rig file says, which no effect is: an object that hangs on another
+    of no mass does the same."""
+    soft = ["--set", "sensor.stiffness_N_per_m=1e6", "--set", "run.duration_s=30", "--set", "robot.feedback_noise_m=5e-6"]
+    assert command("run", "ess", *RUN, *soft, "--out", tmp_path).returncode == EXIT_DONE
+    found = diagnose(tmp_path / "out", tmp_path / "ess.ulg", "--rig", "ess")
+    assert found["verdict"] == "partly_explained" and "object.parameters" in [one["effect"] for one in found["causes"]]
+    assert any("hundredth" in doubt for block in found["blocks"] for doubt in block["doubts"])
+
+
 def test_a_software_mismatch_is_said(log, tmp_path):
     """The firmware of the log had another mass: the command does not replay."""
     found = diagnose(tmp_path, log, "--rig", "ess", "--set", "manipulator.mass_kg=201")
