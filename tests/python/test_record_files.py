@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, command
+from hidden_record import hidden_and_told
 
 HEADER = ["t_s", "command_position_m", "robot_position_m"]
 
@@ -100,6 +101,15 @@ def test_a_table_with_other_separators(tmp_path, separator, told):
 def test_rows_the_last_one_first(tmp_path):
     record = write(tmp_path / "turned.csv", HEADER, [column[::-1] for column in motion()])
     refused(tmp_path, record, "--rig", "ess", contains=["t_s never increases", "the last one first"])
+
+
+def test_stamps_of_a_clock_that_counts_microseconds_since_1970(tmp_path):
+    t_s, command_m, robot_m = motion()
+    rig = tmp_path / "rig.toml"
+    rig.write_text('name = "mapped"\n[signals]\nt_s = { column = "t_us", scale = 1e-6 }\n')
+    stamps = 1732700000000000 + np.round(1e6 * t_s)
+    record = write(tmp_path / "good.csv", ["t_us", *HEADER[1:]], (stamps, command_m, robot_m))
+    assert diagnosed(tmp_path / "out", record, "--rig", rig)["verdict"] == "nothing_detectable"
 
 
 def test_stamps_of_too_few_digits(tmp_path):
@@ -301,8 +311,9 @@ def test_a_folder_that_cannot_take_every_file_is_told_before_the_work(tmp_path):
     assert (out / "diagnosis.json").read_text() == "of another day"
 
 
-@pytest.mark.parametrize("seed, effect, causes", [(2, "none", []), (3, "none", []), (21, "sensor.quantisation", ["sensor.quantisation"]),
-                                                  (24, "robot.backlash", ["robot.backlash"])])
+@pytest.mark.parametrize("seed, effect, causes", [
+    (2, "none", []), (3, "none", []), (21, "sensor.quantisation", ["sensor.quantisation"]),
+    (24, "robot.backlash", ["robot.backlash"])])
 def test_rows_that_a_logger_lost_are_no_fault(seed, effect, causes, tmp_path):
     """What is put in for them lies beside the steps of a coarse sensor, and off what the robot was told."""
     missing = np.random.default_rng(seed).choice(np.arange(100, 7000), 20, replace=False)
