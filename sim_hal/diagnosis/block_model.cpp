@@ -231,13 +231,13 @@ std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
  * rung from how far it is off. Not where so many are missing that little would be left. */
 std::size_t block_model::rows_to_forget(const rig &base) const
 {
-    constexpr double rings_s = 3.0; /* times the time constant: to a twentieth */
-    constexpr double most = 0.25;   /* of the rows */
+    constexpr double time_constants = 3.0; /* to a twentieth */
+    constexpr double most = 0.25;          /* of the rows */
     if (record_.filled.empty() || block_ == block::manipulator || record_.moves_as_measured()) {
         return 0;
     }
     const double rung_s =
-        block_ == block::force ? rings_s / std::max(1.0, sensor_ringing(base, record_).decay_per_s()) : 0.0;
+        block_ == block::force ? time_constants / std::max(1.0, sensor_ringing(base, record_).decay_per_s()) : 0.0;
     const auto rows =
         static_cast<std::size_t>(std::ceil((1e-3 * base.robot.dead_time_ms + rung_s) / record_.period_s)) + 2;
     const auto missing = static_cast<double>(count_of(record_.filled));

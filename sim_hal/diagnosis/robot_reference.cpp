@@ -95,6 +95,7 @@ std::vector<knot> knots_of_setpoints(const rig &rig, const record &record, const
     };
     const bool is_locked = rig.robot.clock == robot_clock::locked;
     std::vector<knot> knots;
+    /* As in nearly all replays of a diagnosis: each setpoint is one knot. */
     if (is_locked && events.lost_command.empty() && drift == 0.0 && !holds && !part.stands_m) {
         knots.resize(taken.size());
         for (std::size_t n = 0; n < taken.size(); n++) {
