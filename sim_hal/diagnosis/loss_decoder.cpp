@@ -14,19 +14,21 @@ namespace
 constexpr std::size_t histories_max = 128;
 
 struct history {
-    double cost;
+    double square;    /* that its losses leave up to now */
+    double cost;      /* with what they have to explain */
     driven_path path; /* up to the last setpoint */
     int run;          /* of losses up to now */
 };
 
 struct choice {
+    double square;
     double cost;
     double way_m; /* by which the robot lacks the setpoint */
     std::uint8_t from;
     bool is_lost;
 };
 
-constexpr std::size_t rows_between_looks = 64; /* at the cost of the best one */
+constexpr std::size_t rows_between_looks = 64; /* at what is left at least */
 
 /* How a history came about, in one byte. */
 static_assert(histories_max <= 128);
@@ -39,15 +41,16 @@ class decoder
             const std::vector<double> &error, const std::vector<double> &counts, double penalty)
         : sent_(sent), loss_(loss), error_(error), counts_(counts), penalty_(penalty),
           ends_(sent.size() - std::min(sent.size(), loss.first)), length_(loss.values.size()),
-          due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_{{0.0, path, 0}},
+          due_(histories_max * length_, 0.0), due_next_(histories_max * length_, 0.0), kept_{{0.0, 0.0, path, 0}},
           lost_paths_(histories_max, path), start_(path), without_(path)
     {
         ways_back_.resize(ends_ * histories_max);
     }
 
-    std::optional<decoded_losses> decode(double cost_max)
+    std::optional<decoded_losses> decode(double square_max)
     {
         const auto cheaper = [](const choice &a, const choice &b) { return a.cost < b.cost; };
+        const auto leaves_less = [](const choice &a, const choice &b) { return a.square < b.square; };
         for (std::size_t n = 1; n < ends_; n++) {
             without_m_ = without_.take(sent_[n]);
             branch(n);
@@ -56,7 +59,7 @@ class decoder
                              choices_.end(), cheaper);
             choices_.resize(keep);
             if (n % rows_between_looks == 0 &&
-                std::min_element(choices_.begin(), choices_.end(), cheaper)->cost > cost_max) {
+                std::min_element(choices_.begin(), choices_.end(), leaves_less)->square > square_max) {
                 return {};
             }
             go_on(n);
@@ -76,8 +79,9 @@ class decoder
             const auto add = [&](double at_m, bool is_lost) {
                 const double way_m = without_m_ - at_m;
                 const double rest = due - way_m * loss_.values[0];
-                const double cost = before.cost + (counts_[row] * rest * rest + (is_lost ? penalty_ : 0.0));
-                choices_.push_back({cost, way_m, static_cast<std::uint8_t>(i), is_lost});
+                const double square = counts_[row] * rest * rest;
+                const double cost = before.cost + (square + (is_lost ? penalty_ : 0.0));
+                choices_.push_back({before.square + square, cost, way_m, static_cast<std::uint8_t>(i), is_lost});
             };
             const bool may_lose = before.run < losses_in_a_row_max;
             if (may_lose) {
@@ -106,7 +110,7 @@ class decoder
             }
             made[length_ - 1] = 0.0;
             history &before = kept_[one.from];
-            kept_next_.push_back({one.cost, std::move(one.is_lost ? lost_paths_[one.from] : before.path),
+            kept_next_.push_back({one.square, one.cost, std::move(one.is_lost ? lost_paths_[one.from] : before.path),
                                   one.is_lost ? before.run + 1 : 0});
             ways_back_[n * histories_max + i] = static_cast<std::uint8_t>(one.from | (one.is_lost ? lost_bit : 0));
         }
@@ -162,9 +166,9 @@ class decoder
 
 std::optional<decoded_losses> decode_losses(const std::vector<double> &sent, const driven_path &path,
                                             const loss_trace &loss, const std::vector<double> &error,
-                                            const std::vector<double> &counts, double penalty, double cost_max)
+                                            const std::vector<double> &counts, double penalty, double square_max)
 {
-    return decoder(sent, path, loss, error, counts, penalty).decode(cost_max);
+    return decoder(sent, path, loss, error, counts, penalty).decode(square_max);
 }
 
 } // namespace berth

@@ -22,10 +22,11 @@ struct decoded_losses {
  * tells losses apart whose traces ring into each other.
  * `error`: of a replay in which none was lost, of which the rows in `counts` are compared (1 or 0); `penalty`:
  * squares that a loss has to explain; `path`: what the robot makes of the setpoints at the first of them; `loss` is
- * of what comes after it. Nothing as soon as all that is kept costs more than `cost_max`: it can only grow. */
+ * of what comes after it. Nothing as soon as all that is kept leaves more than `square_max`: that can only grow.
+ * Without a penalty histories which differ by losses that hardly show crowd out others. */
 std::optional<decoded_losses> decode_losses(const std::vector<double> &sent, const driven_path &path,
                                             const loss_trace &loss, const std::vector<double> &error,
-                                            const std::vector<double> &counts, double penalty, double cost_max);
+                                            const std::vector<double> &counts, double penalty, double square_max);
 
 } // namespace berth
 

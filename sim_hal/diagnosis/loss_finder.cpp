@@ -43,8 +43,7 @@ void loss_finder::settle(std::vector<std::uint8_t> guess, double left_max)
     constexpr double promising = 0.7;
     constexpr double spiky = 1.5;
     const double sigma = sigma_of(settler.rest(), model_.uses());
-    const double rows = std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
-    if (square_ < promising * none_.square() && square_ > spiky * sigma * sigma * rows) {
+    if (square_ < promising * none_.square() && square_ > spiky * sigma * sigma * rows_compared()) {
         decode(left_max);
     }
 }
@@ -68,24 +67,27 @@ void loss_finder::decode(std::size_t ticks, double left_max)
     const std::vector<double> sent = first_of(model_.data().command_position_m);
     const std::vector<double> error = first_of(none_.rest());
     const std::vector<double> counts = first_of(none_.counts());
+    const double square_max = left_max * none_.square();
     double penalty = 0.0; /* at first whatever it takes, to see how much noise there is at least */
-    double cost_max = left_max * none_.square();
-    decoded_losses found;
-    for (int pass = 0; pass < 3; pass++) {
-        std::optional<decoded_losses> decoded = decode_losses(sent, path_, loss_, error, counts, penalty, cost_max);
-        if (!decoded) {
-            return;
-        }
-        cost_max = unlimited;
-        found = std::move(*decoded);
-        const double sigma = sigma_of(found.rest, model_.uses());
-        penalty = least(found.lost) * sigma * sigma;
+    std::optional<decoded_losses> found = decode_losses(sent, path_, loss_, error, counts, penalty, square_max);
+    if (!found) { /* or what it takes beside as much noise as may be left: fewer histories are worth keeping */
+        penalty = least(std::vector<std::uint8_t>(sent.size(), 0)) * square_max / rows_compared();
+        found = decode_losses(sent, path_, loss_, error, counts, penalty, square_max);
+    }
+    if (!found) {
+        return;
+    }
+    constexpr int refinements = 2;
+    for (int pass = 0; pass < refinements; pass++) {
+        const double sigma = sigma_of(found->rest, model_.uses());
+        penalty = least(found->lost) * sigma * sigma;
+        found = decode_losses(sent, path_, loss_, error, counts, penalty, unlimited);
     }
     penalty_ = penalty;
-    if (lost.empty() || cost_of(found.rest, found.lost) < cost()) {
-        square_ = counted_squares(found.rest, none_.counts());
-        lost = std::move(found.lost);
-        sigma_ = sigma_of(found.rest, model_.uses());
+    if (lost.empty() || cost_of(found->rest, found->lost) < cost()) {
+        square_ = counted_squares(found->rest, none_.counts());
+        sigma_ = sigma_of(found->rest, model_.uses());
+        lost = std::move(found->lost);
         is_decoded = true;
     }
 }
@@ -95,10 +97,14 @@ double loss_finder::cost_of(const std::vector<double> &rest, const std::vector<s
     return counted_squares(rest, none_.counts()) + penalty_ * static_cast<double>(count_of(rows));
 }
 
+double loss_finder::rows_compared() const
+{
+    return std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
+}
+
 double loss_finder::information() const
 {
-    const double rows = std::accumulate(none_.counts().begin(), none_.counts().end(), 0.0);
-    return rows * std::log(square_) + least(lost) * static_cast<double>(count_of(lost));
+    return rows_compared() * std::log(square_) + least(lost) * static_cast<double>(count_of(lost));
 }
 
 double loss_finder::least(const std::vector<std::uint8_t> &rows) const

@@ -50,6 +50,7 @@ class loss_finder
 
   private:
     void decode(std::size_t ticks, double left_max);
+    double rows_compared() const;
 
     const block_model &model_;
     driven_path path_;
