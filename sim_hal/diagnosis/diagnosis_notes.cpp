@@ -5,6 +5,7 @@
 
 #include "command_steps.h"
 #include "formatted.h"
+#include "record_columns.h"
 
 namespace berth
 {
@@ -66,6 +67,34 @@ void tell_scaled_manipulator(diagnosis &result)
                 "operator_force_N and force_N with a known weight");
         }
     }
+}
+
+void tell_other_zero_of_force(diagnosis &result)
+{
+    constexpr double alike = 0.02;
+    const auto found_in = [&](block which, std::string_view effect, const char *key) {
+        for (const block_diagnosis &block : result.blocks) {
+            const bool is_named = std::any_of(block.causes.begin(), block.causes.end(),
+                                              [&](const cause &known) { return known.effect->name == effect; });
+            if (block.block == which && is_named) {
+                return value_of(block.extended, key) - value_of(result.given, key);
+            }
+        }
+        return 0.0;
+    };
+    const double bias_N = found_in(block::force, "sensor.bias", "sensor.bias_N");
+    const double lacked_N =
+        found_in(block::manipulator, "manipulator.gravity_offset", "manipulator.gravity_offset_N");
+    if (result.data.header_line == 0 || bias_N == 0.0 || std::abs(bias_N + lacked_N) > alike * std::abs(bias_N)) {
+        return;
+    }
+    signal_source source = source_of(result.given, "force_N");
+    source.offset -= bias_N;
+    result.notes.push_back(formatted("force_N has %.4g N more than the sensor gives, and the manipulator did not "
+                                     "feel them: a sensor's bias it would; ",
+                                     bias_N) +
+                           "if the log counts from another zero than the firmware, say in the rig file " +
+                           mapping_of(source));
 }
 
 } // namespace berth

@@ -16,6 +16,9 @@ void tell_command_steps(diagnosis &result);
 /* A force that is scaled wrongly looks like a manipulator of which mass, damping and stiffness are. */
 void tell_scaled_manipulator(diagnosis &result);
 
+/* A log's force from another zero than the one that the firmware got is two causes, of which neither is there. */
+void tell_other_zero_of_force(diagnosis &result);
+
 } // namespace berth
 
 #endif

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "../../hal/rig/rig_file.h"
@@ -25,8 +24,13 @@ struct mistake {
     bool is_sure = false;
 };
 
-constexpr mistake mistakes_of_force[] = {
-    {"force_N", -1.0, "had the opposite sign"}, {"force_N", 1e3, "were in kN"}, {"force_N", 1e-3, "were in mN"}};
+constexpr double N_per_kgf = 9.80665;
+constexpr double N_per_lbf = 4.4482216152605;
+constexpr mistake mistakes_of_force[] = {{"force_N", -1.0, "had the opposite sign"},
+                                         {"force_N", 1e3, "were in kN"},
+                                         {"force_N", 1e-3, "were in mN"},
+                                         {"force_N", N_per_kgf, "were in kgf"},
+                                         {"force_N", N_per_lbf, "were in lbf"}};
 constexpr mistake mistakes_of_command[] = {{"command_position_m", 1e-3, "were in mm"},
                                            {"command_position_m", 1e-2, "were in cm"},
                                            {"command_position_m", 0.0254, "were in inches"}};
@@ -37,6 +41,8 @@ constexpr mistake mistakes_of_robot[] = {{"robot_position_m", -1.0, "had the opp
 constexpr mistake mistakes_of_operator[] = {{"operator_force_N", -1.0, "had the opposite sign"},
                                             {"operator_force_N", 1e3, "were in kN"},
                                             {"operator_force_N", 1e-3, "were in mN"},
+                                            {"operator_force_N", N_per_kgf, "were in kgf"},
+                                            {"operator_force_N", N_per_lbf, "were in lbf"},
                                             {"operator_position_m", -1.0, "had the opposite sign"},
                                             {"operator_position_m", 1e-3, "were in mm"}};
 
@@ -89,6 +95,16 @@ double share_unexplained(block block, const record &data, const rig &given)
     return moves > 0.0 ? rms_of(error, model.uses(), row_use::fit) / moves : 0.0;
 }
 
+/* A force that hardly acts may be one that something else holds against; a stiffness of a tenth is a rig file that
+ * is wrong, one of a thousandth is none. */
+bool may_be_the_rig(block block, const mistake &one)
+{
+    if (one.signal != "force_N" || one.scale < 0.0) {
+        return false;
+    }
+    return block == block::manipulator ? one.scale < 1.0 : one.scale > 0.03 && one.scale < 30.0;
+}
+
 /* Those after which far less is left, the best one first. */
 std::vector<mistake> find_mistakes(block block, const record &data, const rig &given)
 {
@@ -115,33 +131,16 @@ std::vector<mistake> find_mistakes(block block, const record &data, const rig &g
         one.error = share_unexplained(block, changed, given);
         values = original;
         changed.operator_velocity_m_per_s = data.operator_velocity_m_per_s;
-        if (one.error < is_far && one.error < far_less * before) {
-            /* A force that hardly acts may be one that something else holds against. */
-            const bool is_off =
-                block == block::manipulator && one.signal == "force_N" && one.scale < 1.0 && one.scale > 0.0;
+        const bool may_be_rig = may_be_the_rig(block, one);
+        if (one.error < (may_be_rig ? is_right : is_far) && one.error < far_less * before) {
             one.is_sure =
-                !is_off && (block == block::manipulator || before > is_wrong) && one.error < is_right * before;
+                !may_be_rig && (block == block::manipulator || before > is_wrong) && one.error < is_right * before;
             found.push_back(one);
         }
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const mistake &a, const mistake &b) { return a.error < b.error; });
     return found;
-}
-
-std::string number(double value)
-{
-    char text[40];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
-}
-
-/* As it stands in the rig file. */
-std::string mapping_of(const signal_source &source)
-{
-    return "[signals] " + source.signal + " = { column = \"" + source.column +
-           "\", scale = " + number(source.scale) +
-           (source.offset == 0.0 ? "" : ", offset = " + number(source.offset)) + " }";
 }
 
 std::string mapping_of(const mistake &one, const rig &given)

@@ -146,6 +146,13 @@ signal_source source_of(const rig &rig, std::string_view signal)
     return {std::string(signal), std::string(signal), 1.0, 0.0};
 }
 
+std::string mapping_of(const signal_source &source)
+{
+    return "[signals] " + source.signal + " = { column = \"" + source.column +
+           "\", scale = " + formatted("%.9g", source.scale) +
+           (source.offset == 0.0 ? "" : ", offset = " + formatted("%.9g", source.offset)) + " }";
+}
+
 void take_columns(record &made, const record_table &table, const rig &rig)
 {
     std::vector<std::string> hints;

@@ -28,6 +28,9 @@ constexpr signal_member signal_members[] = {
 /* Where the signal stands in a file: as the rig file says, or under its own name. */
 signal_source source_of(const rig &rig, std::string_view signal);
 
+/* As it stands in the rig file. */
+std::string mapping_of(const signal_source &source);
+
 /* Takes the signals, and notes what a reader should know. Throws input_error with file, line and column. */
 void take_columns(record &made, const record_table &table, const rig &rig);
 

@@ -57,7 +57,8 @@ MISTAKES = [("robot", "robot_position_m", -1.0, "opposite sign"), ("robot", "rob
             ("robot", "command_position_m", 1e3, "in mm"), ("robot", "robot_position_m", 100.0, "in cm"),
             ("robot", "command_position_m", 1.0 / 0.0254, "in inches"), ("force", "force_N", -1.0, "opposite sign"),
             ("force", "force_N", 1e-3, "in kN"), ("force", "command_position_m", 1e3, "in mm"),
-            ("all", "force_N", -1.0, "opposite sign"), ("all", "command_position_m", 1e3, "in mm"),
+            ("all", "force_N", -1.0, "opposite sign"), ("all", "force_N", 1.0 / 9.80665, "in kgf"),
+            ("all", "force_N", 1.0 / 4.4482216, "in lbf"), ("all", "command_position_m", 1e3, "in mm"),
             ("all", "operator_position_m", -1.0, "opposite sign"), ("all", "operator_position_m", 1e3, "in mm")]
 
 
@@ -91,6 +92,21 @@ def test_who_says_that_it_is_right_is_only_told(columns, tmp_path):
     assert any("opposite sign" in note and "scale = -1" in note for note in found["notes"])
 
 
+@pytest.mark.parametrize("unit, in_N", [("kgf", 9.80665), ("lbf", 4.4482216)])
+def test_a_force_that_may_be_in_another_unit_or_a_wrong_stiffness_is_told(columns, good, tmp_path, unit, in_N):
+    spoilt = part_of(columns, "force")
+    spoilt["force_N"] = spoilt["force_N"] / in_N
+    record = write(tmp_path / "record.csv", spoilt)
+    found = diagnosed(tmp_path / "out", record, "--rig", "ess")
+    [note] = [note for note in found["notes"] if f"were in {unit}" in note]
+    [cure] = re.findall(r"force_N = (\{[^}]*\})", note)
+    rig = tmp_path / "cured.toml"
+    rig.write_text((RIG_FOLDER / "ess.toml").read_text() + f"\n[signals]\nforce_N = {cure}\n")
+    cured = diagnosed(tmp_path / "out", record, "--rig", rig)
+    assert cured["verdict"] == good["force"]["verdict"]
+    assert not any("were in" in note for note in cured["notes"] + good["force"]["notes"])
+
+
 def test_another_zero_of_the_reports_is_told_and_the_cure_cures(columns, good, tmp_path):
     spoilt = part_of(columns, "robot")
     spoilt["robot_position_m"] = spoilt["robot_position_m"] + 0.02
@@ -104,6 +120,26 @@ def test_another_zero_of_the_reports_is_told_and_the_cure_cures(columns, good, t
     cured = diagnosed(tmp_path / "out", record, "--rig", rig)
     assert cured["verdict"] == good["robot"]["verdict"]
     for notes in (cured["notes"], good["robot"]["notes"]):
+        assert not any("another zero" in note for note in notes)
+
+
+@pytest.mark.parametrize("offset_N", [20.0, -35.0])
+def test_another_zero_of_the_force_is_told_and_the_cure_cures(columns, good, tmp_path, offset_N):
+    spoilt = columns | {"force_N": columns["force_N"] + offset_N}
+    record = write(tmp_path / "record.csv", spoilt)
+    found = diagnosed(tmp_path / "out", record, "--rig", "ess")
+    [note] = [note for note in found["notes"] if "another zero" in note]
+    assert f"force_N has {offset_N:.2g}" in note
+    [cure] = re.findall(r"force_N = (\{[^}]*\})", note)
+    rig = tmp_path / "cured.toml"
+    rig.write_text((RIG_FOLDER / "ess.toml").read_text() + f"\n[signals]\nforce_N = {cure}\n")
+    cured = diagnosed(tmp_path / "out", record, "--rig", rig)
+    assert cured["verdict"] == good["all"]["verdict"]
+    # A bias that the manipulator felt is one.
+    felt = diagnosed(tmp_path / "out", write(tmp_path / "felt.csv", columns), "--rig", "ess", "--set",
+                     f"sensor.bias_N={-offset_N}")
+    assert any(cause["effect"] == "sensor.bias" for cause in felt["causes"])
+    for notes in (cured["notes"], felt["notes"]):
         assert not any("another zero" in note for note in notes)
 
 
