@@ -20,7 +20,8 @@ void keep_first(std::vector<T> &values, std::size_t rows)
 
 sample_events first_rows(sample_events events, std::size_t rows)
 {
-    for (auto *const of : {&events.lost_command, &events.robot_repeats, &events.force_repeats, &events.spike}) {
+    for (auto *const of :
+         {&events.lost_command, &events.loss_shows, &events.robot_repeats, &events.force_repeats, &events.spike}) {
         keep_first(*of, rows);
     }
     return events;

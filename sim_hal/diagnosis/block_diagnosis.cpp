@@ -34,11 +34,12 @@ bool is_rounding_alone(const event_finding &steps, const block_diagnosis &result
 }
 
 /* Setpoints that are lost show only once the robot is right but for them: after a cause that its tolerances do not
- * hold, such as another dead time, they are looked for again. */
+ * hold, such as another dead time, they are looked for again, also where they would pass for noise. */
 bool find_losses_behind(block block, const diagnosis_input &input, const rig &given, const block_diagnosis &result,
                         events_of_records &events, std::vector<event_finding> &found_events)
 {
-    if (block != block::robot || result.causes.empty() || result.verdict != verdict::partly_explained) {
+    const bool is_open = result.verdict == verdict::partly_explained || result.verdict == verdict::named;
+    if (block != block::robot || result.causes.empty() || !is_open) {
         return false;
     }
     const std::size_t before = found_events.size();

@@ -43,18 +43,46 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     return 2 * static_cast<std::size_t>(smaller) < done.size();
 }
 
-/* Counted are those whose loss would have been seen; where none would by itself, all that lead anywhere. */
-event_finding finding_of(const rig &rig, const record &record, const std::vector<std::uint8_t> &lost, double clear_m)
+/* Those of the setpoints whose loss this block would show, or one before it would; where none of these was lost, of
+ * all that `lead` anywhere. */
+event_finding finding_among(std::vector<std::uint8_t> shown, const std::vector<std::uint8_t> &lead,
+                            sample_events &events)
 {
-    const std::vector<double> at_stake_m = way_at_stake_m(rig, record, lost);
-    const double most_m = *std::max_element(at_stake_m.begin(), at_stake_m.end());
-    std::vector<std::uint8_t> counted(record.size(), 0);
-    std::size_t seen = 0;
-    for (std::size_t n = 1; n < record.size(); n++) {
-        counted[n] = at_stake_m[n] > (most_m > clear_m ? clear_m : 0.0);
-        seen += counted[n] != 0 && lost[n] != 0;
+    const auto lost_of = [&](const std::vector<std::uint8_t> &rows) {
+        std::size_t count = 0;
+        for (std::size_t n = 0; n < rows.size(); n++) {
+            count += rows[n] != 0 && events.lost_command[n] != 0;
+        }
+        return count;
+    };
+    events.loss_shows.resize(shown.size(), 0);
+    std::transform(shown.begin(), shown.end(), events.loss_shows.begin(), events.loss_shows.begin(),
+                   [](std::uint8_t here, std::uint8_t before) { return here | before; });
+    const std::vector<std::uint8_t> &counted = lost_of(events.loss_shows) > 0 ? events.loss_shows : lead;
+    return found_in("robot.lost_commands", lost_of(counted), events.lost_command, counted);
+}
+
+std::vector<std::uint8_t> rows_that_lead(const std::vector<double> &command_m)
+{
+    std::vector<std::uint8_t> made(command_m.size(), 0);
+    for (std::size_t n = 1; n < command_m.size(); n++) {
+        made[n] = command_m[n] != command_m[n - 1];
     }
-    return found_in("robot.lost_commands", seen, lost, counted);
+    return made;
+}
+
+/* The same where what a setpoint does depends on those before it. */
+event_finding finding_behind_what_switches(const rig &rig, const record &record, double clear_m,
+                                           sample_events &events)
+{
+    const std::vector<double> at_stake_m = way_at_stake_m(rig, record, events.lost_command);
+    std::vector<std::uint8_t> shown(record.size(), 0);
+    std::vector<std::uint8_t> lead(record.size(), 0);
+    for (std::size_t n = 1; n < record.size(); n++) {
+        shown[n] = at_stake_m[n] > clear_m;
+        lead[n] = at_stake_m[n] > 0.0;
+    }
+    return finding_among(std::move(shown), lead, events);
 }
 
 /* Where what a setpoint does depends on those before it, all are decided in turn. */
@@ -88,16 +116,17 @@ std::vector<event_finding> decode_behind_what_switches(block_model &model, const
         finder.share_left() > search.left_max) {
         return {};
     }
-    const std::vector<std::uint8_t> before = std::exchange(events.lost_command, std::move(finder.lost));
+    const sample_events before = events;
+    events.lost_command = std::move(finder.lost);
     if (search.polish) {
         block_model with_them(model.which(), record, rig, events, held_out_parts::none);
         with_them.use(model.uses());
         polish_losses(with_them, rig, loss, finder.least(events.lost_command), events);
     }
-    const event_finding found =
-        finding_of(rig, record, events.lost_command, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square));
+    const event_finding found = finding_behind_what_switches(
+        rig, record, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square), events);
     if (are_too_many(found)) {
-        events.lost_command = before;
+        events = before;
         return {};
     }
     return {found};
@@ -129,6 +158,15 @@ class clear_losses
         const auto is_opposite = [&](double share) { return share - usual_ < -like; }; /* there is no such thing */
         const auto opposites = static_cast<std::size_t>(std::count_if(shares_.begin(), shares_.end(), is_opposite));
         return hits_ >= events_min && opposites * 4 <= hits_ && are_few();
+    }
+
+    std::vector<std::uint8_t> shown() const
+    {
+        std::vector<std::uint8_t> made(lost.size(), 0);
+        for (const std::size_t n : rows) {
+            made[n] = 1;
+        }
+        return made;
     }
 
     std::vector<std::size_t> rows;  /* whose loss would stand out */
@@ -194,52 +232,49 @@ class clear_losses
     std::size_t hits_ = 0;
 };
 
-/* Counted are those whose loss would stand out by itself; where none would, the decoder looked at all that lead
- * anywhere. With those that another channel has shown. */
-event_finding finding_among(const std::vector<std::size_t> &clear_rows, const std::vector<double> &command_m,
-                            const std::vector<std::uint8_t> &lost)
-{
-    std::vector<std::uint8_t> counted(lost.size(), 0);
-    for (const std::size_t n : clear_rows) {
-        counted[n] = 1;
-    }
-    for (std::size_t n = 1; n < lost.size() && clear_rows.empty(); n++) {
-        counted[n] = command_m[n] != command_m[n - 1];
-    }
-    std::size_t all = 0;
-    for (std::size_t n = 0; n < lost.size(); n++) {
-        all += counted[n] != 0 && lost[n] != 0;
-    }
-    return found_in("robot.lost_commands", all, lost, counted);
-}
-
 } // namespace
 
 bool force_knows_of(block_model &force, const rig &rig, const sample_events &events)
 {
     const loss_trace loss = trace_of_loss(force, rig);
+    const record &record = force.data();
     std::vector<double> error;
     force.error(rig, error);
-    const record &record = force.data();
+    block_model with_them(block::force, record, rig, events, held_out_parts::none);
+    std::vector<double> left;
+    with_them.error(rig, left);
     /* A grip that has given way feels nothing, and otherwise than this model after it: it is not asked. */
     constexpr double held_share = 0.5;
+    constexpr double felt_sd = 2.0; /* of the noise, over all of its trace: before a contact it is felt less */
     const double least_N = 0.1 * rms_of(record.force_N, force.uses(), row_use::fit);
+    const double felt_square = std::pow(felt_sd * sigma_of(error, force.uses()), 2);
     const std::vector<double> lacked_m = way_lacked_m(rig, record, events.lost_command);
     std::vector<double> shares;
+    std::size_t asked = 0;
     std::size_t held = 0;
     for (std::size_t n = 1; n + loss.first + loss.values.size() < record.size() && !loss.values.empty(); n++) {
-        if (events.lost_command[n] != 0 && lacked_m[n] != 0.0) {
-            double sum = 0.0;
-            double largest_N = 0.0;
-            for (std::size_t k = 0; k < loss.values.size(); k++) {
-                sum += loss.values[k] * error[n + loss.first + k];
-                largest_N = std::max(largest_N, std::abs(record.force_N[n + loss.first + k]));
+        if (events.lost_command[n] == 0 || lacked_m[n] == 0.0) {
+            continue;
+        }
+        double sum = 0.0;
+        double square = 0.0;
+        double largest_N = 0.0;
+        for (std::size_t at = n + loss.first; at < n + loss.first + loss.values.size(); at++) {
+            const double done = error[at] - left[at];
+            sum += done * error[at];
+            square += done * done;
+            largest_N = std::max(largest_N, std::abs(record.force_N[at]));
+        }
+        asked++;
+        if (largest_N > least_N) {
+            held++;
+            if (square > felt_square) {
+                shares.push_back(sum / square);
             }
-            shares.push_back(sum / (lacked_m[n] * loss.square));
-            held += largest_N > least_N;
         }
     }
-    return median_of(shares) > 0.5 || static_cast<double>(held) < held_share * static_cast<double>(shares.size());
+    return shares.size() < events_min || median_of(shares) > 0.5 ||
+           static_cast<double>(held) < held_share * static_cast<double>(asked);
 }
 
 std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig, const std::vector<double> &error,
@@ -275,11 +310,14 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
                     are_the_smallest(model.data().command_position_m, finder.lost)))) {
         return {};
     }
-    const event_finding found = finding_among(clear.rows, model.data().command_position_m, finder.lost);
+    const sample_events before = events;
+    events.lost_command = std::move(finder.lost);
+    const event_finding found =
+        finding_among(clear.shown(), rows_that_lead(model.data().command_position_m), events);
     if (are_too_many(found)) {
+        events = before;
         return {};
     }
-    events.lost_command = std::move(finder.lost);
     return {found};
 }
 

@@ -138,6 +138,11 @@ std::vector<bool> read_header(record_table &table, std::string_view line, const 
     return is_wanted;
 }
 
+bool is_of_no_text(char letter)
+{
+    return letter >= 0 && letter < ' ' && letter != '\t' && letter != '\r';
+}
+
 } // namespace
 
 record_table read_record_table(const std::string &path, const std::vector<std::string> &wanted)
@@ -153,6 +158,9 @@ record_table read_record_table(const std::string &path, const std::vector<std::s
     if (line.find('\0') != std::string_view::npos) { /* letters of two bytes or four, or no letters */
         throw input_error(place(path, lines.number()) +
                           "is no text of one byte a letter, UTF-16 perhaps; save it as UTF-8");
+    }
+    if (std::any_of(line.begin(), line.end(), is_of_no_text)) {
+        throw input_error(place(path, lines.number()) + "is no text; a record is a CSV file or a log (.ulg)");
     }
     if (is_there && (trimmed(line).empty() || trimmed(line).front() == '#')) {
         is_there = next_row(lines, line);

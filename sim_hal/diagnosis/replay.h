@@ -16,6 +16,7 @@ namespace berth
 /* What happened to single samples, by row of the record; empty: nothing did. */
 struct sample_events {
     std::vector<std::uint8_t> lost_command;  /* the setpoint of this row did not reach the robot */
+    std::vector<std::uint8_t> loss_shows;    /* had it not, a block that was looked at would show it */
     std::vector<std::uint8_t> robot_repeats; /* the robot's position is that of the row before */
     std::vector<std::uint8_t> force_repeats;
     std::vector<std::uint8_t> spike; /* the force of this row is not one */

@@ -393,7 +393,17 @@ void judge_robot_again(block_diagnosis &robot, const block_diagnosis &force, con
                                       [](const cause &known) { return known.effect->block() == "robot"; });
     if (robot.block == block::robot && leaves_something(robot) && has_more) {
         const block_diagnosis again = diagnose_block(block::robot, input, force.extended, events, {});
-        robot.verdict = again.causes.empty() ? again.verdict : robot.verdict;
+        const bool is_more_told = std::any_of(again.causes.begin(), again.causes.end(),
+                                              [&](const cause &known) { return !has(force, known.effect->name); });
+        if (is_more_told) {
+            return;
+        }
+        robot.doubts = again.doubts;
+        if (robot.causes.empty()) {
+            robot.verdict = again.verdict;
+        } else if (again.verdict == verdict::nothing_detectable) {
+            robot.verdict = verdict::named;
+        }
     }
 }
 

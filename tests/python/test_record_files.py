@@ -88,6 +88,12 @@ def test_letters_of_more_than_a_byte(tmp_path, encoding):
     refused(tmp_path, record, "--rig", "ess", contains=[":1: ", "UTF-16", "save it as UTF-8"])
 
 
+def test_bytes_that_are_no_text(tmp_path):
+    record = tmp_path / "bytes.csv"
+    record.write_bytes(bytes(1 + (37 * n) % 9 for n in range(300)) + b";" + bytes(range(1, 32)) * 20)
+    refused(tmp_path, record, "--rig", "ess", contains=[f"{record}:1: ", "is no text", "a CSV file or a log"])
+
+
 @pytest.mark.parametrize("separator, told", [(";", "semicolons"), ("\t", "tabs"), (" ", "blanks")])
 def test_a_table_with_other_separators(tmp_path, separator, told):
     """As a spreadsheet writes it where the comma is the decimal point."""
