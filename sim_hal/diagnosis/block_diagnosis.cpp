@@ -5,6 +5,7 @@
 
 #include "acceptance.h"
 #include "block_search.h"
+#include "driven_path.h"
 #include "single_samples.h"
 #include "switch_beside_losses.h"
 
@@ -38,14 +39,24 @@ bool is_rounding_alone(const event_finding &steps, const block_diagnosis &result
 bool find_losses_behind(block block, const diagnosis_input &input, const rig &given, const block_diagnosis &result,
                         events_of_records &events, std::vector<event_finding> &found_events)
 {
-    const bool is_open = result.verdict == verdict::partly_explained || result.verdict == verdict::named;
+    /* Behind what switches, losses that pass for noise would take as long as the whole search. */
+    const bool is_open = result.verdict == verdict::partly_explained ||
+                         (result.verdict == verdict::named && follows_setpoints(result.extended));
     if (block != block::robot || result.causes.empty() || !is_open) {
         return false;
     }
-    const std::size_t before = found_events.size();
+    const std::vector<std::uint8_t> known = events.fit.lost_command;
     const std::optional<rig> with_switch = switch_beside_losses(input, given, result);
-    find_single_samples(block, input, with_switch.value_or(result.extended), events, found_events);
-    return found_events.size() > before;
+    std::vector<event_finding> found;
+    find_single_samples(block, input, with_switch.value_or(result.extended), events, found);
+    for (const event_finding &one : found) {
+        found_events.erase(
+            std::remove_if(found_events.begin(), found_events.end(),
+                           [&](const event_finding &earlier) { return earlier.effect == one.effect; }),
+            found_events.end());
+        found_events.push_back(one);
+    }
+    return !found.empty() && events.fit.lost_command != known;
 }
 
 /* Setpoints that were lost are decoded in what the base leaves: a cause beside it, such as a bias, has led a few of
@@ -155,7 +166,8 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         }
         cause made;
         made.effect = found.effect;
-        made.share_explained = 1.0;
+        made.share_explained =
+            share_explained_by(found, block, input, result.extended, events.fit, result.fit_rms.floor);
         for (std::size_t i = 0; i < found.values.size(); i++) {
             made.parameters.push_back(
                 {std::string(found.effect->parameters[i].key), found.values[i], found.ci95[i]});

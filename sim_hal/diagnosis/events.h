@@ -18,7 +18,6 @@ struct event_finding {
     std::vector<double> values; /* of its parameters */
     std::vector<double> ci95;
     std::size_t count;  /* of samples concerned */
-    double share = 0.0; /* of the explainable error, set where it is known */
     bool in_bursts = false;
 };
 

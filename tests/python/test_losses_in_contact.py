@@ -61,7 +61,7 @@ def force_on(robot_m):
     return made_N
 
 
-def lossy_record(path, seed, lost_share, lag_ms, rows=12000):
+def lossy_record(path, seed, lost_share, lag_ms, rows=12000, force_step_N=0.0):
     rng = np.random.default_rng(seed)
     sent_m = strides(rows, rng)
     taken_m = sent_m.copy()
@@ -75,17 +75,19 @@ def lossy_record(path, seed, lost_share, lag_ms, rows=12000):
         keeps = np.exp(-STEP_s / (1e-3 * lag_ms))
         robot_m = scipy.signal.lfilter([1 - keeps], [1, -keeps], robot_m, zi=[keeps * robot_m[0]])[0]
     force_N = np.interp(t_s - 1e-3 * FOAM["sensor"]["delay_ms"], fine_s, force_on(robot_m))
+    force_N += 0.2 * rng.standard_normal(rows)
+    if force_step_N > 0.0:
+        force_N = force_step_N * np.round(force_N / force_step_N)
     columns = {"t_s": t_s, "command_position_m": sent_m,
-               "robot_position_m": robot_m[::STEPS] + 5e-6 * rng.standard_normal(rows),
-               "force_N": force_N + 0.2 * rng.standard_normal(rows)}
+               "robot_position_m": robot_m[::STEPS] + 5e-6 * rng.standard_normal(rows), "force_N": force_N}
     np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="",
                fmt="%.12g")
     return np.mean(is_lost)
 
 
-def told_of(tmp_path, seed, lost_share, lag_ms):
+def told_of(tmp_path, seed, lost_share, lag_ms, **more):
     print(f"seed {seed}; again: pytest tests/python/test_losses_in_contact.py -k '{seed}'")
-    share = lossy_record(tmp_path / "record.csv", seed, lost_share, lag_ms)
+    share = lossy_record(tmp_path / "record.csv", seed, lost_share, lag_ms, **more)
     done = command("diagnose", tmp_path / "record.csv", "--rig", "concept-foam", "--out", tmp_path / "out")
     assert done.returncode == EXIT_DONE, done.stderr.decode()
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
@@ -98,6 +100,13 @@ def test_nothing_is_lost(tmp_path):
     assert told["verdict"] == "nothing_detectable", told["causes"]
 
 
+def test_of_rounding_no_share_is_told(tmp_path):
+    """No replay tells what it does: the next row is rounded as it comes."""
+    _, told, _ = told_of(tmp_path, 2, 0.0, 0.0, force_step_N=1.0)
+    [cause] = told["causes"]
+    assert cause["effect"] == "sensor.quantisation" and cause["share_explained"] is None
+
+
 @pytest.mark.parametrize("lost_share, lag_ms", [(0.02, 0.0), (0.08, 0.0), (0.02, 10.0), (0.05, 10.0)])
 @pytest.mark.parametrize("seed", [11, 12])
 def test_the_share_that_is_lost_is_told(tmp_path, seed, lost_share, lag_ms):
@@ -108,6 +117,8 @@ def test_the_share_that_is_lost_is_told(tmp_path, seed, lost_share, lag_ms):
     else:  # the smallest of so many are not found, and something small may stand in for them, which is said
         robot = next(block for block in told["blocks"] if block["block"] == "robot")
         assert told["verdict"] == "named" or robot["doubts"], told["verdict"]
+    [explained] = [cause["share_explained"] for cause in told["causes"] if cause["effect"] == "robot.lost_commands"]
+    assert 0.9 < explained <= 1.0
     low, high = values["robot.lost_commands"]["ci95"]
     middle, half = (low + high) / 2, (high - low) / 2
     assert abs(middle - share) < 1.5 * half, (low, high, share)  # a draw in 300 is further off
