@@ -17,7 +17,7 @@ struct event_finding {
     const berth::effect *effect;
     std::vector<double> values; /* of its parameters */
     std::vector<double> ci95;
-    std::size_t count;  /* of samples concerned */
+    std::size_t count; /* of samples concerned */
     bool in_bursts = false;
 };
 
