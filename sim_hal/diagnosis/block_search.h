@@ -214,6 +214,9 @@ class block_search
     /* Behind a robot's fault that switches, each instant that is off is an error in a stiff contact, and some cause
      * lowers it: one whose size may be none beside what is left is not told. */
     void withdraw_what_may_be_none(block_diagnosis &result);
+    /* A sensor's gain beside another cause, without which all forces of the object scaled by it do as well: where a
+     * grip gives way they decide the moments, and a fit finds only one of the two. */
+    void withdraw_gain_of_scaled_object(block_diagnosis &result);
     /* All causes: back to the re-tuned base. */
     void withdraw(block_diagnosis &result);
     /* Its interval holds the size at which it does nothing. */
@@ -223,6 +226,7 @@ class block_search
     bool holds_zero(const remains &left);
     /* A cause makes so much or so little of a body that it stands in for something else. */
     bool is_another_body(const remains &left);
+    bool may_be_scaled_object(const remains &) { return may_be_scaled_object_; }
     bool shows_line(const remains &left);
     /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:
      * what fits one record does not predict another. */
@@ -296,6 +300,7 @@ class block_search
     bool is_suspect_ = false;
     bool is_rest_ = false;
     bool follows_nothing_ = false;
+    bool may_be_scaled_object_ = false;
     std::vector<const effect *> found_;
     std::vector<row_use> uses_with_slips_; /* behind slips */
 };

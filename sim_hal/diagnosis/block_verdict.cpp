@@ -53,6 +53,7 @@ bool is_known(std::string_view path, double value, double sd)
 void block_search::conclude(block_diagnosis &result)
 {
     withdraw_what_follows_nothing(result);
+    withdraw_gain_of_scaled_object(result);
     result.verdict = verdict_of(result);
     if (incumbent_.rig.robot.clock == robot_clock::free) {
         wrap_clock_phase(incumbent_.rig, model_.data().period_s);
@@ -118,6 +119,8 @@ const block_search::doubt block_search::doubts[] = {
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"a mass or a stiffness would be less than a hundredth, or more than a hundred times, of what the rig file says",
      &block_search::is_another_body},
+    {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
+     &block_search::may_be_scaled_object},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
     {"parts begin in motion and end before the sensor has ceased to ring: longer ones would tell",
      &block_search::rings_on},

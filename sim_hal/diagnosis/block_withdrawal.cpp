@@ -2,11 +2,26 @@
 #include <cmath>
 
 #include "about_mean.h"
+#include "acceptance.h"
 #include "block_search.h"
 #include "floor.h"
 
 namespace berth
 {
+
+namespace
+{
+
+/* In proportion to what a sensor in front of the object shows. */
+bool is_force_of_object(std::string_view key)
+{
+    const std::string_view of_object = "object.";
+    const auto has = [&](std::string_view unit) { return key.find(unit) != std::string_view::npos; };
+    return key == "sensor.stiffness_N_per_m" ||
+           (key.substr(0, of_object.size()) == of_object && (has("mass_kg") || has("_N_") || has("force_N")));
+}
+
+} // namespace
 
 void block_search::withdraw_what_follows_nothing(block_diagnosis &result)
 {
@@ -84,6 +99,39 @@ bool block_search::is_another_body(const remains &)
     return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
         return std::any_of(known->parameters.begin(), known->parameters.end(), is_far_off);
     });
+}
+
+void block_search::withdraw_gain_of_scaled_object(block_diagnosis &result)
+{
+    const auto gain =
+        std::find_if(found_.begin(), found_.end(), [](const effect *known) { return known->name == "sensor.gain"; });
+    if (gain == found_.end() || found_.size() < 2) {
+        return;
+    }
+    const std::string_view key = (*gain)->parameters[0].key;
+    const double scale = (1.0 + value_of(incumbent_.rig, key)) / (1.0 + value_of(given_, key));
+    rig scaled = rig_without(**gain);
+    std::vector<free_parameter> parameters;
+    for (const free_parameter &known : incumbent_.parameters) {
+        const std::string_view path = known.key->path;
+        if (path == key) {
+            continue;
+        }
+        parameters.push_back(known);
+        if (is_force_of_object(path)) {
+            set_number(scaled, path, scale * value_of(incumbent_.rig, path));
+        }
+    }
+    fit_result without = fit(model_, noise_, scaled, parameters, input_.options.replays_max);
+    const double worse = bic_of(without.cost, without.rows, without.parameters.size()) - bic_better_by(0.0);
+    may_be_scaled_object_ = worse < bic_undecided;
+    if (worse < 0.0) {
+        may_be_scaled_object_ = false;
+        incumbent_ = std::move(without);
+        result.causes.erase(result.causes.begin() + (gain - found_.begin()));
+        found_.erase(gain);
+        find_what_is_left();
+    }
 }
 
 } // namespace berth

@@ -52,6 +52,8 @@ from hidden_record import hidden_and_told, slow
     slow(611231, ("--kind", "single", "--effect", "robot.backlash", "--size", "tiny"), ["robot.backlash"]),
     # All that is left hangs on the moments of the grip, and a gain that hides some of it is none.
     slow(641093, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "tiny"), ["object.loss_of_contact"]),
+    # A gain in whose place all forces of the object may be scaled: the moments of the grip are as right with both.
+    slow(781026, ("--kind", "single", "--effect", "object.loss_of_contact", "--size", "large"), ["object.loss_of_contact"]),
     # A grip beside a spring that bends: while the object is held, that one shows by itself.
     slow(611194, ("--kind", "two_of_one_block"), ["object.loss_of_contact", "object.quadratic_stiffness"]),
     slow(621013, ("--kind", "two_of_one_block"), ["object.cubic_stiffness", "object.loss_of_contact"]),
