@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "about_mean.h"
 #include "acceptance.h"
@@ -16,9 +17,10 @@ namespace
 bool is_force_of_object(std::string_view key)
 {
     const std::string_view of_object = "object.";
-    const auto has = [&](std::string_view unit) { return key.find(unit) != std::string_view::npos; };
+    const std::string unit = std::string(key) + "_"; /* as if another one followed */
+    const auto has = [&](std::string_view part) { return unit.find(part) != std::string::npos; };
     return key == "sensor.stiffness_N_per_m" ||
-           (key.substr(0, of_object.size()) == of_object && (has("mass_kg") || has("_N_") || has("force_N")));
+           (key.substr(0, of_object.size()) == of_object && (has("_kg_") || has("_N_")));
 }
 
 } // namespace
