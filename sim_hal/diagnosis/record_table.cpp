@@ -138,9 +138,10 @@ std::vector<bool> read_header(record_table &table, std::string_view line, const 
     return is_wanted;
 }
 
-bool is_of_no_text(char letter)
+/* Unsigned, as a char has a sign on amd64 and none on arm64: bytes from 0x80 on are letters of UTF-8. */
+bool is_of_no_text(unsigned char letter)
 {
-    return letter >= 0 && letter < ' ' && letter != '\t' && letter != '\r';
+    return letter < ' ' && letter != '\t' && letter != '\r';
 }
 
 } // namespace
