@@ -293,6 +293,7 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     refuse_if_none(result, records.given);
     tell_command_steps(result);
+    tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);
     tell_other_zero_of_force(result);
     const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, result.data);

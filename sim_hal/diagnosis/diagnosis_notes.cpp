@@ -5,6 +5,7 @@
 
 #include "command_steps.h"
 #include "formatted.h"
+#include "motion_noise.h"
 #include "record_columns.h"
 
 namespace berth
@@ -39,6 +40,23 @@ void tell_command_steps(diagnosis &result)
                                    std::string(block_units[which]) + " rms of the " +
                                    std::string(block_names[which]) +
                                    " open, and nothing so small is looked for; write it with more digits");
+        }
+    }
+}
+
+void tell_motion_noise(diagnosis &result, const sample_events &events)
+{
+    constexpr double counts = 0.2; /* of the noise */
+    for (const block_diagnosis &block : result.blocks) {
+        const double force_N =
+            block.block == block::force ? force_of_motion_noise_N(result.data, block.extended, events) : 0.0;
+        if (force_N > counts * block.floor.rms) {
+            result.notes.push_back(
+                formatted("robot_position_m has noise of %.2g m from row to row: ", motion_noise_m(result.data)) +
+                formatted("it drives the force, and is %.3g N rms of ", force_N) +
+                formatted("the %.3g N that are left; what shows beside so much may be that noise; record "
+                          "command_position_m, or measure the position more finely",
+                          block.fit_rms.after));
         }
     }
 }

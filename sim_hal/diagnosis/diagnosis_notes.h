@@ -13,6 +13,9 @@ void tell_sample_age(diagnosis &result, const rig &given);
 /* What a command with too few digits hides. */
 void tell_command_steps(diagnosis &result);
 
+/* What the noise of a measured motion makes of the force. */
+void tell_motion_noise(diagnosis &result, const sample_events &events);
+
 /* A force that is scaled wrongly looks like a manipulator of which mass, damping and stiffness are. */
 void tell_scaled_manipulator(diagnosis &result);
 

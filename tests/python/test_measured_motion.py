@@ -2,10 +2,12 @@
 are made here, by other means than the project's."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, command
+from scipy.interpolate import CubicSpline
 
 RATE_Hz = 200.0
 ROWS = 6000
@@ -109,6 +111,21 @@ def test_noise_of_the_motion_makes_no_cause(tmp_path):
     found = diagnosed(tmp_path, "object.cubic_stiffness", 5e-6)
     assert found["verdict"] == "partly_explained" and len(found["causes"]) == 1
     assert found["causes"][0]["parameters"][0]["value"] == pytest.approx(5e6, rel=0.02)
+
+
+def test_what_the_noise_of_the_motion_makes_of_the_force_is_told(tmp_path):
+    """Held against scipy's spline: what drives the force is one through noise as well as through the motion."""
+    noise_m = 5e-6
+    spline = CubicSpline(np.arange(ROWS) / RATE_Hz, noise_m * np.random.default_rng(5).standard_normal(ROWS))
+    force_N = 8000.0 * spline(spline.x) + 60.0 * spline(spline.x, 1)
+    told = [re.search(r"noise of (\S+) m from row to row: .* is (\S+) N rms of the (\S+) N", note)
+            for note in diagnosed(tmp_path, "nothing", noise_m)["notes"]]
+    told = [match for match in told if match]
+    assert len(told) == 1
+    assert float(told[0][1]) == pytest.approx(noise_m, rel=0.05)
+    assert float(told[0][2]) == pytest.approx(np.std(force_N), rel=0.05)
+    assert float(told[0][3]) == pytest.approx(np.hypot(NOISE_N, np.std(force_N)), rel=0.05)
+    assert not any("from row to row" in note for note in diagnosed(tmp_path, "nothing")["notes"])
 
 
 def test_a_motion_alone_says_what_is_missing(tmp_path):
