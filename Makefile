@@ -30,7 +30,7 @@ FIRMWARE := $(filter-out firmware/main.c,$(wildcard firmware/*.c firmware/*.cpp 
 	firmware/compensation/*.c firmware/compensation/*.cpp firmware/arm/*.c firmware/arm/*.cpp))
 HAL := $(wildcard hal/*.c hal/*.cpp hal/rig/*.cpp)
 SIM := $(filter-out sim_hal/solver/cvode_solver.cpp sim_hal/arm/urdf%,$(wildcard sim_hal/*.cpp sim_hal/hil/*.cpp sim_hal/plant/*.cpp sim_hal/effects/*.cpp \
-	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp \
+	sim_hal/solver/*.cpp sim_hal/stability/*.cpp sim_hal/compensation/*.cpp sim_hal/log/*.cpp sim_hal/diagnosis/*.cpp sim_hal/diagnosis/*/*.cpp \
 	sim_hal/rths/*.cpp sim_hal/arm/*.cpp))
 CLI := $(wildcard sim_hal/cli/*.cpp)
 TARGET := $(wildcard hal/linux/*.cpp)
@@ -338,7 +338,7 @@ codec: setup
 # --- care ---------------------------------------------------------------------------------------------------------
 OWN_C := $(wildcard firmware/*.[ch] firmware/compensation/*.[ch] firmware/arm/*.c firmware/arm/arm_config.h firmware/arm/sine.h firmware/can/codec.h hal/*.[ch] hal/linux/*.c)
 # Pinocchio's headers would be read along with arm_peers.cpp, for minutes.
-OWN_CPP := $(filter-out tests/bench/arm_peers.cpp,$(wildcard firmware/*.cpp firmware/compensation/*.cpp firmware/arm/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h tests/*/*.cpp tests/*/*.h))
+OWN_CPP := $(filter-out tests/bench/arm_peers.cpp,$(wildcard firmware/*.cpp firmware/compensation/*.cpp firmware/arm/*.cpp hal/*.cpp hal/*/*.cpp hal/*/*.h sim_hal/*.cpp sim_hal/*.h sim_hal/*/*.cpp sim_hal/*/*.h sim_hal/*/*/*.cpp sim_hal/*/*/*.h tests/*/*.cpp tests/*/*.h))
 
 format: setup-test
 	@clang-format -i $(OWN_C) $(OWN_CPP)

@@ -18,7 +18,8 @@ AT_ONCE = 8
 
 def batches(sources, at_once=AT_ONCE):
     """(name, sources) of each batch."""
-    for folder, of_folder in groupby(sorted(sources), key=lambda source: Path(source).parent):
+    in_order = sorted(map(Path, sources), key=lambda source: (source.parent, source))
+    for folder, of_folder in groupby(in_order, key=lambda source: source.parent):
         files = list(of_folder)
         count = ceil(len(files) / at_once)
         for i in range(count):

@@ -22,7 +22,7 @@ from batches import batches
 FLAGS = ["-I.", "-isystem", "/usr/include/eigen3", "-DEIGEN_DONT_VECTORIZE", "-DEIGEN_RUNTIME_NO_MALLOC",
          "-DBERTH_WITH_SUNDIALS", "-DBERTH_WITH_ZLIB", "-DBERTH_WITH_URDF", '-DBERTH_COMMIT="lint"', "-D_GNU_SOURCE"]
 FOLDER = Path("build/lint")
-AT_ONCE = 40  # most of the time goes to headers: of sim_hal/diagnosis, 26 files take as long as 8
+AT_ONCE = 40  # most of the time goes to headers: of the diagnosis, 26 files take as long as 8
 AT_ONCE_OF_TESTS = 8  # their names go together no further
 CLEAN = os.environ.get("BERTH_TIDY_CACHE", os.environ.get("XDG_CACHE_HOME", f"{Path.home()}/.cache") + "/berth/tidy")
 ALONE = ("firmware/", "tests/bench/")  # of the firmware the analyzer takes most of the time; benchmarks are programs

@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "../../hal/rig/keys.h"
-#include "../diagnosis/acceptance.h"
+#include "../diagnosis/search/acceptance.h"
 
 namespace berth
 {

@@ -3,7 +3,7 @@
 #define SIM_HAL_CLI_DIAGNOSIS_REPORT_H
 
 #include "../diagnosis/diagnosis.h"
-#include "../diagnosis/error_place.h"
+#include "../diagnosis/noise/error_place.h"
 
 namespace berth
 {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <functional>
 
-#include "acceptance.h"
-#include "events.h"
-#include "lost_commands.h"
-#include "response.h"
-#include "spikes.h"
+#include "fit/response.h"
+#include "samples/events.h"
+#include "samples/lost_commands.h"
+#include "samples/spikes.h"
+#include "search/acceptance.h"
 
 namespace berth
 {

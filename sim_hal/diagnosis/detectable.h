@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "search.h"
+#include "search/search.h"
 
 namespace berth
 {

@@ -5,13 +5,13 @@
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
 #include "diagnosis_notes.h"
-#include "moving_push.h"
-#include "request_records.h"
-#include "robot_and_force.h"
-#include "sample_age.h"
-#include "shown_by_force.h"
-#include "side_records.h"
-#include "uneven_noise.h"
+#include "noise/uneven_noise.h"
+#include "record/request_records.h"
+#include "record/sample_age.h"
+#include "record/side_records.h"
+#include "replay/moving_push.h"
+#include "search/robot_and_force.h"
+#include "search/shown_by_force.h"
 
 namespace berth
 {

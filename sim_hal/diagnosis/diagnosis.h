@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "block_diagnosis.h"
 #include "detectable.h"
 #include "next_experiment.h"
+#include "search/block_diagnosis.h"
 
 namespace berth
 {

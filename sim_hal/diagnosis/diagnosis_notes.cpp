@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "command_steps.h"
 #include "formatted.h"
-#include "motion_noise.h"
-#include "record_columns.h"
+#include "record/command_steps.h"
+#include "record/motion_noise.h"
+#include "record/record_columns.h"
 
 namespace berth
 {

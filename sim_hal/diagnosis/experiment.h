@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "record.h"
+#include "record/record.h"
 
 namespace berth
 {

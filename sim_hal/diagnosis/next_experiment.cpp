@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <functional>
 
-#include "acceptance.h"
 #include "calibration.h"
+#include "fit/response.h"
 #include "formatted.h"
-#include "response.h"
+#include "search/acceptance.h"
 
 namespace berth
 {

@@ -2,9 +2,9 @@
 #ifndef SIM_HAL_DIAGNOSIS_NEXT_EXPERIMENT_H
 #define SIM_HAL_DIAGNOSIS_NEXT_EXPERIMENT_H
 
-#include "block_diagnosis.h"
 #include "detectable.h"
 #include "experiment.h"
+#include "search/block_diagnosis.h"
 
 namespace berth
 {

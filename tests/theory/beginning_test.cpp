@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
-#include "../../sim_hal/diagnosis/beginning.h"
-#include "../../sim_hal/diagnosis/search.h"
+#include "../../sim_hal/diagnosis/fit/beginning.h"
+#include "../../sim_hal/diagnosis/search/search.h"
 #include "../unit/seeded.h"
 
 using namespace berth;

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
-#include "../../sim_hal/diagnosis/clock_slips.h"
-#include "../../sim_hal/diagnosis/clock_ways.h"
-#include "../../sim_hal/diagnosis/robot_reference.h"
-#include "../../sim_hal/diagnosis/slip_table.h"
+#include "../../sim_hal/diagnosis/replay/robot_reference.h"
+#include "../../sim_hal/diagnosis/samples/clock_slips.h"
+#include "../../sim_hal/diagnosis/samples/clock_ways.h"
+#include "../../sim_hal/diagnosis/samples/slip_table.h"
 
 using namespace berth;
 

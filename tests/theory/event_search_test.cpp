@@ -4,9 +4,9 @@
 #include <doctest/doctest.h>
 #include <vector>
 
-#include "../../sim_hal/diagnosis/driven_path.h"
-#include "../../sim_hal/diagnosis/grip_bisection.h"
-#include "../../sim_hal/diagnosis/loss_polisher.h"
+#include "../../sim_hal/diagnosis/fit/grip_bisection.h"
+#include "../../sim_hal/diagnosis/replay/driven_path.h"
+#include "../../sim_hal/diagnosis/samples/loss_polisher.h"
 #include "hal/rig/rig_file.h"
 
 using namespace berth;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
-#include "../../sim_hal/diagnosis/fit.h"
+#include "../../sim_hal/diagnosis/fit/fit.h"
 
 using namespace berth;
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
-#include "../../sim_hal/diagnosis/linear_ticks.h"
+#include "../../sim_hal/diagnosis/replay/linear_ticks.h"
 
 using namespace berth;
 

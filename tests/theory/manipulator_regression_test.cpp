@@ -6,7 +6,7 @@
 
 #include "../../firmware/pi.h"
 #include "hal/rig/keys.h"
-#include "sim_hal/diagnosis/manipulator_regression.h"
+#include "sim_hal/diagnosis/fit/manipulator_regression.h"
 
 namespace
 {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
-#include "../../sim_hal/diagnosis/driven_path.h"
-#include "../../sim_hal/diagnosis/replay.h"
-#include "../../sim_hal/diagnosis/robot_start.h"
+#include "../../sim_hal/diagnosis/replay/driven_path.h"
+#include "../../sim_hal/diagnosis/replay/replay.h"
+#include "../../sim_hal/diagnosis/replay/robot_start.h"
 
 using namespace berth;
 

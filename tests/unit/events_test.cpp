@@ -7,9 +7,9 @@
 #include "../../firmware/pi.h"
 #include "hal/rig/rig_file.h"
 #include "seeded.h"
-#include "sim_hal/diagnosis/block_model.h"
-#include "sim_hal/diagnosis/events.h"
-#include "sim_hal/diagnosis/spikes.h"
+#include "sim_hal/diagnosis/replay/block_model.h"
+#include "sim_hal/diagnosis/samples/events.h"
+#include "sim_hal/diagnosis/samples/spikes.h"
 
 namespace
 {

@@ -6,7 +6,7 @@
 
 #include "../../firmware/pi.h"
 #include "seeded.h"
-#include "sim_hal/diagnosis/least_squares.h"
+#include "sim_hal/diagnosis/fit/least_squares.h"
 
 namespace
 {

@@ -8,9 +8,9 @@
 #include "../../firmware/pi.h"
 #include "hal/rig/rig_file.h"
 #include "seeded.h"
-#include "sim_hal/diagnosis/driven_path.h"
-#include "sim_hal/diagnosis/events.h"
-#include "sim_hal/diagnosis/loss_decoder.h"
+#include "sim_hal/diagnosis/replay/driven_path.h"
+#include "sim_hal/diagnosis/samples/events.h"
+#include "sim_hal/diagnosis/samples/loss_decoder.h"
 
 using namespace berth;
 

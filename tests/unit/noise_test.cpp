@@ -4,7 +4,7 @@
 
 #include "../../firmware/pi.h"
 #include "seeded.h"
-#include "sim_hal/diagnosis/noise.h"
+#include "sim_hal/diagnosis/noise/noise.h"
 
 namespace
 {

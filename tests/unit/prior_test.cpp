@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "../../sim_hal/diagnosis/prior.h"
+#include "../../sim_hal/diagnosis/fit/prior.h"
 #include "../../sim_hal/effects/effect.h"
 #include "seeded.h"
 

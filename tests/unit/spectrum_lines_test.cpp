@@ -4,7 +4,7 @@
 
 #include "../../firmware/pi.h"
 #include "seeded.h"
-#include "sim_hal/diagnosis/spectrum_lines.h"
+#include "sim_hal/diagnosis/noise/spectrum_lines.h"
 
 namespace
 {

@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 #include <random>
 
-#include "sim_hal/diagnosis/uneven_noise.h"
+#include "sim_hal/diagnosis/noise/uneven_noise.h"
 
 using namespace berth;
 

@@ -1,0 +1,105 @@
+#include "command_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "../../hil/setpoint_step.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* From row to row by little of its whole way, in most of the rows. */
+bool moves_smoothly(const std::vector<double> &x)
+{
+    constexpr double share_of_rows = 0.05;
+    constexpr double share_of_way = 0.02;
+    const auto [least, most] = std::minmax_element(x.begin(), x.end());
+    std::vector<double> changes;
+    for (std::size_t n = 1; n < x.size(); n++) {
+        if (x[n] != x[n - 1]) {
+            changes.push_back(std::abs(x[n] - x[n - 1]));
+        }
+    }
+    if (static_cast<double>(changes.size()) < share_of_rows * static_cast<double>(x.size())) {
+        return false;
+    }
+    return median_of(changes) < share_of_way * (*most - *least);
+}
+
+/* Every value but a few is a whole number of steps away from the first one; of a step that is one by chance, a tenth
+ * are. */
+bool is_lattice(const std::vector<double> &x, double step)
+{
+    constexpr double rounding = 0.05;
+    constexpr double share = 0.99;
+    const auto whole = std::count_if(x.begin(), x.end(), [&](double value) {
+        const double steps = (value - x.front()) / step;
+        return std::abs(steps - std::round(steps)) < rounding;
+    });
+    return static_cast<double>(whole) > share * static_cast<double>(x.size());
+}
+
+/* As a triangle does: its way from row to row is no step of the writing. */
+bool goes_at_one_rate(const std::vector<double> &x)
+{
+    constexpr double share = 0.95;
+    constexpr double same = 1e-3;
+    constexpr double few =
+        0.05; /* begins and ends of rests, of the rows that move; of coarse steps there are many */
+    std::vector<double> changes;
+    std::size_t turns = 0;
+    bool was_moving = false;
+    for (std::size_t n = 1; n < x.size(); n++) {
+        const double change = std::abs(x[n] - x[n - 1]);
+        turns += (change > 0.0) != was_moving;
+        was_moving = change > 0.0;
+        if (was_moving) {
+            changes.push_back(change);
+        }
+    }
+    const double usual = median_of(changes);
+    const auto alike = std::count_if(changes.begin(), changes.end(),
+                                     [&](double change) { return std::abs(change - usual) < same * usual; });
+    const auto count = static_cast<double>(changes.size());
+    return static_cast<double>(alike) > share * count && static_cast<double>(turns) < few * count;
+}
+
+} // namespace
+
+double command_step_m(const record &data, const rig &rig)
+{
+    constexpr double no_coarser = 1.5; /* times the wire's step */
+    const std::vector<double> &x = data.command_position_m;
+    const double step_m = x.empty() ? 0.0 : lattice_step(data.known(x));
+    const bool is_coarse = step_m > no_coarser * setpoint_step_m(rig.firmware);
+    return is_coarse && is_lattice(x, step_m) && moves_smoothly(x) && !goes_at_one_rate(x) ? step_m : 0.0;
+}
+
+double rms_of_command_steps(block block, const record &data, const rig &rig, const sample_events &events)
+{
+    const double step_m = command_step_m(data, rig);
+    if (step_m == 0.0 || block == block::manipulator) {
+        return 0.0;
+    }
+    record other = data;
+    std::mt19937 engine(1); /* the same record gives the same verdict */
+    for (double &value : other.command_position_m) {
+        value += step_m * (static_cast<double>(engine()) / 4294967296.0 - 0.5);
+    }
+    block_model as_written(block, data, rig, events, held_out_parts::none);
+    block_model as_sent(block, other, rig, events, held_out_parts::none);
+    std::vector<double> error;
+    std::vector<double> other_error;
+    as_written.error(rig, error);
+    as_sent.error(rig, other_error);
+    for (std::size_t n = 0; n < error.size(); n++) {
+        error[n] -= other_error[n];
+    }
+    return rms_of(error, as_written.uses(), row_use::fit);
+}
+
+} // namespace berth

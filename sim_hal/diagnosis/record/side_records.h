@@ -1,0 +1,26 @@
+/* Records beside the one that is diagnosed: a standstill, a repetition, one to validate with. */
+#ifndef SIM_HAL_DIAGNOSIS_RECORD_SIDE_RECORDS_H
+#define SIM_HAL_DIAGNOSIS_RECORD_SIDE_RECORDS_H
+
+#include <optional>
+#include <string>
+
+#include "../noise/noise.h"
+#include "../replay/block_model.h"
+#include "record.h"
+
+namespace berth
+{
+
+/* Noise of a channel while nothing moves: about a straight line. Nothing where the record says nothing of it. */
+std::optional<noise_model> standstill_floor(const record &record, block block);
+
+/* Half the variance of the difference of two runs with the same commands; nothing where these differ. */
+std::optional<noise_model> repetition_floor(const record &first, const record &second, block block);
+
+/* A record that could not serve at all in its role, --validate, --standstill or --repeat. Throws input_error. */
+void refuse_useless(const record &other, const std::string &role, const record &data);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+
+#include "../../effects/active.h"
+#include "../../solver/object_steps.h"
+#include "linear_ticks.h"
+#include "replay.h"
+
+namespace berth
+{
+
+namespace
+{
+
+class electronics
+{
+  public:
+    explicit electronics(const rig &rig) : rig_(rig), stages_(active_stages(rig, &effect::on_samples)) {}
+    double take(double force_N, double time_s)
+    {
+        for (auto &stage : stages_) {
+            force_N = stage->take(force_N, time_s);
+        }
+        force_N += rig_.sensor.bias_N;
+        return std::min(std::max(force_N, -rig_.sensor.saturation_N), rig_.sensor.saturation_N);
+    }
+
+  private:
+    const rig &rig_;
+    std::vector<std::unique_ptr<sample_stage>> stages_;
+};
+
+} // namespace
+
+void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N)
+{
+    const double late_s = 1e-3 * rig.sensor.delay_ms; /* for what depends on the time of the sample */
+    const tick_steps &tick = motion.tick;
+    object_steps object(rig);
+    std::vector<object_steps::step_maps> maps(tick.kinds); /* by kind of step */
+    std::vector<object_steps::step_maps> fine(tick.kinds);
+    for (std::size_t step = 0; step < tick.count(); step++) {
+        if (step == 0 || tick.kind[step] != tick.kind[step - 1]) {
+            maps[tick.kind[step]] = object.make_maps(tick.duration_s[step]);
+            fine[tick.kind[step]] = object.make_fine_maps(tick.duration_s[step]);
+        }
+    }
+    force_N.assign(record.size(), 0.0);
+    std::vector<double> sampled;
+    const double *position_m = motion.position_m.data();
+    const double *bulge_m = motion.bulge_m.empty() ? nullptr : motion.bulge_m.data();
+    for (const record_segment &part : record.segments) {
+        const std::size_t count = part.end - part.begin;
+        electronics electronics(rig);
+        auto filters = active_stages(rig, &effect::on_force);
+        object.start(rig, *position_m, record.time_s[part.begin] - record.time_origin_s);
+        double now_N = object.measured_N();
+        const double rest_N = now_N;
+        for (auto &filter : filters) {
+            filter->start(now_N);
+        }
+        sampled.resize(count);
+        const bool goes_by_ticks = object.is_linear() && filters.empty() && rig.sensor.low_pass_order > 0;
+        if (goes_by_ticks) {
+            const linear_ticks ticks(tick, maps);
+            linear_ticks::state state = object.state();
+            for (std::size_t n = 0; n < count; n++) {
+                sampled[n] = ticks.advance(state, position_m, bulge_m == nullptr ? nullptr : bulge_m + 1);
+                position_m += tick.count();
+                bulge_m += bulge_m == nullptr ? 0 : tick.count();
+            }
+        }
+        for (std::size_t n = 0; n < count && !goes_by_ticks; n++) {
+            double time_s = record.time_s[part.begin + n] - record.time_origin_s;
+            for (std::size_t step = 0; step < tick.count(); step++) {
+                if (step == tick.sample_after) {
+                    sampled[n] = filters.empty() ? object.measured_N() : now_N;
+                }
+                const std::size_t kind = tick.kind[step];
+                const robot_way way{position_m[0], position_m[1], bulge_m == nullptr ? 0.0 : bulge_m[1]};
+                object.advance_watching(maps[kind], fine[kind], tick.duration_s[step], way, time_s);
+                time_s += tick.duration_s[step];
+                position_m++;
+                bulge_m += bulge_m == nullptr ? 0 : 1;
+                if (!filters.empty()) {
+                    now_N = object.measured_N();
+                    for (auto &filter : filters) {
+                        now_N = filter->advance(now_N, tick.duration_s[step]);
+                    }
+                }
+            }
+        }
+        position_m++;
+        bulge_m += bulge_m == nullptr ? 0 : 1;
+        for (std::size_t n = 0; n < count; n++) {
+            const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(n) - tick.ticks_late;
+            const double time_s = record.time_s[part.begin + n] - record.time_origin_s - late_s;
+            force_N[part.begin + n] =
+                electronics.take(from < 0 ? rest_N : sampled[static_cast<std::size_t>(from)], time_s);
+        }
+    }
+}
+
+} // namespace berth

@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "../noise/floor.h"
+#include "../record/about_mean.h"
+#include "acceptance.h"
+#include "block_search.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* In proportion to what a sensor in front of the object shows. */
+bool is_force_of_object(std::string_view key)
+{
+    const std::string_view of_object = "object.";
+    const std::string unit = std::string(key) + "_"; /* as if another one followed */
+    const auto has = [&](std::string_view part) { return unit.find(part) != std::string::npos; };
+    return key == "sensor.stiffness_N_per_m" ||
+           (key.substr(0, of_object.size()) == of_object && (has("_kg_") || has("_N_")));
+}
+
+} // namespace
+
+void block_search::withdraw_what_follows_nothing(block_diagnosis &result)
+{
+    constexpr double as_well = 1.1; /* times the error */
+    if (found_.empty() || model_.which() == block::manipulator) {
+        return; /* a manipulator that sticks has a cause that holds it */
+    }
+    if (rms_about_mean(model_) < as_well * rms_of(error_left(), model_.uses(), row_use::fit)) {
+        follows_nothing_ = true;
+        withdraw(result);
+    }
+}
+
+bool block_search::may_be_none(const effect &known)
+{
+    const std::string_view size = known.parameters[0].key;
+    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
+        if (incumbent_.parameters[i].key->path == size) {
+            const double given = value_of(given_, size);
+            const double value = value_of(incumbent_.rig, size);
+            /* Of what is given as unlimited its own size counts. */
+            return std::abs(given < unlimited ? value - given : value) < incumbent_.ci95[i];
+        }
+    }
+    return false;
+}
+
+void block_search::withdraw_what_may_be_none(block_diagnosis &result)
+{
+    if (result.verdict != verdict::partly_explained || input_.without_switching_fault == nullptr ||
+        model_.which() != block::force ||
+        !std::all_of(found_.begin(), found_.end(), [&](const effect *one) { return may_be_none(*one); })) {
+        return;
+    }
+    const auto is_gone = [&](const ranked &one) {
+        return one.round > 1 || std::find(found_.begin(), found_.end(), one.effect) != found_.end();
+    };
+    result.ranking.erase(std::remove_if(result.ranking.begin(), result.ranking.end(), is_gone),
+                         result.ranking.end());
+    withdraw(result);
+    result.doubts.clear();
+    verdict_of(result);
+    result.verdict = verdict::unknown; /* however little is left: something was found in it */
+    result.refinable = refinable();
+    result.doubts.emplace_back(
+        "it lies behind a robot that switches, and beside it the size of a cause may be none");
+}
+
+void block_search::withdraw(block_diagnosis &result)
+{
+    found_.clear();
+    result.causes.clear();
+    result.alternatives.clear();
+    incumbent_ = fit(model_, noise_, retuned_, base_.parameters, input_.options.replays_max);
+    find_what_is_left();
+}
+
+bool block_search::holds_zero(const remains &)
+{
+    return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
+        return value_of(given_, known->parameters[0].key) == 0.0 && may_be_none(*known);
+    });
+}
+
+bool block_search::is_another_body(const remains &)
+{
+    constexpr double times = 100.0;
+    const auto is_far_off = [&](const effect_parameter &own) {
+        const double given = value_of(given_, own.key);
+        const double ratio = value_of(incumbent_.rig, own.key) / given;
+        const bool is_of_body = own.key.find("mass_kg") != std::string_view::npos ||
+                                own.key.find("stiffness_N_per_m") != std::string_view::npos;
+        return is_of_body && given > 0.0 && given < unlimited && (ratio < 1.0 / times || ratio > times);
+    };
+    return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
+        return std::any_of(known->parameters.begin(), known->parameters.end(), is_far_off);
+    });
+}
+
+void block_search::withdraw_gain_of_scaled_object(block_diagnosis &result)
+{
+    const auto gain =
+        std::find_if(found_.begin(), found_.end(), [](const effect *known) { return known->name == "sensor.gain"; });
+    if (gain == found_.end() || found_.size() < 2) {
+        return;
+    }
+    const std::string_view key = (*gain)->parameters[0].key;
+    const double scale = (1.0 + value_of(incumbent_.rig, key)) / (1.0 + value_of(given_, key));
+    rig scaled = rig_without(**gain);
+    std::vector<free_parameter> parameters;
+    for (const free_parameter &known : incumbent_.parameters) {
+        const std::string_view path = known.key->path;
+        if (path == key) {
+            continue;
+        }
+        parameters.push_back(known);
+        if (is_force_of_object(path)) {
+            set_number(scaled, path, scale * value_of(incumbent_.rig, path));
+        }
+    }
+    fit_result without = fit(model_, noise_, scaled, parameters, input_.options.replays_max);
+    const double worse = bic_of(without.cost, without.rows, without.parameters.size()) - bic_better_by(0.0);
+    may_be_scaled_object_ = worse < bic_undecided;
+    if (worse < 0.0) {
+        may_be_scaled_object_ = false;
+        incumbent_ = std::move(without);
+        result.causes.erase(result.causes.begin() + (gain - found_.begin()));
+        found_.erase(gain);
+        find_what_is_left();
+    }
+}
+
+} // namespace berth
