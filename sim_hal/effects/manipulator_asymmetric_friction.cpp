@@ -25,10 +25,22 @@ class one_sided_friction final : public force_stage
     double force_N(const body_motion &motion, double step_s) override
     {
         const double missing = bent_.builds_up() ? std::abs(bent_.force_N(motion, step_s)) - 1.0 : 0.0;
-        return asymmetry_ * std::abs(motion.velocity_m_per_s) + offset_N_ * missing;
+        return asymmetric_N(motion) + offset_N_ * missing;
     }
 
   private:
+    /* Of the mean speed over the sub-step, which it lowers itself. */
+    double asymmetric_N(const body_motion &motion) const
+    {
+        const double before = motion.velocity_before_m_per_s;
+        const double after = motion.velocity_m_per_s;
+        const double speeds = std::abs(before) + std::abs(after);
+        const bool turns = before * after < 0.0;
+        const double mean = turns ? (before * before + after * after) / (2.0 * speeds) : 0.5 * speeds;
+        const double lowers = 0.5 * std::copysign(motion.velocity_per_force, after);
+        return asymmetry_ * mean / (1.0 + asymmetry_ * lowers);
+    }
+
     double asymmetry_;
     double offset_N_;
     dry_friction bent_;

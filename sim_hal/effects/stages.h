@@ -46,6 +46,7 @@ struct body_motion {
     double position_m;
     double deflection_m; /* of its spring: of the manipulator x - x_op, of the object x */
     double velocity_m_per_s;
+    double velocity_before_m_per_s; /* at the start of the sub-step */
     double time_s;
     double velocity_per_force; /* what 1 N over the sub-step adds to the velocity, m/(s N) */
 };

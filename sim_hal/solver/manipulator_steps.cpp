@@ -52,7 +52,7 @@ void manipulator_steps::start(const Eigen::Vector2d &state)
 {
     state_ = state;
     for (auto &force : forces_) {
-        force->start({state(0), state(0), state(1), 0.0, 0.0});
+        force->start({state(0), state(0), state(1), state(1), 0.0, 0.0});
     }
 }
 
@@ -99,9 +99,9 @@ void manipulator_steps::step(const step_map &map, double step_s, const held &dri
     const double middle_m = 0.5 * (state_(0) + next_m);
     double sum_N = 0.0;
     for (auto &force : forces_) {
-        sum_N += force->force_N(
-            {middle_m, middle_m - in.operator_position_m, next_m_per_s - map(1, 4) * sum_N, in.time_s, map(1, 4)},
-            step_s);
+        sum_N += force->force_N({middle_m, middle_m - in.operator_position_m, next_m_per_s - map(1, 4) * sum_N,
+                                 state_(1), in.time_s, map(1, 4)},
+                                step_s);
     }
     state_(0) = next_m - map(0, 4) * sum_N;
     state_(1) = next_m_per_s - map(1, 4) * sum_N;

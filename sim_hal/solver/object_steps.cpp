@@ -95,7 +95,7 @@ void object_steps::start(const rig &rig, double position_m, double time_s)
     is_released_ = false;
     further_N_ = 0.0;
     for (auto &force : forces_) {
-        force->start({state_[object_position], state_[object_position], 0.0, time_s, 0.0});
+        force->start({state_[object_position], state_[object_position], 0.0, 0.0, time_s, 0.0});
     }
 }
 
@@ -198,8 +198,8 @@ double object_steps::further_force_N(const step_map &map, const body_state &alon
         }
     }
     for (auto &force : forces_) {
-        sum_N += force->force_N({middle_m, middle_m, alone[object_velocity] + push[object_velocity] * sum_N, time_s,
-                                 -push[object_velocity]},
+        sum_N += force->force_N({middle_m, middle_m, alone[object_velocity] + push[object_velocity] * sum_N,
+                                 state_[object_velocity], time_s, -push[object_velocity]},
                                 step_s);
     }
     return sum_N;

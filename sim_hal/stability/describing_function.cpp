@@ -87,11 +87,12 @@ double sample_gain(const rig &original, double amplitude_N)
 spring_and_damper force_of(force_stage &stage, const sine &position_m, double rest_m, double mass_kg)
 {
     const double step_s = two_pi / position_m.w_rad_per_s / steps_a_period;
-    stage.start({position_m.mean, position_m.mean - rest_m, 0.0, 0.0, step_s / mass_kg});
+    stage.start({position_m.mean, position_m.mean - rest_m, 0.0, 0.0, 0.0, step_s / mass_kg});
     const first_harmonic found =
         drive(position_m, steps_a_period, settling_periods, 1, [&](double position, double by_angle) {
-            return stage.force_N(
-                {position, position - rest_m, by_angle * position_m.w_rad_per_s, 0.0, step_s / mass_kg}, step_s);
+            const double rate_m_per_s = by_angle * position_m.w_rad_per_s;
+            return stage.force_N({position, position - rest_m, rate_m_per_s, rate_m_per_s, 0.0, step_s / mass_kg},
+                                 step_s);
         });
     return {found.gain.real(), found.gain.imag() / position_m.w_rad_per_s, found.mean};
 }

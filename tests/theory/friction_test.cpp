@@ -36,7 +36,7 @@ TEST_CASE("friction: dry friction that differs between the directions builds up 
         }
         double sum_N = 0.0;
         for (const auto &one : parts) {
-            sum_N += one->force_N({position_m, position_m, 0.0, 0.0, 0.0}, 1e-3);
+            sum_N += one->force_N({position_m, position_m, 0.0, 0.0, 0.0, 0.0}, 1e-3);
         }
         CHECK(std::abs(sum_N - bent * (bent > 0.0 ? forwards_N : backwards_N)) < 1e-4 * forwards_N);
     }

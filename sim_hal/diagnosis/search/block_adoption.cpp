@@ -135,11 +135,15 @@ void block_search::fit_without_colour()
 void block_search::renew_floor()
 {
     constexpr double clearly = 0.8;
+    constexpr int rounds_max = 4;
     if (has_floor_ || model_.which() != block::manipulator) {
         return;
     }
-    const noise_model under = floor_under(model_, incumbent_.rig);
-    if (under.rms < clearly * noise_.rms) {
+    for (int round = 0; round < rounds_max; round++) {
+        const noise_model under = floor_under(model_, incumbent_.rig);
+        if (under.rms >= clearly * noise_.rms) {
+            return;
+        }
         noise_ = under;
         incumbent_ = fit(model_, noise_, incumbent_.rig, incumbent_.parameters, input_.options.replays_max);
     }

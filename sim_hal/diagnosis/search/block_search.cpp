@@ -77,6 +77,7 @@ void block_search::fit_base()
     if (!has_floor_) {
         noise_ = under;
         incumbent_ = fit(model_, noise_, incumbent_.rig, parameters, input_.options.base_replays_max);
+        renew_floor();
     }
 }
 

@@ -243,6 +243,9 @@ class block_search
     /* The error's rows follow from those before it as no sensor's noise does, so that there is no floor to compare
      * with. */
     bool is_motion(const remains &left);
+    /* Of a manipulator with causes, what is left is no more than steps of the replay are off by: further forces act
+     * as in the middle of a step. */
+    bool is_of_our_steps();
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     bool is_late_in_stretches(const remains &left);
@@ -279,9 +282,12 @@ class block_search
     /* Of the incumbent, over all rows. */
     std::vector<double> error_left();
     std::vector<double> white_error_left();
-    /* What the fit knows, as a prior. */
-    /* What the fit knows well enough for the blocks after this one to start from. */
+
+    /* --- how well the parameters are known: block_intervals.cpp --- */
+
+    void widen_by_our_steps();
     void widen_by_what_is_left();
+    /* What the fit knows well enough for the blocks after this one to start from. */
     std::vector<free_parameter> refinable() const;
 
     const diagnosis_input &input_;

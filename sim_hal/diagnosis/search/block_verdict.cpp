@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../solver/manipulator_steps.h"
 #include "../noise/floor.h"
 #include "../noise/moments.h"
 #include "../noise/spectrum_lines.h"
@@ -40,14 +41,6 @@ constexpr double share_of_replay = 1e-4; /* of the explained error, that may be 
 /* The same of what a cause explains: instants of sticking fall between our steps. */
 constexpr double share_of_instants = 1e-6;
 
-/* Known well enough to start from. An angle has no size of its own, its whole turn is; a clock's phase is known by
- * the ticks at which it slips, whatever its share in the dead time. */
-bool is_known(std::string_view path, double value, double sd)
-{
-    const bool is_angle = path.size() > 4 && path.substr(path.size() - 4) == "_rad";
-    return path == "robot.clock_phase_ms" || sd < 0.1 * std::max(std::abs(value), is_angle ? 1.0 : 0.0);
-}
-
 } // namespace
 
 void block_search::conclude(block_diagnosis &result)
@@ -61,6 +54,7 @@ void block_search::conclude(block_diagnosis &result)
     if (std::any_of(found_.begin(), found_.end(), [](const effect *one) { return one->switch_on != nullptr; })) {
         widen_clock_intervals(model_, noise_, incumbent_);
     }
+    widen_by_our_steps();
     result.refinable = refinable();
     if (result.verdict == verdict::partly_explained) {
         widen_by_what_is_left();
@@ -268,7 +262,7 @@ bool block_search::may_hide_in_noise(const remains &left)
      * neighbours of causes outside the library have from 1.01 on, up to 13: this finds the coarse ones. */
     constexpr double slow = 1.4;
     constexpr double slow_alone = 2.0; /* where nothing was found: chosen well above, not measured */
-    if (!left.has_causes && input_.has_cause_upstream) {
+    if ((!left.has_causes && input_.has_cause_upstream) || is_of_our_steps()) {
         return false;
     }
     return !has_floor_ && noise_.rows_per_fact == 1.0 &&
@@ -280,7 +274,18 @@ bool block_search::is_motion(const remains &left)
     const bool is_replay =
         left.has_causes && left.has_thresholds &&
         cost_of(model_, noise_, incumbent_.rig) < share_of_replay * cost_of(model_, noise_, base_.rig);
-    return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact();
+    return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact() && !is_of_our_steps();
+}
+
+bool block_search::is_of_our_steps()
+{
+    if (model_.which() != block::manipulator || found_.empty()) {
+        return false;
+    }
+    std::vector<double> before;
+    model_.error(base_.rig, before);
+    return rms_of(error_left(), model_.uses(), row_use::fit) <
+           steps_exact * rms_of(before, model_.uses(), row_use::fit);
 }
 
 bool block_search::exceeds_uncertainty(double cost) const
@@ -389,27 +394,5 @@ std::vector<double> block_search::white_error_left()
 
 /* What the model lacks is no noise that averages out: along what a parameter moves there may have been as much of it
  * as is left. */
-void block_search::widen_by_what_is_left()
-{
-    const double rows = static_cast<double>(incumbent_.rows);
-    const double coherent = std::sqrt(std::max(0.0, incumbent_.cost - rows));
-    for (std::size_t i = 0; i < incumbent_.sd_of_noise.size(); i++) {
-        incumbent_.ci95[i] = std::hypot(incumbent_.ci95[i], 1.96 * coherent * incumbent_.sd_of_noise[i]);
-    }
-}
-
-std::vector<free_parameter> block_search::refinable() const
-{
-    std::vector<bool> kept;
-    for (std::size_t i = 0; i < incumbent_.ci95.size(); i++) {
-        const rig_key *const key = incumbent_.parameters[i].key;
-        const double sd = incumbent_.ci95[i] / 1.96;
-        const bool is_rough = std::any_of(found_.begin(), found_.end(), [&](const effect *found) {
-            return found->is_rough && found->parameters[0].key == key->path;
-        });
-        kept.push_back(sd > 0.0 && !is_rough && is_known(key->path, value_of(incumbent_.rig, key->path), sd));
-    }
-    return as_known(incumbent_, kept);
-}
 
 } // namespace berth

@@ -1,0 +1,70 @@
+"""`berth diagnose` on commands that were written with many digits: what is left of them is rounding. The records are made
+here, by scipy."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import EXIT_DONE, command
+from scipy.integrate import solve_ivp
+
+PERIOD_s = 0.0025
+ROWS = 4000
+GIVEN = {"mass_kg": 200.0, "damping_N_s_per_m": 125.0, "stiffness_N_per_m": 7900.0}
+LAWS = {  # further force against the motion, N, of position and velocity
+    "nothing": lambda x, v: 0.0,
+    "manipulator.asymmetric_friction": lambda x, v: 20.0 * abs(v),
+    "manipulator.cubic_stiffness": lambda x, v: 2e6 * x**3,
+    "manipulator.quadratic_stiffness": lambda x, v: 5e4 * x**2,
+}
+VALUES = {"manipulator.asymmetric_friction": 20.0, "manipulator.cubic_stiffness": 2e6,
+          "manipulator.quadratic_stiffness": 5e4}
+
+
+def motion_m(law, push_N, scale):
+    """Each row from where the one before ended, the push held over it."""
+    m, d, k = (scale * GIVEN[key] for key in GIVEN)
+    state, path_m = np.zeros(2), []
+    for push in push_N:
+        path_m.append(state[0])
+        state = solve_ivp(lambda _, y, push=push: [y[1], (push - d * y[1] - k * y[0] - law(*y)) / m],
+                          (0.0, PERIOD_s), state, method="DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
+    return np.array(path_m)
+
+
+def diagnosed(tmp_path, law, scale, step_m, seed=3):
+    rng = np.random.default_rng(seed)
+    t_s = np.arange(ROWS) * PERIOD_s
+    push_N = sum(30.0 * np.sin(2 * np.pi * f * t_s + p)
+                 for f, p in zip((0.31, 0.73, 1.13, 1.97), rng.uniform(0, 2 * np.pi, 4)))
+    command_m = np.round(motion_m(law, push_N, scale) / step_m) * step_m
+    np.savetxt(tmp_path / "record.csv", np.column_stack([t_s, push_N, command_m]), delimiter=",", comments="",
+               header="t_s,operator_force_N,command_position_m", fmt="%.13g")
+    rig = tmp_path / "rig.toml"
+    rig.write_text('name = "precise"\n[manipulator]\n' + "".join(
+        f"{key} = {{ value = {value}, tolerance = 0.05 }}\n" for key, value in GIVEN.items()))
+    done = command("diagnose", tmp_path / "record.csv", "--rig", rig, "--out", tmp_path / "out")
+    assert done.returncode == EXIT_DONE, done.stderr.decode()
+    return json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.97, 1.03])
+def test_a_mass_within_its_tolerance_leaves_rounding_alone(tmp_path, scale):
+    """The floor that was estimated beside the rig as given is far above what is left of the one that fits."""
+    step_m = 1e-11
+    found = diagnosed(tmp_path, LAWS["nothing"], scale, step_m)
+    assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]
+    told = found["residual"]["command_position_m"]["fit"]
+    assert told["floor"] == pytest.approx(step_m / np.sqrt(12.0), rel=0.1)
+    assert told["retuned"] == pytest.approx(told["floor"], rel=0.1)
+
+
+@pytest.mark.parametrize("effect", VALUES)
+def test_a_smooth_cause_is_named_and_its_interval_holds(tmp_path, effect):
+    found = diagnosed(tmp_path, LAWS[effect], 1.02, 1e-9)
+    assert found["verdict"] == "named", found["blocks"][0]["doubts"]
+    assert [cause["effect"] for cause in found["causes"]] == [effect]
+    told = found["causes"][0]["parameters"][0]
+    low, high = told["ci95"]
+    assert low < VALUES[effect] < high, told
+    assert high - low < 1e-3 * VALUES[effect]
