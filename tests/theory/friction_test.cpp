@@ -23,7 +23,7 @@ TEST_CASE("friction: dry friction that differs between the directions builds up 
     for (const char *name :
          {"manipulator.coulomb_friction", "manipulator.gravity_offset", "manipulator.asymmetric_friction"}) {
         parts.push_back(find_effect(name)->on_body(rig));
-        parts.back()->start({0.0, 0.0, 0.0, 0.0, 0.0});
+        parts.back()->start({0.0, 0.0, 0.0, 0.0, 0.0, 0.0});
     }
     double position_m = 0.0;
     double bent = 0.0; /* Dahl's equation by Euler's method, in steps a thousand times shorter */

@@ -114,7 +114,7 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
 {
     const fit_result without = fit_without(known);
     candidate best;
-    best.bic = bic_better_by(-bic_undecided);
+    best.bic = unlimited;
     /* The others fitted without it may have gone astray, as a periodic error behind a motion that is late otherwise.
      */
     fit_result as_they_are;
@@ -134,9 +134,12 @@ std::optional<candidate> block_search::rival_of(const effect &known, const std::
             const double bic = bic_of(tried.cost, tried.rows, tried.parameters.size());
             /* With more parameters it may do nearly the same, as a damped resonance does what a lag does. */
             const bool is_larger = one->effect->parameters.size() > known.parameters.size();
-            const double asked = is_larger    ? bic_better_by(bic_undecided)
-                                 : is_simpler ? bic_better_by(0.0)
-                                              : best.bic;
+            const bool is_look_alike =
+                one->effect->look_alike == known.name && known.look_alike == one->effect->name;
+            const double asked = is_larger       ? bic_better_by(bic_undecided)
+                                 : is_simpler    ? bic_better_by(0.0)
+                                 : is_look_alike ? bic_better_by(-bic_look_alike)
+                                                 : bic_better_by(-bic_undecided);
             if (bic < std::min(best.bic, asked)) {
                 best = {one->effect, std::move(tried), bic, 0.0};
             }
