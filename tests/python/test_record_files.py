@@ -175,11 +175,12 @@ def test_a_column_of_another_name_has_no_other_unit(tmp_path):
     refused(tmp_path, record, "--rig", "ess", contains=["operator_velocity_mm_per_s has another unit"])
 
 
-def test_a_column_that_may_be_meant_is_told(tmp_path):
+@pytest.mark.parametrize("column", ["force_limit_N", "force", "Force_N", "FORCE"])
+def test_a_column_that_may_be_meant_is_told(tmp_path, column):
     t_s, command_m, robot_m = motion()
-    record = write(tmp_path / "z.csv", [*HEADER, "force_limit_N"], (t_s, command_m, robot_m, t_s))
+    record = write(tmp_path / "z.csv", [*HEADER, column], (t_s, command_m, robot_m, t_s))
     found = diagnosed(tmp_path / "out", record, "--rig", "ess")
-    assert any("force_limit_N is meant" in note for note in found["notes"])
+    assert any(f"{column} is meant" in note for note in found["notes"])
 
 
 def test_two_signals_are_not_of_one_column(tmp_path):

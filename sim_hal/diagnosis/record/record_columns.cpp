@@ -1,6 +1,7 @@
 #include "record_columns.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -27,16 +28,29 @@ std::string line_of(const std::string &path, long line)
     return path + ":" + std::to_string(line) + ": ";
 }
 
-/* Columns that may be meant for a signal that is not there: the same name up to the unit, or to what stands before
- * it. */
+std::string in_small_letters(std::string name)
+{
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    return name;
+}
+
+/* Without the unit and what stands before it. */
+std::string bare_name(const signal_member &signal)
+{
+    return in_small_letters(std::string(signal.name.substr(0, signal.name.size() - signal.unit.size() - 1)));
+}
+
+/* Columns that may be meant for a signal that is not there: the same name up to the unit, or without one, in small
+ * letters or large ones. */
 std::vector<std::string> columns_like(const record_table &table, const signal_member &signal)
 {
-    const std::string_view bare = signal.name.substr(0, signal.name.size() - signal.unit.size());
+    const std::string bare = bare_name(signal);
     std::vector<std::string> like;
     for (const table_column &column : table.columns) {
         const bool is_other = std::any_of(std::begin(signal_members), std::end(signal_members),
                                           [&](const signal_member &known) { return known.name == column.name; });
-        if (!is_other && column.name.size() > bare.size() && column.name.compare(0, bare.size(), bare) == 0) {
+        const std::string small = in_small_letters(column.name);
+        if (!is_other && (small == bare || small.compare(0, bare.size() + 1, bare + "_") == 0)) {
             like.push_back(column.name);
         }
     }
@@ -62,13 +76,13 @@ std::string that_may_be_meant(const std::string &column, const std::string &name
 }
 
 /* A column with the right name but another unit is a mistake that would pass unseen. One with the right unit and
- * more of a name may be meant, or may not: told. */
+ * more of a name, or without a unit, may be meant, or may not: told. */
 std::string judge_absent(const record_table &table, const std::string &path, const signal_member &signal)
 {
     const std::string name(signal.name);
     const std::vector<std::string> like = columns_like(table, signal);
     for (const std::string &column : like) {
-        if (!has_unit(column, signal.unit)) {
+        if (!has_unit(column, signal.unit) && in_small_letters(column) != bare_name(signal)) {
             throw input_error(line_of(path, table.header_line) + that_has_another_unit(column, name));
         }
     }
