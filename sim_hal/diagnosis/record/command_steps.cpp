@@ -5,6 +5,7 @@
 #include <random>
 
 #include "../../hil/setpoint_step.h"
+#include "../replay/other_input.h"
 
 namespace berth
 {
@@ -90,16 +91,7 @@ double rms_of_command_steps(block block, const record &data, const rig &rig, con
     for (double &value : other.command_position_m) {
         value += step_m * (static_cast<double>(engine()) / 4294967296.0 - 0.5);
     }
-    block_model as_written(block, data, rig, events, held_out_parts::none);
-    block_model as_sent(block, other, rig, events, held_out_parts::none);
-    std::vector<double> error;
-    std::vector<double> other_error;
-    as_written.error(rig, error);
-    as_sent.error(rig, other_error);
-    for (std::size_t n = 0; n < error.size(); n++) {
-        error[n] -= other_error[n];
-    }
-    return rms_of(error, as_written.uses(), row_use::fit);
+    return rms_of_other_input(block, data, other, rig, events);
 }
 
 } // namespace berth

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "../replay/other_input.h"
 #include "measured_motion.h"
 
 namespace berth
@@ -45,16 +46,7 @@ double force_of_motion_noise_N(const record &data, const rig &rig, const sample_
     }
     noisier.command_position_m.clear();
     drive_by_measured_motion(noisier);
-    block_model as_measured(block::force, data, rig, events, held_out_parts::none);
-    block_model with_more(block::force, noisier, rig, events, held_out_parts::none);
-    std::vector<double> error_N;
-    std::vector<double> other_error_N;
-    as_measured.error(rig, error_N);
-    with_more.error(rig, other_error_N);
-    for (std::size_t n = 0; n < error_N.size(); n++) {
-        error_N[n] -= other_error_N[n];
-    }
-    return rms_of(error_N, as_measured.uses(), row_use::fit);
+    return rms_of_other_input(block::force, data, noisier, rig, events);
 }
 
 } // namespace berth
