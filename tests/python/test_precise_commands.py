@@ -21,6 +21,38 @@ VALUES = {"manipulator.asymmetric_friction": 20.0, "manipulator.cubic_stiffness"
           "manipulator.quadratic_stiffness": 5e4}
 
 
+FRICTION_N = 6.0
+
+
+def with_dry_friction_m(push_N):
+    """Each row from where the one before ended; where it stops, it sticks while the friction holds the rest, else it
+    goes on the other way."""
+    m, d, k = (1.02 * GIVEN[key] for key in GIVEN)
+
+    def stops(_, y):
+        return y[1]
+
+    stops.terminal = True
+    state, path_m = np.zeros(2), []
+    for push in push_N:
+        path_m.append(state[0])
+        left_s = PERIOD_s
+        while left_s > 0.0:
+            rest_N = push - k * state[0]
+            if state[1] == 0.0 and abs(rest_N) <= FRICTION_N:
+                break
+            way = np.sign(state[1]) or np.sign(rest_N)
+            stops.direction = -way
+            part = solve_ivp(lambda _, y, push=push, way=way: [y[1], (push - d * y[1] - k * y[0] - way * FRICTION_N) / m],
+                             (0.0, left_s), state, method="DOP853", rtol=1e-12, atol=1e-15, events=stops)
+            state, left_s = part.y[:, -1], left_s - part.t[-1]
+            if part.status == 1:
+                state[1] = 0.0
+            else:
+                left_s = 0.0
+    return np.array(path_m)
+
+
 def motion_m(law, push_N, scale):
     """Each row from where the one before ended, the push held over it."""
     m, d, k = (scale * GIVEN[key] for key in GIVEN)
@@ -32,12 +64,13 @@ def motion_m(law, push_N, scale):
     return np.array(path_m)
 
 
-def diagnosed(tmp_path, law, scale, step_m, seed=3):
+def diagnosed(tmp_path, moved_m, step_m, seed=3):
+    """`moved_m`: of the push, N, one a row."""
     rng = np.random.default_rng(seed)
     t_s = np.arange(ROWS) * PERIOD_s
     push_N = sum(30.0 * np.sin(2 * np.pi * f * t_s + p)
                  for f, p in zip((0.31, 0.73, 1.13, 1.97), rng.uniform(0, 2 * np.pi, 4)))
-    command_m = np.round(motion_m(law, push_N, scale) / step_m) * step_m
+    command_m = np.round(moved_m(push_N) / step_m) * step_m
     np.savetxt(tmp_path / "record.csv", np.column_stack([t_s, push_N, command_m]), delimiter=",", comments="",
                header="t_s,operator_force_N,command_position_m", fmt="%.13g")
     rig = tmp_path / "rig.toml"
@@ -52,7 +85,7 @@ def diagnosed(tmp_path, law, scale, step_m, seed=3):
 def test_a_mass_within_its_tolerance_leaves_rounding_alone(tmp_path, scale):
     """The floor that was estimated beside the rig as given is far above what is left of the one that fits."""
     step_m = 1e-11
-    found = diagnosed(tmp_path, LAWS["nothing"], scale, step_m)
+    found = diagnosed(tmp_path, lambda push_N: motion_m(LAWS["nothing"], push_N, scale), step_m)
     assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]
     told = found["residual"]["command_position_m"]["fit"]
     assert told["floor"] == pytest.approx(step_m / np.sqrt(12.0), rel=0.1)
@@ -61,10 +94,21 @@ def test_a_mass_within_its_tolerance_leaves_rounding_alone(tmp_path, scale):
 
 @pytest.mark.parametrize("effect", VALUES)
 def test_a_smooth_cause_is_named_and_its_interval_holds(tmp_path, effect):
-    found = diagnosed(tmp_path, LAWS[effect], 1.02, 1e-9)
+    found = diagnosed(tmp_path, lambda push_N: motion_m(LAWS[effect], push_N, 1.02), 1e-9)
     assert found["verdict"] == "named", found["blocks"][0]["doubts"]
     assert [cause["effect"] for cause in found["causes"]] == [effect]
     told = found["causes"][0]["parameters"][0]
     low, high = told["ci95"]
     assert low < VALUES[effect] < high, told
     assert high - low < 1e-3 * VALUES[effect]
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_dry_friction_is_named_although_it_catches_between_steps(tmp_path, seed):
+    found = diagnosed(tmp_path, with_dry_friction_m, 1e-9, seed)
+    assert found["verdict"] == "named", found["blocks"][0]["doubts"]
+    assert [cause["effect"] for cause in found["causes"]] == ["manipulator.coulomb_friction"]
+    told = found["causes"][0]["parameters"][0]
+    low, high = told["ci95"]
+    assert low < FRICTION_N < high, told
+    assert high - low < 2e-3 * FRICTION_N

@@ -127,6 +127,7 @@ class block_search
     /* The incumbent with that one switched off, and fitted so. */
     rig rig_without(const effect &dropped) const;
     fit_result fit_without(const effect &dropped);
+    double precision_of_causes() const; /* see effect; of the coarsest */
     void fix_estimates(block_diagnosis &result) const;
 
     /* --- one for another: block_exchange.cpp --- */
@@ -244,7 +245,7 @@ class block_search
      * with. */
     bool is_motion(const remains &left);
     /* Of a manipulator with causes, what is left is no more than steps of the replay are off by: further forces act
-     * as in the middle of a step. */
+     * as in the middle of a step, and dry friction catches between two. */
     bool is_of_our_steps();
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);

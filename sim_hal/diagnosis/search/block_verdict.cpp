@@ -285,7 +285,7 @@ bool block_search::is_of_our_steps()
     std::vector<double> before;
     model_.error(base_.rig, before);
     return rms_of(error_left(), model_.uses(), row_use::fit) <
-           steps_exact * rms_of(before, model_.uses(), row_use::fit);
+           std::max(steps_exact, precision_of_causes()) * rms_of(before, model_.uses(), row_use::fit);
 }
 
 bool block_search::exceeds_uncertainty(double cost) const
