@@ -246,6 +246,9 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
     /* A grip that has given way feels nothing, and otherwise than this model after it: it is not asked. */
     constexpr double held_share = 0.5;
     constexpr double felt_sd = 2.0; /* of the noise, over all of its trace: before a contact it is felt less */
+    /* Of what is felt at twice the noise a share is uncertain by 0.5, the median of n by 1.25 / sqrt(n) times that:
+     * four times this is no chance, though losses that are not found beside them hide a part of each. */
+    constexpr double all_by_chance = 2.5;
     const double least_N = 0.1 * rms_of(record.force_N, force.uses(), row_use::fit);
     const double felt_square = std::pow(felt_sd * sigma_of(error, force.uses()), 2);
     const std::vector<double> lacked_m = way_lacked_m(rig, record, events.lost_command);
@@ -273,7 +276,8 @@ bool force_knows_of(block_model &force, const rig &rig, const sample_events &eve
             }
         }
     }
-    return shares.size() < events_min || median_of(shares) > 0.5 ||
+    const double by_chance = all_by_chance / std::sqrt(static_cast<double>(shares.size()));
+    return shares.size() < events_min || median_of(shares) > std::min(0.5, by_chance) ||
            static_cast<double>(held) < held_share * static_cast<double>(asked);
 }
 
