@@ -24,13 +24,12 @@ bool are_too_many(const event_finding &found)
 
 /* Chance does not care how far a setpoint leads: where nearly only the smallest steps are missing, it is a
  * threshold. */
-bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
+bool are_the_smallest(const std::vector<double> &steps_m, const std::vector<std::uint8_t> &lost)
 {
-    const std::vector<double> taken = taken_of(sent, lost);
     std::vector<double> missing;
     std::vector<double> done;
-    for (std::size_t n = 1; n < sent.size(); n++) {
-        (lost[n] != 0 ? missing : done).push_back(std::abs(sent[n] - taken[n - 1]));
+    for (std::size_t n = 1; n < steps_m.size(); n++) {
+        (lost[n] != 0 ? missing : done).push_back(steps_m[n]);
     }
     if (missing.empty() || done.empty()) {
         return false;
@@ -41,6 +40,17 @@ bool are_the_smallest(const std::vector<double> &sent, const std::vector<std::ui
     const double way = *at;
     const auto smaller = std::count_if(done.begin(), done.end(), [&](double step) { return step < way; });
     return 2 * static_cast<std::size_t>(smaller) < done.size();
+}
+
+/* From where the last one that was taken led. */
+std::vector<double> steps_of(const std::vector<double> &sent, const std::vector<std::uint8_t> &lost)
+{
+    const std::vector<double> taken = taken_of(sent, lost);
+    std::vector<double> steps_m(sent.size(), 0.0);
+    for (std::size_t n = 1; n < sent.size(); n++) {
+        steps_m[n] = std::abs(sent[n] - taken[n - 1]);
+    }
+    return steps_m;
 }
 
 /* Those of the setpoints whose loss this block would show, or one before it would; where none of these was lost, of
@@ -85,6 +95,21 @@ event_finding finding_behind_what_switches(const rig &rig, const record &record,
     return finding_among(std::move(shown), lead, events);
 }
 
+/* Of those that would do anything: a dead band that is wider than it is taken for loses the smallest. */
+bool are_the_smallest_at_stake(const rig &rig, const record &record, const std::vector<std::uint8_t> &lost)
+{
+    const std::vector<double> all_m = way_at_stake_m(rig, record, lost);
+    std::vector<double> at_stake_m = {0.0};
+    std::vector<std::uint8_t> lost_at_stake = {0};
+    for (std::size_t n = 1; n < all_m.size(); n++) {
+        if (all_m[n] > 0.0) {
+            at_stake_m.push_back(all_m[n]);
+            lost_at_stake.push_back(lost[n]);
+        }
+    }
+    return are_the_smallest(at_stake_m, lost_at_stake);
+}
+
 /* Where what a setpoint does depends on those before it, all are decided in turn. */
 std::vector<event_finding> decode_behind_what_switches(block_model &model, const rig &rig, const loss_trace &loss,
                                                        sample_events &events, loss_search &search)
@@ -125,7 +150,7 @@ std::vector<event_finding> decode_behind_what_switches(block_model &model, const
     }
     const event_finding found = finding_behind_what_switches(
         rig, record, loss_clear_sd * finder.sigma_left() / std::sqrt(loss.square), events);
-    if (are_too_many(found)) {
+    if (are_too_many(found) || are_the_smallest_at_stake(rig, record, events.lost_command)) {
         events = before;
         return {};
     }
@@ -311,7 +336,7 @@ std::vector<event_finding> find_lost_commands(block_model &model, const rig &rig
     const bool explain_most = finder.share_left() < search.left_max && count_of(finder.lost) >= events_min;
     if (finder.lost == known || !(are_clear || !is_new || explain_most) ||
         (is_new && (4 * count_of(finder.lost) > error.size() ||
-                    are_the_smallest(model.data().command_position_m, finder.lost)))) {
+                    are_the_smallest(steps_of(model.data().command_position_m, finder.lost), finder.lost)))) {
         return {};
     }
     const sample_events before = events;

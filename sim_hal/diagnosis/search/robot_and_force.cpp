@@ -30,6 +30,8 @@ namespace
 {
 
 constexpr std::string_view lost_commands = "robot.lost_commands";
+/* Of what the re-tuned robot leaves: where a cause leaves more, it hardly shows in the reports. */
+constexpr double hardly_less = 0.9;
 
 /* What was named no more than that. */
 void tell_in_part(block_diagnosis &block, std::string_view why)
@@ -177,6 +179,7 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
 {
     constexpr double clear = 0.7; /* times the sum of squares: one more event that falls into its tick */
     constexpr double wide = 3.0;  /* times the interval */
+    constexpr double widest = 0.3; /* of the size */
     for (cause &known : robot.causes) {
         parameter_estimate &size = known.parameters[0];
         if (!known.effect->switches || known.effect->block() != "robot" || !(size.ci95 > 0.0) ||
@@ -190,11 +193,12 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
         noise.sigma = noise.rms = rms_of(error, force.uses(), row_use::fit);
         const auto base = base_parameters(block::force, robot.extended);
         const fit_result before = fit(force, noise, robot.extended, base, input.options.replays_max);
-        const double factor = 1.0 + std::min(0.3, wide * size.ci95 / size.value);
+        const bool is_measured = robot.fit_rms.after < hardly_less * robot.fit_rms.retuned;
+        const double factor = 1.0 + (is_measured ? std::min(widest, wide * size.ci95 / size.value) : widest);
         const fit_result after = fit_rough(force, noise, *known.effect, before.rig, before, input.options, factor);
         if (after.cost < clear * before.cost) {
             size.value = value_of(after.rig, size.key);
-            size.ci95 = std::min(size.ci95, after.ci95.back());
+            size.ci95 = is_measured ? std::min(size.ci95, after.ci95.back()) : after.ci95.back();
             set_number(robot.extended, size.key, size.value);
         }
     }
@@ -306,7 +310,6 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
         tell_in_part(force, why);
     }
     /* So little of the reports may stand in for what the force shows more clearly, and nothing explains there. */
-    constexpr double hardly_less = 0.9;
     if (leaves_something(force) && force.fit_rms.after > well_above * force.fit_rms.floor &&
         other_causes(robot) > 0 && robot.fit_rms.after > hardly_less * robot.fit_rms.retuned) {
         tell_in_part(robot, "its cause hardly shows in the reports, and the force behind it is not explained");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "../fit/beginning.h"
@@ -22,6 +23,7 @@ struct start_point {
     double promise; /* decrease of the white sum of squares */
     bool is_hidden; /* by the noise of the robot's reports: of many thresholds, no size need promise much */
     bool is_regressed = false; /* all sizes are as the equation of motion has them */
+    double promise_beside_known = 0.0; /* with what a block before knows held where it is */
 };
 
 } // namespace
@@ -232,6 +234,48 @@ namespace
 /* Of the white sum of squares; what decreases it by less is no cause. */
 constexpr double worth_a_fit = 10.0;
 
+/* Those that are neither the block's own nor of an effect found in it: a block before has measured them. */
+std::vector<bool> are_own(const block_model &model, const fit_result &incumbent, const rig &given,
+                          const std::vector<const effect *> &found)
+{
+    const std::vector<free_parameter> base = base_parameters(model.which(), given);
+    std::vector<bool> own;
+    for (const free_parameter &one : incumbent.parameters) {
+        const auto is_it = [&](const effect_parameter &other) { return other.key == one.key->path; };
+        own.push_back(
+            std::any_of(base.begin(), base.end(), [&](const auto &other) { return other.key == one.key; }) ||
+            std::any_of(found.begin(), found.end(), [&](const effect *known) {
+                return std::any_of(known->parameters.begin(), known->parameters.end(), is_it);
+            }));
+    }
+    return own;
+}
+
+/* Promises let parameters go where they may not, and what moves the error as one of them does promises nothing: where
+ * others were measured in a block before, what is promised with these held; else none. */
+std::optional<tangent_space> space_beside_known(const block_model &model, const fit_result &incumbent,
+                                                const known_slopes &slopes, const rig &given,
+                                                const std::vector<const effect *> &found)
+{
+    const std::vector<bool> own = are_own(model, incumbent, given, found);
+    if (std::find(own.begin(), own.end(), false) == own.end()) {
+        return std::nullopt;
+    }
+    fit_result kept = incumbent;
+    kept.parameters.clear();
+    known_slopes of_kept;
+    std::vector<int> columns;
+    for (std::size_t i = 0; i < own.size(); i++) {
+        if (own[i]) {
+            kept.parameters.push_back(incumbent.parameters[i]);
+            of_kept.keys.push_back(slopes.keys[i]);
+            columns.push_back(static_cast<int>(i));
+        }
+    }
+    of_kept.white = slopes.white(Eigen::all, columns);
+    return tangent_space(kept, of_kept);
+}
+
 /* The starts of all effects that are to be tried, the most promising first; `here`: the incumbent's white error. */
 std::vector<start_point> starts_by_promise(block_model &model, const noise_model &noise, const fit_result &incumbent,
                                            const Eigen::VectorXd &here, const known_slopes &slopes, const rig &given,
@@ -241,6 +285,8 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     model.error(incumbent.rig, error);
     const tangent_space base(incumbent, slopes);
     const tangent_space::target target = base.target_of(here);
+    const std::optional<tangent_space> beside_known = space_beside_known(model, incumbent, slopes, given, found);
+    const tangent_space::target beside = beside_known ? beside_known->target_of(here) : tangent_space::target{};
     const record_scales scales = scales_of(model, incumbent.rig, error, options);
     beginning first(model, noise, incumbent, slopes, here);
     std::vector<start_point> starts;
@@ -273,6 +319,8 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
             const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
             const auto [decrease, best] = base.best_share(target, change, least, most, effect);
             start.promise = decrease;
+            start.promise_beside_known =
+                beside_known ? beside_known->best_share(beside, change, least, most, effect).decrease : 0.0;
             if (is_scaled) {
                 set_number(start.rig, effect->parameters[0].key, best * values[0]);
             }
@@ -301,6 +349,34 @@ bool is_held_by_tolerance(const effect &effect, const fit_result &incumbent)
         return known.expected_sd < unlimited && (place < near || place > 1.0 - near) &&
                std::any_of(effect.parameters.begin(), effect.parameters.end(), is_own);
     });
+}
+
+/* One of each effect that was not fitted, and with what a block before knows held would explain as much as any. */
+std::vector<start_point> promising_beside_known(const std::vector<start_point> &starts,
+                                                const std::vector<candidate> &fitted)
+{
+    constexpr double as_much = 0.5;
+    std::vector<start_point> best;
+    double most = 0.0;
+    for (const start_point &start : starts) {
+        most = std::max(most, start.promise_beside_known);
+        const auto is_of_it = [&](const auto &other) { return other.effect == start.effect; };
+        if (std::any_of(fitted.begin(), fitted.end(), is_of_it)) {
+            continue;
+        }
+        const auto same = std::find_if(best.begin(), best.end(), is_of_it);
+        if (same == best.end()) {
+            best.push_back(start);
+        } else if (start.promise_beside_known > same->promise_beside_known) {
+            *same = start;
+        }
+    }
+    best.erase(std::remove_if(best.begin(), best.end(),
+                              [&](const start_point &one) {
+                                  return one.promise_beside_known < std::max(worth_a_fit, as_much * most);
+                              }),
+               best.end());
+    return best;
 }
 
 /* The best candidates beside an effect that decides what follows, with its size looked for anew: what was missing
@@ -357,6 +433,32 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     const std::vector<start_point> starts =
         starts_by_promise(model, noise, incumbent, here, slopes, given, found, options);
 
+    const auto rated = [&](const start_point &start, fit_result fitted) {
+        candidate made;
+        made.effect = start.effect;
+        made.fitted = std::move(fitted);
+        made.white_cost = made.fitted.cost;
+        made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
+        return made;
+    };
+    const auto decided_from = [&](const start_point &start) {
+        tell(options, *start.effect);
+        return rated(start, fit_what_decides(model, noise, *start.effect, incumbent, rigs_of(starts, *start.effect),
+                                             options));
+    };
+    const auto fitted_from = [&](const start_point &start) {
+        tell(options, *start.effect);
+        if (is_rough_here(*start.effect, options)) {
+            return rated(start, fit_rough(model, noise, *start.effect,
+                                          rough_start(model, noise, start, starts, incumbent, options), incumbent,
+                                          options, start.effect->acts_at_once ? 1.3 : spacing_about(start, starts)));
+        }
+        const auto parameters = start.is_regressed
+                                    ? parameters_about(start.rig, incumbent, found, *start.effect)
+                                    : joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
+        return rated(start, fit(model, noise, start.rig, parameters, options.replays_max,
+                                start.is_regressed ? nullptr : &slopes));
+    };
     std::vector<candidate> candidates;
     int tried = 0;
     for (const start_point &start : starts) {
@@ -371,25 +473,11 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (tried >= options.fits_max && !is_held_by_tolerance(*start.effect, incumbent)) {
             continue;
         }
-        const auto parameters = start.is_regressed
-                                    ? parameters_about(start.rig, incumbent, found, *start.effect)
-                                    : joined(incumbent.parameters, effect_parameters(*start.effect, start.rig));
-        tell(options, *start.effect);
-        candidate made;
-        made.effect = start.effect;
-        made.fitted =
-            start.effect->decides_what_follows && same == 0
-                ? fit_what_decides(model, noise, *start.effect, incumbent, rigs_of(starts, *start.effect), options)
-            : is_rough_here(*start.effect, options)
-                ? fit_rough(model, noise, *start.effect,
-                            rough_start(model, noise, start, starts, incumbent, options), incumbent, options,
-                            start.effect->acts_at_once ? 1.3 : spacing_about(start, starts))
-                : fit(model, noise, start.rig, parameters, options.replays_max,
-                      start.is_regressed ? nullptr : &slopes);
-        made.white_cost = made.fitted.cost;
-        made.bic = bic_of(made.fitted.cost, made.fitted.rows, made.fitted.parameters.size());
-        candidates.push_back(std::move(made));
+        candidates.push_back(same == 0 && start.effect->decides_what_follows ? decided_from(start) : fitted_from(start));
         tried += same == 0;
+    }
+    for (const start_point &start : promising_beside_known(starts, candidates)) {
+        candidates.push_back(fitted_from(start));
     }
     drop_diverged(candidates);
     sort_by_bic(candidates);
