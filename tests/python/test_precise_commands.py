@@ -64,18 +64,24 @@ def motion_m(law, push_N, scale):
     return np.array(path_m)
 
 
-def diagnosed(tmp_path, moved_m, step_m, seed=3):
-    """`moved_m`: of the push, N, one a row."""
-    rng = np.random.default_rng(seed)
+def swaying_N(seed):
     t_s = np.arange(ROWS) * PERIOD_s
-    push_N = sum(30.0 * np.sin(2 * np.pi * f * t_s + p)
-                 for f, p in zip((0.31, 0.73, 1.13, 1.97), rng.uniform(0, 2 * np.pi, 4)))
-    command_m = np.round(moved_m(push_N) / step_m) * step_m
+    return sum(30.0 * np.sin(2 * np.pi * f * t_s + p) for f, p in zip(
+        (0.31, 0.73, 1.13, 1.97), np.random.default_rng(seed).uniform(0, 2 * np.pi, 4)))
+
+
+def diagnosed(tmp_path, moved_m, step_m, seed=3, more=""):
+    """`moved_m`: of the push, N, one a row; `step_m`: of the command, none: 13 digits; `more`: of the rig file."""
+    push_N = swaying_N(seed)
+    t_s = np.arange(ROWS) * PERIOD_s
+    command_m = moved_m(push_N)
+    if step_m is not None:
+        command_m = np.round(command_m / step_m) * step_m
     np.savetxt(tmp_path / "record.csv", np.column_stack([t_s, push_N, command_m]), delimiter=",", comments="",
                header="t_s,operator_force_N,command_position_m", fmt="%.13g")
     rig = tmp_path / "rig.toml"
     rig.write_text('name = "precise"\n[manipulator]\n' + "".join(
-        f"{key} = {{ value = {value}, tolerance = 0.05 }}\n" for key, value in GIVEN.items()))
+        f"{key} = {{ value = {value}, tolerance = 0.05 }}\n" for key, value in GIVEN.items()) + more)
     done = command("diagnose", tmp_path / "record.csv", "--rig", rig, "--out", tmp_path / "out")
     assert done.returncode == EXIT_DONE, done.stderr.decode()
     return json.loads((tmp_path / "out" / "diagnosis.json").read_text())
@@ -112,3 +118,8 @@ def test_dry_friction_is_named_although_it_catches_between_steps(tmp_path, seed)
     low, high = told["ci95"]
     assert low < FRICTION_N < high, told
     assert high - low < 2e-3 * FRICTION_N
+
+
+def test_dry_friction_that_the_rig_knows_is_no_unknown(tmp_path):
+    found = diagnosed(tmp_path, with_dry_friction_m, None, more=f"coulomb_friction_N = {FRICTION_N}\n")
+    assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]

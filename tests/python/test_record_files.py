@@ -329,3 +329,17 @@ def test_rows_that_a_logger_lost_are_no_fault(seed, effect, causes, tmp_path):
     assert [one["effect"] for one in told["causes"]] == causes
     assert told["verdict"] == ("named" if causes else "nothing_detectable")
     assert any("missing" in note or "gap" in note for note in told["notes"])
+
+
+@pytest.mark.parametrize("effect, cause", [("none", None), ("robot.gain", "robot.gain")])
+@pytest.mark.parametrize("which", ["one in seven", "any of twenty"])
+def test_where_many_rows_are_missing_the_noise_is_what_it_is(which, effect, cause, tmp_path):
+    """Few rows then have many before them, and what is put in between has the noise of the next ones."""
+    rows = np.arange(100, 7000)
+    missing = rows[::7] if which == "one in seven" else np.random.default_rng(5).choice(rows, len(rows) // 20, False)
+    _, told = hidden_and_told(tmp_path, 5, "--effect", effect, "--size", "large", missing=list(missing))
+    assert [one["effect"] for one in told["causes"]] == ([cause] if cause else [])
+    assert told["verdict"] == ("named" if cause else "nothing_detectable")
+    truth = json.loads((tmp_path / "truth/truth.json").read_text())
+    for channel, parts in told["residual"].items():
+        assert parts["fit"]["floor"] == pytest.approx(truth["floor_rms"][channel], rel=0.2)

@@ -64,6 +64,16 @@ def test_a_late_sensor_behind_a_late_robot_whose_reports_are_clear(tmp_path, lat
     assert values(found)[effect][key.split(".")[1]] == pytest.approx(true, rel=0.05)
 
 
+@pytest.mark.parametrize("robot_lag_ms, sensor_lag_ms", [(5.0, 4.0), (6.0, 4.0), (4.0, 5.0)])
+def test_a_sensor_that_lags_behind_a_robot_that_lags_is_offered(tmp_path, robot_lag_ms, sensor_lag_ms):
+    """The robot's could make up for the sensor's, if its reports did not hold it."""
+    found = diagnose(tmp_path / "out", run_with(tmp_path, {"robot.lag_ms": robot_lag_ms, "sensor.lag_ms": sensor_lag_ms}),
+                     "--rig", "ess")
+    offered = {*values(found), *(other["effect"] for other in found["alternatives"])}
+    assert found["verdict"] in ("named", "one_of") and {"robot.lag", "sensor.lag"} <= offered
+    assert found["verdict"] == "one_of" or set(values(found)) == {"robot.lag", "sensor.lag"}
+
+
 def test_friction_that_differs_between_the_directions_by_itself(tmp_path):
     """Without dry friction, beside which it had been looked for alone."""
     period_s, mass_kg, damping_N_s_per_m, stiffness_N_per_m = 0.0025, 200.0, 125.664, 7895.684

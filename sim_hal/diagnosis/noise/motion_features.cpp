@@ -124,27 +124,31 @@ class feature_maker
         add(error_class::drift, [&](std::size_t n) { return time(n) * v[n]; });
     }
 
-    void add_shape(signal y)
+    /* Of what is known in some rows, and how it changes between rows that are. */
+    void add_shape(signal y, std::vector<bool> is_known)
     {
         for (int order = 0; order < 5; order++) {
             scale_to_one(y);
             features.push_back({error_class::linear, y, false, true});
-            y = change(y);
+            change(y, is_known);
         }
     }
 
     std::vector<feature> features;
 
   private:
-    signal change(const signal &y) const
+    void change(signal &y, std::vector<bool> &is_known) const
     {
         signal made(y.size(), 0.0);
+        std::vector<bool> are_both(y.size(), false);
         for (const record_segment &part : record_.segments) {
             for (std::size_t n = part.begin + 2; n < part.end; n++) {
-                made[n] = y[n] - y[n - 1];
+                are_both[n] = is_known[n] && is_known[n - 1];
+                made[n] = are_both[n] ? y[n] - y[n - 1] : 0.0;
             }
         }
-        return made;
+        y = std::move(made);
+        is_known = std::move(are_both);
     }
 
     const record &record_;
@@ -188,7 +192,9 @@ std::vector<feature> features_of_motion(const block_model &model, const rig &rig
     const int reaction = first_lag_before_reaction(record, rig);
     maker.add_laws(x, derivative(x, record.segments, record.period_s), reaction);
     signal simulated(record.size());
+    std::vector<bool> is_simulated(record.size()); /* elsewhere it is what was measured, with its noise */
     for (std::size_t n = 0; n < simulated.size(); n++) {
+        is_simulated[n] = model.uses()[n] != row_use::none;
         simulated[n] = model.measured()[n] - error[n];
     }
     if (model.which() == block::force) {
@@ -208,7 +214,7 @@ std::vector<feature> features_of_motion(const block_model &model, const rig &rig
             return f[n] * (2.0 * static_cast<double>(n) / static_cast<double>(f.size()) - 1.0);
         });
     }
-    maker.add_shape(std::move(simulated));
+    maker.add_shape(std::move(simulated), std::move(is_simulated));
     return std::move(maker.features);
 }
 

@@ -90,8 +90,13 @@ void try_slow_noise(const std::vector<double> &error, const std::vector<row_use>
 noise_model estimate_noise(const std::vector<double> &error, const std::vector<row_use> &uses, int order_max,
                            colour colour)
 {
+    const auto in_use = static_cast<std::size_t>(
+        std::count_if(uses.begin(), uses.end(), [](row_use use) { return use != row_use::none; }));
     std::size_t rows = 0;
-    const Eigen::MatrixXd sums = lag_products(error, uses, order_max, rows);
+    Eigen::MatrixXd sums = lag_products(error, uses, order_max, rows);
+    while (order_max > 0 && 2 * rows < in_use) { /* where many rows are missing, few have so long a past */
+        sums = lag_products(error, uses, --order_max, rows);
+    }
     noise_model best;
     if (rows < 20 || !(sums(0, 0) > 0.0)) {
         best.sigma = best.rms =

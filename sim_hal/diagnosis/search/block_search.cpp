@@ -36,7 +36,7 @@ void block_search::run(block_diagnosis &result)
     rate_base(result);
     command_steps_rms_ = rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
     const bool is_rounding = is_within_rounding();
-    is_rest_ = is_rest_of_switching() || is_rounding;
+    is_rest_ = is_rest_of_switching() || is_rounding || is_of_our_steps();
     const int rounds_max = 2 * input_.effects_max; /* what stood in for another one makes room for a further one */
     for (int round = 0; round < rounds_max && static_cast<int>(found_.size()) < input_.effects_max && !is_rounding &&
                         !is_within_command_steps() && !stands_within_its_step();
@@ -167,8 +167,11 @@ bool block_search::is_within_rounding()
 {
     constexpr double dominates = 0.9;
     constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
-    return is_within_command_steps() || (model_.rounding_rms() > dominates * noise_.rms &&
-                                         incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows));
+    constexpr double far_below = 0.1; /* of the noise: the replay's own digits */
+    return is_within_command_steps() ||
+           (model_.rounding_rms() > dominates * noise_.rms &&
+            incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows)) ||
+           rms_of(error_left(), model_.uses(), row_use::fit) < far_below * noise_.rms;
 }
 
 bool block_search::stands_within_its_step()

@@ -244,8 +244,8 @@ class block_search
     /* The error's rows follow from those before it as no sensor's noise does, so that there is no floor to compare
      * with. */
     bool is_motion(const remains &left);
-    /* Of a manipulator with causes, what is left is no more than steps of the replay are off by: further forces act
-     * as in the middle of a step, and dry friction catches between two. */
+    /* Of a manipulator with further forces, what is left is no more of what they do than steps of the replay are off
+     * by: they act as in the middle of a step, and dry friction catches between two. */
     bool is_of_our_steps();
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);

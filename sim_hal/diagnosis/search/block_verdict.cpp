@@ -279,13 +279,24 @@ bool block_search::is_motion(const remains &left)
 
 bool block_search::is_of_our_steps()
 {
-    if (model_.which() != block::manipulator || found_.empty()) {
+    if (model_.which() != block::manipulator) {
         return false;
     }
+    const rig nothing;
+    rig without = base_.rig;
+    double precision = 0.0;
+    for (const effect &known : effect_library()) {
+        if (known.on_body != nullptr && known.block() == "manipulator" && is_active(known, incumbent_.rig)) {
+            precision = std::max({precision, steps_exact, known.precision});
+            for (const effect_parameter &parameter : known.parameters) {
+                set_number(without, parameter.key, value_of(nothing, parameter.key));
+            }
+        }
+    }
     std::vector<double> before;
-    model_.error(base_.rig, before);
+    model_.error(without, before);
     return rms_of(error_left(), model_.uses(), row_use::fit) <
-           std::max(steps_exact, precision_of_causes()) * rms_of(before, model_.uses(), row_use::fit);
+           precision * rms_of(before, model_.uses(), row_use::fit);
 }
 
 bool block_search::exceeds_uncertainty(double cost) const
