@@ -283,7 +283,7 @@ bool block_search::is_of_our_steps()
         return false;
     }
     const rig nothing;
-    rig without = base_.rig;
+    rig without = incumbent_.rig;
     double precision = 0.0;
     for (const effect &known : effect_library()) {
         if (known.on_body != nullptr && known.block() == "manipulator" && is_active(known, incumbent_.rig)) {
