@@ -20,6 +20,28 @@ bool is_known(std::string_view path, double value, double sd)
 
 } // namespace
 
+bool block_search::is_of_our_steps()
+{
+    if (model_.which() != block::manipulator) {
+        return false;
+    }
+    const rig nothing;
+    rig without = incumbent_.rig;
+    double precision = 0.0;
+    for (const effect &known : effect_library()) {
+        if (known.on_body != nullptr && known.block() == "manipulator" && is_active(known, incumbent_.rig)) {
+            precision = std::max({precision, steps_exact, known.precision});
+            for (const effect_parameter &parameter : known.parameters) {
+                set_number(without, parameter.key, value_of(nothing, parameter.key));
+            }
+        }
+    }
+    std::vector<double> before;
+    model_.error(without, before);
+    return rms_of(error_left(), model_.uses(), row_use::fit) <
+           precision * rms_of(before, model_.uses(), row_use::fit);
+}
+
 void block_search::widen_by_our_steps()
 {
     if (model_.which() != block::manipulator || found_.empty()) {

@@ -167,7 +167,7 @@ bool block_search::is_within_rounding()
 {
     constexpr double dominates = 0.9;
     constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
-    constexpr double far_below = 0.1; /* of the noise: the replay's own digits */
+    constexpr double far_below = 0.1;   /* of the noise: the replay's own digits */
     return is_within_command_steps() ||
            (model_.rounding_rms() > dominates * noise_.rms &&
             incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows)) ||

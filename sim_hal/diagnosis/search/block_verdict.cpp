@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../solver/manipulator_steps.h"
 #include "../noise/floor.h"
 #include "../noise/moments.h"
 #include "../noise/spectrum_lines.h"
@@ -275,28 +274,6 @@ bool block_search::is_motion(const remains &left)
         left.has_causes && left.has_thresholds &&
         cost_of(model_, noise_, incumbent_.rig) < share_of_replay * cost_of(model_, noise_, base_.rig);
     return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact() && !is_of_our_steps();
-}
-
-bool block_search::is_of_our_steps()
-{
-    if (model_.which() != block::manipulator) {
-        return false;
-    }
-    const rig nothing;
-    rig without = incumbent_.rig;
-    double precision = 0.0;
-    for (const effect &known : effect_library()) {
-        if (known.on_body != nullptr && known.block() == "manipulator" && is_active(known, incumbent_.rig)) {
-            precision = std::max({precision, steps_exact, known.precision});
-            for (const effect_parameter &parameter : known.parameters) {
-                set_number(without, parameter.key, value_of(nothing, parameter.key));
-            }
-        }
-    }
-    std::vector<double> before;
-    model_.error(without, before);
-    return rms_of(error_left(), model_.uses(), row_use::fit) <
-           precision * rms_of(before, model_.uses(), row_use::fit);
 }
 
 bool block_search::exceeds_uncertainty(double cost) const

@@ -11,6 +11,7 @@
 #include "../samples/clock_ways.h"
 #include "acceptance.h"
 #include "rivals.h"
+#include "shown_by_force.h"
 
 namespace berth
 {
@@ -18,6 +19,12 @@ namespace berth
 bool leaves_something(const block_diagnosis &block)
 {
     return block.verdict == verdict::unknown || block.verdict == verdict::partly_explained;
+}
+
+bool hardly_shows(const block_diagnosis &robot)
+{
+    constexpr double hardly_less = 0.9;
+    return robot.fit_rms.after > hardly_less * robot.fit_rms.retuned;
 }
 
 bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &one)
@@ -30,8 +37,6 @@ namespace
 {
 
 constexpr std::string_view lost_commands = "robot.lost_commands";
-/* Of what the re-tuned robot leaves: where a cause leaves more, it hardly shows in the reports. */
-constexpr double hardly_less = 0.9;
 
 /* What was named no more than that. */
 void tell_in_part(block_diagnosis &block, std::string_view why)
@@ -175,35 +180,6 @@ void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig 
     force.without_switching_fault = switches ? &as_given : nullptr;
 }
 
-void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events)
-{
-    constexpr double clear = 0.7; /* times the sum of squares: one more event that falls into its tick */
-    constexpr double wide = 3.0;  /* times the interval */
-    constexpr double widest = 0.3; /* of the size */
-    for (cause &known : robot.causes) {
-        parameter_estimate &size = known.parameters[0];
-        if (!known.effect->switches || known.effect->block() != "robot" || !(size.ci95 > 0.0) ||
-            !(size.value > 0.0)) {
-            continue;
-        }
-        block_model force(block::force, *input.fit, robot.extended, events.fit, held_out_parts::none);
-        noise_model noise;
-        std::vector<double> error;
-        force.error(robot.extended, error);
-        noise.sigma = noise.rms = rms_of(error, force.uses(), row_use::fit);
-        const auto base = base_parameters(block::force, robot.extended);
-        const fit_result before = fit(force, noise, robot.extended, base, input.options.replays_max);
-        const bool is_measured = robot.fit_rms.after < hardly_less * robot.fit_rms.retuned;
-        const double factor = 1.0 + (is_measured ? std::min(widest, wide * size.ci95 / size.value) : widest);
-        const fit_result after = fit_rough(force, noise, *known.effect, before.rig, before, input.options, factor);
-        if (after.cost < clear * before.cost) {
-            size.value = value_of(after.rig, size.key);
-            size.ci95 = is_measured ? std::min(size.ci95, after.ci95.back()) : after.ci95.back();
-            set_number(robot.extended, size.key, size.value);
-        }
-    }
-}
-
 void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                            const block_start &robot_start, const block_start &force_start, const rig &as_given)
 {
@@ -311,7 +287,7 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
     }
     /* So little of the reports may stand in for what the force shows more clearly, and nothing explains there. */
     if (leaves_something(force) && force.fit_rms.after > well_above * force.fit_rms.floor &&
-        other_causes(robot) > 0 && robot.fit_rms.after > hardly_less * robot.fit_rms.retuned) {
+        other_causes(robot) > 0 && hardly_shows(robot)) {
         tell_in_part(robot, "its cause hardly shows in the reports, and the force behind it is not explained");
     }
     /* What is late in the robot the force cannot tell from what is late in the sensor. */

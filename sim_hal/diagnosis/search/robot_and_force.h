@@ -19,17 +19,15 @@ struct block_start {
 
 bool leaves_something(const block_diagnosis &block);
 
+/* The robot's causes leave nearly as much in its reports as the re-tuned base does. */
+bool hardly_shows(const block_diagnosis &robot);
+
 /* What is left in `other` is less than in `one`, beyond chance. */
 bool is_clearly_smaller(const block_diagnosis &other, const block_diagnosis &one);
 
 /* The force's input, where the robot has been diagnosed. `as_given`: the rig before any diagnosis; outlives `force`.
  */
 void know_robot(diagnosis_input &force, const block_diagnosis &robot, const rig &as_given);
-
-/* A threshold of the robot that its reports know to a thousandth still switches in another tick now and then, and a
- * stiff contact shows each of them: of the sizes that the reports leave open the one that suits the force, if that
- * is clear. `input`: the force's. */
-void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events);
 
 /* Judges both anew where the force leaves something that hides in the robot's reports, or refutes what they take for
  * the cause in favour of another that they cannot tell from it. */

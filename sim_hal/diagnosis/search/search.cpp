@@ -2,31 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <tuple>
 
-#include "../fit/beginning.h"
 #include "../fit/manipulator_regression.h"
 #include "../fit/progressive_fit.h"
 #include "../fit/response.h"
+#include "promise.h"
 
 namespace berth
 {
-
-namespace
-{
-
-/* A size of an effect, and how much it promises. */
-struct start_point {
-    const berth::effect *effect;
-    berth::rig rig;
-    double promise; /* decrease of the white sum of squares */
-    bool is_hidden; /* by the noise of the robot's reports: of many thresholds, no size need promise much */
-    bool is_regressed = false; /* all sizes are as the equation of motion has them */
-    double promise_beside_known = 0.0; /* with what a block before knows held where it is */
-};
-
-} // namespace
 
 double width_of_size(block_model &model, const noise_model &noise, const fit_result &fitted, std::string_view key)
 {
@@ -122,19 +105,6 @@ std::vector<rig> rigs_of(const std::vector<start_point> &starts, const effect &e
     return rigs;
 }
 
-void tell(const search_options &options, const effect &effect)
-{
-    if (options.tell) {
-        options.tell(effect);
-    }
-}
-
-/* In the force, whatever switches in the robot makes the error jump with its size. */
-bool is_rough_here(const effect &effect, const search_options &options)
-{
-    return effect.is_rough || (options.robot_in_force && effect.switches && effect.block() == "robot");
-}
-
 /* The most promising start, or where the beginning of the record leads from all of them. */
 rig rough_start(block_model &model, const noise_model &noise, const start_point &best,
                 const std::vector<start_point> &starts, const fit_result &incumbent, const search_options &options)
@@ -185,6 +155,18 @@ fit_result fit_what_decides(block_model &model, const noise_model &noise, const 
     return other.cost < found.cost ? other : found;
 }
 
+void tell(const search_options &options, const effect &effect)
+{
+    if (options.tell) {
+        options.tell(effect);
+    }
+}
+
+bool is_rough_here(const effect &effect, const search_options &options)
+{
+    return effect.is_rough || (options.robot_in_force && effect.switches && effect.block() == "robot");
+}
+
 bool is_refining(const effect &effect, const std::vector<const berth::effect *> &found)
 {
     return !effect.refines.empty() &&
@@ -231,113 +213,6 @@ double bic_of(double cost, std::size_t rows, std::size_t parameters)
 namespace
 {
 
-/* Of the white sum of squares; what decreases it by less is no cause. */
-constexpr double worth_a_fit = 10.0;
-
-/* Those that are neither the block's own nor of an effect found in it: a block before has measured them. */
-std::vector<bool> are_own(const block_model &model, const fit_result &incumbent, const rig &given,
-                          const std::vector<const effect *> &found)
-{
-    const std::vector<free_parameter> base = base_parameters(model.which(), given);
-    std::vector<bool> own;
-    for (const free_parameter &one : incumbent.parameters) {
-        const auto is_it = [&](const effect_parameter &other) { return other.key == one.key->path; };
-        own.push_back(
-            std::any_of(base.begin(), base.end(), [&](const auto &other) { return other.key == one.key; }) ||
-            std::any_of(found.begin(), found.end(), [&](const effect *known) {
-                return std::any_of(known->parameters.begin(), known->parameters.end(), is_it);
-            }));
-    }
-    return own;
-}
-
-/* Promises let parameters go where they may not, and what moves the error as one of them does promises nothing: where
- * others were measured in a block before, what is promised with these held; else none. */
-std::optional<tangent_space> space_beside_known(const block_model &model, const fit_result &incumbent,
-                                                const known_slopes &slopes, const rig &given,
-                                                const std::vector<const effect *> &found)
-{
-    const std::vector<bool> own = are_own(model, incumbent, given, found);
-    if (std::find(own.begin(), own.end(), false) == own.end()) {
-        return std::nullopt;
-    }
-    fit_result kept = incumbent;
-    kept.parameters.clear();
-    known_slopes of_kept;
-    std::vector<int> columns;
-    for (std::size_t i = 0; i < own.size(); i++) {
-        if (own[i]) {
-            kept.parameters.push_back(incumbent.parameters[i]);
-            of_kept.keys.push_back(slopes.keys[i]);
-            columns.push_back(static_cast<int>(i));
-        }
-    }
-    of_kept.white = slopes.white(Eigen::all, columns);
-    return tangent_space(kept, of_kept);
-}
-
-/* The starts of all effects that are to be tried, the most promising first; `here`: the incumbent's white error. */
-std::vector<start_point> starts_by_promise(block_model &model, const noise_model &noise, const fit_result &incumbent,
-                                           const Eigen::VectorXd &here, const known_slopes &slopes, const rig &given,
-                                           const std::vector<const effect *> &found, const search_options &options)
-{
-    std::vector<double> error;
-    model.error(incumbent.rig, error);
-    const tangent_space base(incumbent, slopes);
-    const tangent_space::target target = base.target_of(here);
-    const std::optional<tangent_space> beside_known = space_beside_known(model, incumbent, slopes, given, found);
-    const tangent_space::target beside = beside_known ? beside_known->target_of(here) : tangent_space::target{};
-    const record_scales scales = scales_of(model, incumbent.rig, error, options);
-    beginning first(model, noise, incumbent, slopes, here);
-    std::vector<start_point> starts;
-    for (const effect *const effect : effects_to_try(model, given, found, options)) {
-        tell(options, *effect);
-        const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
-        for (const rig &rig : regressed) {
-            const Eigen::VectorXd change = white_error(model, noise, rig) - here;
-            starts.push_back({effect, rig, base.best_share(target, change, 0.9, 1.1, effect).decrease, false, true});
-        }
-        if (!regressed.empty()) {
-            continue;
-        }
-        std::vector<effect_values> sizes = effect->starts(incumbent.rig, scales);
-        if (const auto beyond = base.beyond_bounds(incumbent, target, *effect)) {
-            sizes.push_back(*beyond);
-        }
-        for (const effect_values &values : sizes) {
-            start_point start{effect, with_values(incumbent.rig, *effect, values), 0.0, false};
-            start.is_hidden =
-                options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
-            /* The effect in another size, as far as it is linear in it. */
-            const bool is_scaled = effect->is_proportional && values[0] != 0.0;
-            const double least = is_scaled ? 1e-3 : 0.1;
-            const double most = is_scaled ? 30.0 : 3.0;
-            if (!is_scaled && !start.is_hidden && first.rules_out(start.rig, least, most, worth_a_fit)) {
-                starts.push_back(std::move(start));
-                continue;
-            }
-            const Eigen::VectorXd change = white_error(model, noise, start.rig) - here;
-            const auto [decrease, best] = base.best_share(target, change, least, most, effect);
-            start.promise = decrease;
-            start.promise_beside_known =
-                beside_known ? beside_known->best_share(beside, change, least, most, effect).decrease : 0.0;
-            if (is_scaled) {
-                set_number(start.rig, effect->parameters[0].key, best * values[0]);
-            }
-            starts.push_back(std::move(start));
-        }
-    }
-    std::sort(starts.begin(), starts.end(), [](const start_point &a, const start_point &b) {
-        return std::tie(a.is_hidden, a.promise) > std::tie(b.is_hidden, b.promise);
-    });
-    return starts;
-}
-
-} // namespace
-
-namespace
-{
-
 /* A base parameter of the effect's own has gone as far as its tolerance allows. Promises tell such an effect badly
  * from others: they let the other parameters of the base go where they may not. */
 bool is_held_by_tolerance(const effect &effect, const fit_result &incumbent)
@@ -349,34 +224,6 @@ bool is_held_by_tolerance(const effect &effect, const fit_result &incumbent)
         return known.expected_sd < unlimited && (place < near || place > 1.0 - near) &&
                std::any_of(effect.parameters.begin(), effect.parameters.end(), is_own);
     });
-}
-
-/* One of each effect that was not fitted, and with what a block before knows held would explain as much as any. */
-std::vector<start_point> promising_beside_known(const std::vector<start_point> &starts,
-                                                const std::vector<candidate> &fitted)
-{
-    constexpr double as_much = 0.5;
-    std::vector<start_point> best;
-    double most = 0.0;
-    for (const start_point &start : starts) {
-        most = std::max(most, start.promise_beside_known);
-        const auto is_of_it = [&](const auto &other) { return other.effect == start.effect; };
-        if (std::any_of(fitted.begin(), fitted.end(), is_of_it)) {
-            continue;
-        }
-        const auto same = std::find_if(best.begin(), best.end(), is_of_it);
-        if (same == best.end()) {
-            best.push_back(start);
-        } else if (start.promise_beside_known > same->promise_beside_known) {
-            *same = start;
-        }
-    }
-    best.erase(std::remove_if(best.begin(), best.end(),
-                              [&](const start_point &one) {
-                                  return one.promise_beside_known < std::max(worth_a_fit, as_much * most);
-                              }),
-               best.end());
-    return best;
 }
 
 /* The best candidates beside an effect that decides what follows, with its size looked for anew: what was missing
@@ -473,7 +320,8 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         if (tried >= options.fits_max && !is_held_by_tolerance(*start.effect, incumbent)) {
             continue;
         }
-        candidates.push_back(same == 0 && start.effect->decides_what_follows ? decided_from(start) : fitted_from(start));
+        candidates.push_back(same == 0 && start.effect->decides_what_follows ? decided_from(start)
+                                                                             : fitted_from(start));
         tried += same == 0;
     }
     for (const start_point &start : promising_beside_known(starts, candidates)) {

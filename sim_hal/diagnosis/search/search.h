@@ -34,6 +34,11 @@ struct search_options {
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
 
+void tell(const search_options &options, const effect &effect);
+
+/* In the force, whatever switches in the robot makes the error jump with its size. */
+bool is_rough_here(const effect &effect, const search_options &options);
+
 /* It says more about one that was found; by itself it is one like others. */
 bool is_refining(const effect &effect, const std::vector<const berth::effect *> &found);
 

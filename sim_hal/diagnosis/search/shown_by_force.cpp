@@ -38,6 +38,35 @@ bool is_told_by_unseen_force(const block_diagnosis &robot, const block_diagnosis
 
 } // namespace
 
+void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events)
+{
+    constexpr double clear = 0.7;  /* times the sum of squares: one more event that falls into its tick */
+    constexpr double wide = 3.0;   /* times the interval */
+    constexpr double widest = 0.3; /* of the size */
+    for (cause &known : robot.causes) {
+        parameter_estimate &size = known.parameters[0];
+        if (!known.effect->switches || known.effect->block() != "robot" || !(size.ci95 > 0.0) ||
+            !(size.value > 0.0)) {
+            continue;
+        }
+        block_model force(block::force, *input.fit, robot.extended, events.fit, held_out_parts::none);
+        noise_model noise;
+        std::vector<double> error;
+        force.error(robot.extended, error);
+        noise.sigma = noise.rms = rms_of(error, force.uses(), row_use::fit);
+        const auto base = base_parameters(block::force, robot.extended);
+        const fit_result before = fit(force, noise, robot.extended, base, input.options.replays_max);
+        const bool is_measured = !hardly_shows(robot);
+        const double factor = 1.0 + (is_measured ? std::min(widest, wide * size.ci95 / size.value) : widest);
+        const fit_result after = fit_rough(force, noise, *known.effect, before.rig, before, input.options, factor);
+        if (after.cost < clear * before.cost) {
+            size.value = value_of(after.rig, size.key);
+            size.ci95 = is_measured ? std::min(size.ci95, after.ci95.back()) : after.ci95.back();
+            set_number(robot.extended, size.key, size.value);
+        }
+    }
+}
+
 void let_unseen_force_tell_stand_in(block_diagnosis &robot, block_diagnosis &force, events_of_records &events,
                                     const block_start &robot_start, const block_start &force_start,
                                     const rig &as_given)

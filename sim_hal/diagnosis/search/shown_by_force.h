@@ -7,6 +7,11 @@
 namespace berth
 {
 
+/* A threshold of the robot that its reports know to a thousandth still switches in another tick now and then, and a
+ * stiff contact shows each of them: of the sizes that the reports leave open the one that suits the force, if that
+ * is clear. `input`: the force's. */
+void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, const events_of_records &events);
+
 /* A limit that hides in the noise of the reports, and that the force of a stiff contact shows to a thousandth, may
  * stand before a second cause: with the limit as the force has it, the reports are searched once more, and the force
  * behind what they show. Taken if nothing is left in the reports, and in the force no new cause and no clearly
