@@ -9,6 +9,7 @@
 #include "amplitude.h"
 #include "commands.h"
 #include "gains_report.h"
+#include "progress_line.h"
 #include "robot_choice.h"
 #include "short_number.h"
 
@@ -292,15 +293,19 @@ int limits_command(const limits_arguments &arguments)
     if (amplitude_m > 0.0 && is_slow_to_find(rig) && !arguments.json) {
         std::fprintf(
             stderr,
-            "berth: limits: what this effect is like takes milliseconds at each value: some seconds in all\n");
+            "berth: limits: what this effect is like takes milliseconds or more at each value: seconds in all, and "
+            "minutes where a grip that gives way rubs as well\n");
     }
+    const progress_line progress;
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(rig)) {
+        progress.show("limits: " + std::string(key));
         parameters.push_back(find_limits(rig, key, linear, how));
         if (key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
         }
     }
+    progress.show("limits: rates, gains");
     const std::vector<rate_verdict> rates = judge_rates(rig, delays_stay::in_ms, linear);
     const std::vector<rate_verdict> rates_in_ticks = judge_rates(rig, delays_stay::in_ticks, linear);
     const double change = 1e-2 * arguments.change_percent;
@@ -309,6 +314,7 @@ int limits_command(const limits_arguments &arguments)
     verdict.damping_ratio = map_point_of(own).damping_ratio;
     verdict.first_order_damping_limit = first_order_damping_limit(own);
     verdict.loop_delay_ms = 1e3 * loop_delay_s(own);
+    progress.show("");
 
     if (arguments.json) {
         nlohmann::json json = as_json(chosen, verdict);
