@@ -20,9 +20,9 @@ bool is_known(std::string_view path, double value, double sd)
 
 } // namespace
 
-bool block_search::is_of_our_steps()
+bool block_search::is_of_our_steps(block_model &model) const
 {
-    if (model_.which() != block::manipulator) {
+    if (model.which() != block::manipulator) {
         return false;
     }
     const rig nothing;
@@ -37,9 +37,10 @@ bool block_search::is_of_our_steps()
         }
     }
     std::vector<double> before;
-    model_.error(without, before);
-    return rms_of(error_left(), model_.uses(), row_use::fit) <
-           precision * rms_of(before, model_.uses(), row_use::fit);
+    std::vector<double> left;
+    model.error(without, before);
+    model.error(incumbent_.rig, left);
+    return rms_of(left, model.uses(), row_use::fit) < precision * rms_of(before, model.uses(), row_use::fit);
 }
 
 void block_search::widen_by_our_steps()

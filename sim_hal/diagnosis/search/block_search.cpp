@@ -36,10 +36,10 @@ void block_search::run(block_diagnosis &result)
     rate_base(result);
     command_steps_rms_ = rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
     const bool is_rounding = is_within_rounding();
-    is_rest_ = is_rest_of_switching() || is_rounding || is_of_our_steps();
+    is_rest_ = is_rest_of_switching() || is_rounding || is_of_our_steps(model_);
     const int rounds_max = 2 * input_.effects_max; /* what stood in for another one makes room for a further one */
     for (int round = 0; round < rounds_max && static_cast<int>(found_.size()) < input_.effects_max && !is_rounding &&
-                        !is_within_command_steps() && !stands_within_its_step() && !is_of_our_steps();
+                        !is_within_command_steps() && !stands_within_its_step() && !is_of_our_steps(model_);
          round++) {
         if (!find_next(result) && !add_pair(result) && !bring_in_two(result) && !find_while_held(result)) {
             break;

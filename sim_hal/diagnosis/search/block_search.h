@@ -246,7 +246,7 @@ class block_search
     bool is_motion(const remains &left);
     /* Of a manipulator with further forces, what is left is no more of what they do than steps of the replay are off
      * by: they act as in the middle of a step, and dry friction catches between two. */
-    bool is_of_our_steps();
+    bool is_of_our_steps(block_model &model) const;
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     bool is_late_in_stretches(const remains &left);

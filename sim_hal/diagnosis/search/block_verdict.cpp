@@ -55,8 +55,10 @@ void block_search::conclude(block_diagnosis &result)
     }
     widen_by_our_steps();
     result.refinable = refinable();
-    if (result.verdict == verdict::partly_explained) {
+    if (result.verdict == verdict::partly_explained || is_of_our_steps(model_)) {
         widen_by_what_is_left();
+    }
+    if (result.verdict == verdict::partly_explained) {
         withdraw_what_may_be_none(result);
     }
     fix_estimates(result);
@@ -227,7 +229,7 @@ bool block_search::exceeds_measured_floor() const
 
 bool block_search::misses_unseen_record(const remains &left)
 {
-    if (unseen_ == nullptr || left.has_thresholds || input_.has_cause_upstream) {
+    if (unseen_ == nullptr || left.has_thresholds || input_.has_cause_upstream || is_of_our_steps(*unseen_)) {
         return false;
     }
     const double far = has_floor_ ? far_from_floor : farther_from_found_floor;
@@ -261,7 +263,7 @@ bool block_search::may_hide_in_noise(const remains &left)
      * neighbours of causes outside the library have from 1.01 on, up to 13: this finds the coarse ones. */
     constexpr double slow = 1.4;
     constexpr double slow_alone = 2.0; /* where nothing was found: chosen well above, not measured */
-    if ((!left.has_causes && input_.has_cause_upstream) || is_of_our_steps()) {
+    if ((!left.has_causes && input_.has_cause_upstream) || is_of_our_steps(model_)) {
         return false;
     }
     return !has_floor_ && noise_.rows_per_fact == 1.0 &&
@@ -273,7 +275,7 @@ bool block_search::is_motion(const remains &left)
     const bool is_replay =
         left.has_causes && left.has_thresholds &&
         cost_of(model_, noise_, incumbent_.rig) < share_of_replay * cost_of(model_, noise_, base_.rig);
-    return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact() && !is_of_our_steps();
+    return !has_floor_ && !is_replay && noise_.rows_per_fact > model_.rows_per_fact() && !is_of_our_steps(model_);
 }
 
 bool block_search::exceeds_uncertainty(double cost) const
