@@ -244,6 +244,19 @@ std::size_t block_model::rows_to_forget(const rig &base) const
     return missing * static_cast<double>(rows) < most * static_cast<double>(record_.size()) ? rows : 0;
 }
 
+bool block_model::compares_guesses() const
+{
+    constexpr int coarse_rows = 3; /* of a chirp to 5 Hz, of 10 mm, fewer leave a stiff sensor's noise as it is */
+    if (record_.filled.empty() || rows_to_forget_ > 0 || block_ == block::manipulator) {
+        return false;
+    }
+    int run = 0;
+    return std::any_of(record_.filled.begin(), record_.filled.end(), [&](std::uint8_t is_filled) {
+        run = is_filled != 0 ? run + 1 : 0;
+        return run >= coarse_rows;
+    });
+}
+
 void block_model::divide(held_out_parts held_out, std::size_t length)
 {
     uses_.assign(record_.size(), row_use::none);

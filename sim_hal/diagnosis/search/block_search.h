@@ -250,6 +250,8 @@ class block_search
     /* A good part of the explainable error is still there, and more than the floor is uncertain by. */
     bool leaves_much(const remains &left);
     bool is_late_in_stretches(const remains &left);
+    /* What is put in for rows that are missing may be off by as much as a cause does. */
+    bool rests_on_guesses(const remains &left);
     /* What is named may be what was before the parts of the record. */
     bool rings_on(const remains &) { return !found_.empty() && model_.rings_on(); }
     /* Beside dry friction, damping is at the lower end of its tolerance, or below. */

@@ -117,6 +117,9 @@ const block_search::doubt block_search::doubts[] = {
     {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
      &block_search::may_be_scaled_object},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
+    {"setpoints were put in for rows that are missing, three or more in a row, in so many places that all of it is "
+     "compared",
+     &block_search::rests_on_guesses},
     {"parts begin in motion and end before the sensor has ceased to ring: longer ones would tell",
      &block_search::rings_on},
     {friction_may_fall, &block_search::may_fall_with_speed},
@@ -324,6 +327,11 @@ bool block_search::is_rest_of_switching()
     without_losses.use(model_.uses());
     return cost_of(model_, noise_, incumbent_.rig) - rows <
            left_full * (cost_of(without_losses, noise_, *input_.without_switching_fault) - rows);
+}
+
+bool block_search::rests_on_guesses(const remains &left)
+{
+    return left.has_causes && model_.compares_guesses();
 }
 
 double block_search::explainable()

@@ -301,9 +301,12 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
                          "its reports leave open which lateness it is, and the force follows the sensor's too");
         }
     }
-    /* A floor that was found in an error which follows the robot is none. */
+    /* A floor that was found in an error which follows the robot is none, nor one that unseen data are far above. */
+    constexpr double far_above = 2.0;
+    const bool follows_robot =
+        !force.alternatives.empty() || force.held_out_rms.after > far_above * force.fit_rms.floor;
     if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&
-        !force.floor_is_measured && !force.alternatives.empty()) {
+        !force.floor_is_measured && follows_robot) {
         force.verdict = verdict::unknown;
         force.doubts.push_back(why);
     }
