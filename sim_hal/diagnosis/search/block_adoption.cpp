@@ -278,18 +278,12 @@ fit_result block_search::fit_without(const effect &dropped)
                input_.options.replays_max);
 }
 
-double block_search::precision_of_causes() const
+void block_search::fix_estimates(block_diagnosis &result) const
 {
     double precision = 0.0;
     for (const effect *const known : found_) {
         precision = std::max(precision, known->precision);
     }
-    return precision;
-}
-
-void block_search::fix_estimates(block_diagnosis &result) const
-{
-    const double precision = precision_of_causes();
     for (cause &known : result.causes) {
         if (!known.parameters.empty()) {
             continue;

@@ -127,7 +127,6 @@ class block_search
     /* The incumbent with that one switched off, and fitted so. */
     rig rig_without(const effect &dropped) const;
     fit_result fit_without(const effect &dropped);
-    double precision_of_causes() const; /* see effect; of the coarsest */
     void fix_estimates(block_diagnosis &result) const;
 
     /* --- one for another: block_exchange.cpp --- */
