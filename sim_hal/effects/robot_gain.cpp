@@ -30,6 +30,7 @@ effect robot_gain()
     made.calibration = {
         4, "move the robot between two places, and measure the way with another instrument (dial gauge, laser)"};
     made.parameters = {{"robot.gain_error", -0.9, 2.0, "e: the robot goes to (1 + e) x"}};
+    made.look_alike = "sensor.gain"; /* unless the robot reports its position */
     made.starts = [](const rig &, const record_scales &) { return both_signs({0.03}); };
     made.on_setpoints = [](const rig &rig) -> std::unique_ptr<setpoint_stage> {
         return std::make_unique<setpoint_gain_stage>(1.0 + value_of(rig, "robot.gain_error"));

@@ -13,6 +13,7 @@ effect sensor_lag()
     made.source = "data sheets of force sensors";
     made.calibration = {8, "tap the sensor while another instrument records the tap on the clock of the loop"};
     made.parameters = {{"sensor.lag_ms", 0.0, 2000.0, "tau of one more first-order low-pass"}};
+    made.look_alike = "robot.lag"; /* unless the robot reports its position */
     made.starts = [](const rig &, const record_scales &scales) {
         return sizes({1e3 * scales.period_s, 6e3 * scales.period_s, 40.0});
     };

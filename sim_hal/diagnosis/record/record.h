@@ -47,6 +47,7 @@ struct record {
     std::vector<double> bend_m_per_s2;
     std::vector<record_segment> segments;
     std::vector<std::uint8_t> filled; /* rows that were missing: what drives a block is guessed, nothing compared */
+    double command_guess_rms_m = 0.0; /* how far off these commands would be, judged by rows that are there */
     bool is_from_this_firmware = false; /* then the command must replay exactly */
     std::vector<std::string> notes;     /* what a reader should know of the data */
 

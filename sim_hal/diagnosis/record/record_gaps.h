@@ -22,7 +22,7 @@ std::optional<std::size_t> rows_left_out(double step_s, double period_s);
 /* Of a segment, what lies between rows that are missing. */
 std::vector<record_segment> known_stretches(const record &record, const record_segment &segment);
 
-/* Puts the rows back: every signal by the cubic through the two rows before and behind, and marked in `filled`. */
+/* Puts the rows back: every signal as the rows about it tell, and marked in `filled`. */
 void fill_in(record &made, const std::vector<missing_rows> &missing);
 
 } // namespace berth

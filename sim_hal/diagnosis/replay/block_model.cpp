@@ -244,10 +244,15 @@ std::size_t block_model::rows_to_forget(const rig &base) const
     return missing * static_cast<double>(rows) < most * static_cast<double>(record_.size()) ? rows : 0;
 }
 
-bool block_model::compares_guesses() const
+bool block_model::compares_guesses(const rig &rig, double noise_rms) const
 {
     constexpr int coarse_rows = 3; /* of a chirp to 5 Hz, of 10 mm, fewer leave a stiff sensor's noise as it is */
+    constexpr double shows = 0.1;  /* of the noise: in places it is several times its rms */
     if (record_.filled.empty() || rows_to_forget_ > 0 || block_ == block::manipulator) {
+        return false;
+    }
+    const double answer = block_ == block::force ? rig.sensor.stiffness_N_per_m : 1.0;
+    if (!record_.moves_as_measured() && answer * record_.command_guess_rms_m < shows * noise_rms) {
         return false;
     }
     int run = 0;

@@ -55,8 +55,8 @@ class block_model
     /* rms of the rounding to the step in which it was measured. */
     double rounding_rms() const { return rounding_rms_; }
     /* Of rows that are missing, three or more one after the other, what drives the block is put in so coarsely that
-     * it may show, and there are too many to wait until it is over. */
-    bool compares_guesses() const;
+     * it may show beside this noise, and there are too many to wait until it is over. */
+    bool compares_guesses(const rig &rig, double noise_rms) const;
 
     /* Rows of a window in which a wrong force shows as one bow: of a manipulator without a spring; else 1. */
     double rows_per_fact() const { return rows_per_fact_; }

@@ -81,19 +81,26 @@ void block_search::divide_stand_in(block_diagnosis &result)
 
 bool block_search::may_be_two(const block_diagnosis &result)
 {
+    return std::any_of(found_.begin(), found_.end(), [&](const effect *one) {
+        const bool is_smooth = !one->is_rough && one->switch_on == nullptr && one->parameters.size() == 2;
+        return is_smooth && two_do_as_well_as(*one, result);
+    });
+}
+
+bool block_search::two_do_as_well_as(const effect &one, const block_diagnosis &result)
+{
     constexpr double as_well = 10.0; /* of the white sum of squares: one in 600 by chance */
-    const bool is_one = found_.size() == 1 && model_.which() == block::robot && !found_[0]->is_rough &&
-                        found_[0]->switch_on == nullptr && found_[0]->parameters.size() == 2;
-    if (!is_one) {
-        return false;
-    }
+    const bool is_alone_in_reports = found_.size() == 1 && model_.which() == block::robot;
     std::vector<const ranked *> others = others_weighed(result.ranking);
     others.erase(std::remove_if(others.begin(), others.end(),
-                                [](const ranked *one) { return one->effect->parameters.size() != 1; }),
+                                [](const ranked *other) { return other->effect->parameters.size() != 1; }),
                  others.end());
     const double cost = cost_of(model_, noise_, incumbent_.rig);
-    const fit_result without = fit_without(*found_[0]);
+    const fit_result without = fit_without(one);
     for (const ranked *const first : others) {
+        if (!is_alone_in_reports && first->effect->name != one.generalises) {
+            continue;
+        }
         const fit_result with_first = fit_beside(without, *first);
         for (const ranked *const second : others) {
             if (first != second && fit_beside(with_first, *second).cost < cost + as_well) {

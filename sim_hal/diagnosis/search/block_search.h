@@ -148,9 +148,11 @@ class block_search
     /* The last one may stand in the place of two, of which neither by itself is better: a resonance in that of a lag
      * and a longer dead time. */
     void divide_stand_in(block_diagnosis &result);
-    /* The only cause, of two parameters, is no better than two of one each: a resonance that hardly swings is a lag
-     * and a longer dead time to slow motion. */
+    /* A cause of two parameters is no better than two of one each: a resonance that hardly swings is a lag and a
+     * longer dead time to slow motion, and without reports the robot's lag and the sensor's. Where it is not the
+     * only cause of the robot, one of the two is what it generalises. */
     bool may_be_two(const block_diagnosis &result);
+    bool two_do_as_well_as(const effect &one, const block_diagnosis &result);
     /* Two more at once, of which neither is believed without the other beside what was found: dry friction that
      * differs between the directions is a constant force and a damping that differs. Of a manipulator, from its
      * equation of motion. */

@@ -117,8 +117,9 @@ const block_search::doubt block_search::doubts[] = {
     {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
      &block_search::may_be_scaled_object},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
-    {"setpoints were put in for rows that are missing, three or more in a row, in so many places that all of it is "
-     "compared",
+    {"setpoints were put in for rows that are missing, three or more in a row, coarsely and in so many places that "
+     "all "
+     "of it is compared",
      &block_search::rests_on_guesses},
     {"parts begin in motion and end before the sensor has ceased to ring: longer ones would tell",
      &block_search::rings_on},
@@ -331,7 +332,7 @@ bool block_search::is_rest_of_switching()
 
 bool block_search::rests_on_guesses(const remains &left)
 {
-    return left.has_causes && model_.compares_guesses();
+    return left.has_causes && model_.compares_guesses(incumbent_.rig, noise_.rms);
 }
 
 double block_search::explainable()

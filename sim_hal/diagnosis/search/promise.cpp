@@ -1,6 +1,7 @@
 #include "promise.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -139,6 +140,26 @@ std::vector<start_point> promising_beside_known(const std::vector<start_point> &
                               }),
                best.end());
     return best;
+}
+
+std::vector<start_point> kin_of_fitted(const std::vector<start_point> &starts, const std::vector<candidate> &fitted)
+{
+    std::vector<const effect *> known;
+    std::transform(fitted.begin(), fitted.end(), std::back_inserter(known),
+                   [](const candidate &one) { return one.effect; });
+    std::vector<start_point> kin;
+    for (std::size_t i = 0; i < known.size(); i++) {
+        for (const start_point &start : starts) {
+            const effect &other = *start.effect;
+            const bool is_kin = known[i]->generalises == other.name || known[i]->look_alike == other.name ||
+                                other.look_alike == known[i]->name;
+            if (is_kin && std::find(known.begin(), known.end(), &other) == known.end()) {
+                known.push_back(&other);
+                kin.push_back(start);
+            }
+        }
+    }
+    return kin;
 }
 
 } // namespace berth

@@ -13,6 +13,8 @@ namespace
 /* Of the white sums of squares: one in 600 by chance, and as much the other way is more than three standard
  * deviations from where the truth would be. */
 constexpr double clearly = 10.0;
+/* More of it, for each parameter that the better one has more: by chance they earn as much as two in eight hundred. */
+constexpr double earned_by_chance = 4.0;
 
 /* A rival by itself, with all that was fitted. */
 struct contender {
@@ -86,6 +88,12 @@ contender fitted_alone(std::string_view effect, const std::vector<std::string> &
     return made;
 }
 
+bool is_clearly_worse(const contender &one, double weight, const contender &best, double least)
+{
+    const auto size = [](const contender &other) { return static_cast<double>(other.effect->parameters.size()); };
+    return weight >= least + clearly + earned_by_chance * std::max(0.0, size(best) - size(one));
+}
+
 /* And leaves the force to the same causes of its own as before, if any. */
 bool explains_all(const contender &one, std::string_view effect, const block_diagnosis &force)
 {
@@ -127,9 +135,9 @@ void weigh_rivals_together(block_diagnosis &robot, block_diagnosis &force, event
     }
     const auto best = static_cast<std::size_t>(std::min_element(weights.begin(), weights.end()) - weights.begin());
     /* Within what tells them apart the one that was named stays so. */
-    const std::size_t named = weights[0] < weights[best] + clearly ? 0 : best;
+    const std::size_t named = is_clearly_worse(rivals[0], weights[0], rivals[best], weights[best]) ? best : 0;
     for (std::size_t i = 0; i < rivals.size(); i++) {
-        if (i != named && weights[i] < weights[best] + clearly) {
+        if (i != named && !is_clearly_worse(rivals[i], weights[i], rivals[best], weights[best])) {
             rivals[named].robot.alternatives.push_back({rivals[i].effect, weights[i] - weights[named],
                                                         of == nullptr ? nullptr : rivals[named].effect,
                                                         rivals[i].robot.fitted});
