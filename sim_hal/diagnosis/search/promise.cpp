@@ -1,7 +1,6 @@
 #include "promise.h"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -142,19 +141,30 @@ std::vector<start_point> promising_beside_known(const std::vector<start_point> &
     return best;
 }
 
-std::vector<start_point> kin_of_fitted(const std::vector<start_point> &starts, const std::vector<candidate> &fitted)
+std::vector<start_point> kin_of_fitted(const std::vector<start_point> &starts, const std::vector<candidate> &fitted,
+                                       double cost)
 {
-    std::vector<const effect *> known;
-    std::transform(fitted.begin(), fitted.end(), std::back_inserter(known),
-                   [](const candidate &one) { return one.effect; });
+    constexpr double as_much = 0.5; /* of what the best one explains: the kin of others wins nothing */
+    double least_cost = cost;
+    for (const candidate &one : fitted) {
+        least_cost = std::min(least_cost, one.fitted.cost);
+    }
+    std::vector<const effect *> of;
+    for (const candidate &one : fitted) {
+        if (cost - one.fitted.cost > as_much * (cost - least_cost)) {
+            of.push_back(one.effect);
+        }
+    }
     std::vector<start_point> kin;
-    for (std::size_t i = 0; i < known.size(); i++) {
+    for (std::size_t i = 0; i < of.size(); i++) {
         for (const start_point &start : starts) {
             const effect &other = *start.effect;
-            const bool is_kin = known[i]->generalises == other.name || known[i]->look_alike == other.name ||
-                                other.look_alike == known[i]->name;
-            if (is_kin && std::find(known.begin(), known.end(), &other) == known.end()) {
-                known.push_back(&other);
+            const auto is_it = [&](const auto &known) { return known.effect == &other; };
+            const bool is_kin = of[i]->generalises == other.name || of[i]->look_alike == other.name ||
+                                other.look_alike == of[i]->name;
+            if (is_kin && std::none_of(fitted.begin(), fitted.end(), is_it) &&
+                std::none_of(kin.begin(), kin.end(), is_it)) {
+                of.push_back(&other);
                 kin.push_back(start);
             }
         }

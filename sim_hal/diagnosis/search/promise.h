@@ -34,8 +34,10 @@ std::vector<start_point> promising_beside_known(const std::vector<start_point> &
                                                 const std::vector<candidate> &fitted);
 
 /* One of each effect that was not fitted, though one that contains it was, or one that hardly any record can tell
- * from it: promises let the base go where it may not, and what moves the error as the base does promises nothing. */
-std::vector<start_point> kin_of_fitted(const std::vector<start_point> &starts, const std::vector<candidate> &fitted);
+ * from it: promises let the base go where it may not, and what moves the error as the base does promises nothing.
+ * `cost`: the incumbent's. */
+std::vector<start_point> kin_of_fitted(const std::vector<start_point> &starts, const std::vector<candidate> &fitted,
+                                       double cost);
 
 } // namespace berth
 

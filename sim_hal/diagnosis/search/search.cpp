@@ -327,7 +327,7 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
     for (const start_point &start : promising_beside_known(starts, candidates)) {
         candidates.push_back(fitted_from(start));
     }
-    for (const start_point &start : kin_of_fitted(starts, candidates)) {
+    for (const start_point &start : kin_of_fitted(starts, candidates, here.squaredNorm())) {
         candidates.push_back(fitted_from(start));
     }
     drop_diverged(candidates);
