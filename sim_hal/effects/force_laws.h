@@ -42,7 +42,7 @@ class dry_friction final : public force_stage
     bool is_abrupt(double way_m) const override
     {
         constexpr double nearly_full = 0.9999;
-        return std::abs(bent_) < nearly_full && way_m > coarse_way * presliding_m_;
+        return builds_up() && std::abs(bent_) < nearly_full && way_m > coarse_way * presliding_m_;
     }
 
   private:

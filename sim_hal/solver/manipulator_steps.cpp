@@ -13,7 +13,11 @@ namespace berth
 namespace
 {
 
-constexpr int turning_parts = 4; /* see object_steps */
+/* Where dry friction may turn, see object_steps. What sticks and slides does so at an instant within a step, but
+ * only now and then: of what the friction of 2 N moves, 4e-5 is left, of which 3e-4 was with 4 parts. What bends on
+ * a short way may turn in any step. */
+constexpr int parts_of_instants = 32;
+constexpr int parts_of_ways = 4;
 
 /* As many as are asked for, or so many that a step is a small part of an oscillation: further forces act from the
  * chord's middle, and those of a cubic spring are off by a quarter of the square of this angle. */
@@ -44,7 +48,8 @@ manipulator_steps::manipulator_steps(const rig &rig, double period_s, int steps)
       turning_way_m_(coarse_way * value_of_effect(rig, "manipulator.coulomb_presliding_m")),
       steps_(forces_.empty() ? 1 : steps_of(rig.firmware.manipulator, period_s, steps)), step_s_(period_s / steps_),
       map_(make_map(rig.firmware.manipulator, step_s_)),
-      fine_map_(make_map(rig.firmware.manipulator, step_s_ / turning_parts))
+      turning_parts_(turning_way_m_ == 0.0 ? parts_of_instants : parts_of_ways),
+      fine_map_(make_map(rig.firmware.manipulator, step_s_ / turning_parts_))
 {
 }
 
@@ -62,8 +67,8 @@ void manipulator_steps::advance(const input &in)
     const held over_part = held_over(fine_map_, in);
     for (int i = 0; i < steps_; i++) {
         if (friction_N_ > 0.0 && is_divided(over_step)) {
-            for (int part = 0; part < turning_parts; part++) {
-                step(fine_map_, step_s_ / turning_parts, over_part, in);
+            for (int part = 0; part < turning_parts_; part++) {
+                step(fine_map_, step_s_ / turning_parts_, over_part, in);
             }
         } else {
             step(map_, step_s_, over_step, in);
@@ -80,13 +85,19 @@ manipulator_steps::held manipulator_steps::held_over(const step_map &map, const 
     return {made(0), made(1)};
 }
 
-/* Unless it goes on as it went whatever the friction does, or turns within what bends straight, and nothing else is
- * abrupt. */
+/* Unless it rests or goes on as it went whatever the friction does, or turns within what bends straight, and nothing
+ * else is abrupt. */
 bool manipulator_steps::is_divided(const held &driven) const
 {
     const double free_m_per_s = map_(1, 0) * state_(0) + map_(1, 1) * state_(1) + driven.rate_m_per_s;
     const double most_m_per_s = map_(1, 4) * friction_N_;
     const double way_m = step_s_ * std::max(std::abs(state_(1)), std::abs(free_m_per_s));
+    constexpr double rounded = 1e-9; /* of what friction stops in a step */
+    const bool rests = turning_way_m_ == 0.0 && std::abs(state_(1)) <= rounded * most_m_per_s &&
+                       std::abs(free_m_per_s) <= most_m_per_s;
+    if (rests) {
+        return false;
+    }
     const bool may_turn = state_(1) > 0.0 ? free_m_per_s <= most_m_per_s : free_m_per_s >= -most_m_per_s;
     return (may_turn && way_m >= turning_way_m_) || any_is_abrupt(forces_, way_m);
 }

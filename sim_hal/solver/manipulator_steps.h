@@ -57,7 +57,8 @@ class manipulator_steps
     int steps_;
     double step_s_;
     step_map map_;
-    step_map fine_map_; /* of one of the steps into which one is divided where dry friction may turn */
+    int turning_parts_; /* of one of the steps in which it may turn */
+    step_map fine_map_; /* of such a part */
     Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
 };
 

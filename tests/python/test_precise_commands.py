@@ -123,3 +123,13 @@ def test_dry_friction_is_named_although_it_catches_between_steps(tmp_path, seed)
 def test_dry_friction_that_the_rig_knows_is_no_unknown(tmp_path):
     found = diagnosed(tmp_path, with_dry_friction_m, None, more=f"coulomb_friction_N = {FRICTION_N}\n")
     assert found["verdict"] == "nothing_detectable", found["blocks"][0]["doubts"]
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_its_instants_within_steps_leave_less_than_a_ten_thousandth_of_what_it_moves(tmp_path, seed):
+    rough = diagnosed(tmp_path, with_dry_friction_m, None, seed)["residual"]["command_position_m"]["fit"]
+    known = diagnosed(tmp_path, with_dry_friction_m, None, seed, f"coulomb_friction_N = {FRICTION_N}\n")
+    left = known["residual"]["command_position_m"]["fit"]
+    print(rough, left)
+    assert known["verdict"] == "nothing_detectable", known["blocks"][0]["doubts"]
+    assert left["after"] < 1e-4 * rough["retuned"]
