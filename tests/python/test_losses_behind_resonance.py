@@ -8,26 +8,9 @@ import pytest
 import scipy.linalg
 import scipy.signal
 from conftest import EXIT_DONE, command
+from gripped_chain import DEAD_TIME_ms, FORCE_NOISE_N, OBJECT, PERIOD_s, RIG, ROWS, SENSOR, STEP_s, STEPS
 
-PERIOD_s, STEPS, ROWS = 0.0025, 20, 8000
-STEP_s = PERIOD_s / STEPS
 FREQUENCY_Hz, RATIO = 8.0, 0.5
-SENSOR = {"stiffness_N_per_m": 4e5, "damping_ratio": 0.03, "low_pass_order": 2, "low_pass_frequency_Hz": 60.0,
-          "low_pass_damping_ratio": 0.7, "delay_ms": 5.0}
-OBJECT = {"mass_kg": 12.0, "stiffness_N_per_m": 3500.0, "damping_N_s_per_m": 25.0}
-DEAD_TIME_ms = 10.0
-FORCE_NOISE_N = 0.2
-RIG = f"""
-name = "swings"
-[robot]
-dead_time_ms = {DEAD_TIME_ms}
-interpolation = "linear"
-[sensor]
-""" + "".join(f"{key} = {value}\n" for key, value in SENSOR.items()) + """
-[object]
-kind = "gripped"
-surface_position_m = 0.0
-""" + "".join(f"{key} = {value}\n" for key, value in OBJECT.items())
 
 
 def chain():

@@ -6,17 +6,12 @@
 
 #include "../../effects/active.h"
 #include "../../solver/object_steps.h"
-#include "robot_start.h"
-#include "sensor_ringing.h"
 
 namespace berth
 {
 
 namespace
 {
-
-/* Until what was before the record has died away, but for the sensor's ringing. */
-constexpr double settle_s = 0.4;
 
 /* The manipulator integrates its errors: parts start anew. Without a spring nothing brings it back, and what moves
  * it is known worse than where it is: parts are so short that each shows the mean of the force in it, as a bow that
@@ -197,69 +192,6 @@ std::size_t block_model::until_play_is_crossed(const record_segment &segment) co
         rows++;
     }
     return rows < (segment.end - segment.begin) / 4 ? rows : 0;
-}
-
-/* By segment: rows that tell what was before it. A manipulator's windows start from their own states. */
-std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
-{
-    std::vector<std::size_t> rows(record_.segments.size(), 0);
-    std::size_t longest = 0;
-    for (const record_segment &segment : record_.segments) {
-        longest = std::max(longest, segment.end - segment.begin);
-    }
-    /* Of segments that are shorter nothing counts. */
-    const auto settle = std::min(static_cast<std::size_t>(settle_s / record_.period_s), longest / 4);
-    if (block_ == block::robot) {
-        const robot_at_rest rest(record_, 1e-3 * base.robot.dead_time_ms);
-        for (std::size_t i = 0; i < rows.size(); i++) {
-            rows[i] = rest.begins(record_.segments[i]) ? 0 : settle;
-        }
-    } else if (block_ == block::force) {
-        const sensor_ringing ringing(base, record_);
-        for (std::size_t i = 0; i < rows.size(); i++) {
-            const double dies_away = ringing.dies_away_s(record_.segments[i]) / record_.period_s;
-            const double most = 0.75 * static_cast<double>(longest);
-            rings_on_ = rings_on_ || dies_away > most;
-            rows[i] = std::max(settle, static_cast<std::size_t>(std::min(dies_away, most))) +
-                      until_play_is_crossed(record_.segments[i]);
-        }
-    }
-    return rows;
-}
-
-/* Of a setpoint that is missing and put in by what is about it: until the robot has been there, and the force has
- * rung from how far it is off. Not where so many are missing that little would be left. */
-std::size_t block_model::rows_to_forget(const rig &base) const
-{
-    constexpr double time_constants = 3.0; /* to a twentieth */
-    constexpr double most = 0.25;          /* of the rows */
-    if (record_.filled.empty() || block_ == block::manipulator || record_.moves_as_measured()) {
-        return 0;
-    }
-    const double rung_s =
-        block_ == block::force ? time_constants / std::max(1.0, sensor_ringing(base, record_).decay_per_s()) : 0.0;
-    const auto rows =
-        static_cast<std::size_t>(std::ceil((1e-3 * base.robot.dead_time_ms + rung_s) / record_.period_s)) + 2;
-    const auto missing = static_cast<double>(count_of(record_.filled));
-    return missing * static_cast<double>(rows) < most * static_cast<double>(record_.size()) ? rows : 0;
-}
-
-bool block_model::compares_guesses(const rig &rig, double noise_rms) const
-{
-    constexpr int coarse_rows = 3; /* of a chirp to 5 Hz, of 10 mm, fewer leave a stiff sensor's noise as it is */
-    constexpr double shows = 0.1;  /* of the noise: in places it is several times its rms */
-    if (record_.filled.empty() || rows_to_forget_ > 0 || block_ == block::manipulator) {
-        return false;
-    }
-    const double answer = block_ == block::force ? rig.sensor.stiffness_N_per_m : 1.0;
-    if (!record_.moves_as_measured() && answer * record_.command_guess_rms_m < shows * noise_rms) {
-        return false;
-    }
-    int run = 0;
-    return std::any_of(record_.filled.begin(), record_.filled.end(), [&](std::uint8_t is_filled) {
-        run = is_filled != 0 ? run + 1 : 0;
-        return run >= coarse_rows;
-    });
 }
 
 void block_model::divide(held_out_parts held_out, std::size_t length)

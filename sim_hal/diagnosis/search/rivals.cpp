@@ -13,7 +13,8 @@ namespace
 /* Of the white sums of squares: one in 600 by chance, and as much the other way is more than three standard
  * deviations from where the truth would be. */
 constexpr double clearly = 10.0;
-/* More of it, for each parameter that the better one has more: by chance they earn as much as two in eight hundred. */
+/* More of it, for each parameter that the better one has more: by chance they earn as much as two in eight hundred.
+ */
 constexpr double earned_by_chance = 4.0;
 
 /* A rival by itself, with all that was fitted. */
