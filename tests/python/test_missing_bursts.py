@@ -47,3 +47,16 @@ def test_beside_it_a_cause_is_named(tmp_path):
 def test_a_command_that_trembles_is_not_and_nothing_is_named_for_it(tmp_path, seed):
     told = told_of(tmp_path, seed, tremble)
     assert told["verdict"] not in ("named", "one_of"), told["causes"]
+
+
+@pytest.mark.parametrize("dead_time_ms, causes", [(DEAD_TIME_ms, []), (16.0, ["robot.dead_time"])])
+def test_on_both_sides_of_a_longer_gap(tmp_path, dead_time_ms, causes):
+    """Which parts the record: where the second part begins, every row that was put in before it counts, and no other."""
+    rng = np.random.default_rng(7)
+    keep = bursts(rng)
+    keep[4000:4040] = False
+    told = diagnosed(tmp_path, rng, chirp(), dead_time_ms, keep)
+    assert any("gap" in note for note in told["notes"]) and any("missing" in note for note in told["notes"])
+    assert [cause["effect"] for cause in told["causes"]] == causes, told["verdict"]
+    assert told["verdict"] == ("named" if causes else "nothing_detectable")
+    assert told["residual"]["force_N"]["fit"]["after"] == pytest.approx(FORCE_NOISE_N, rel=0.05)

@@ -115,9 +115,10 @@ void fill_in(record &made, const std::vector<missing_rows> &missing)
     made.filled = with_missing(std::vector<std::uint8_t>(read_s.size(), 0), missing,
                                [](const missing_rows &, std::size_t) { return std::uint8_t{1}; });
     for (record_segment &part : made.segments) {
+        const record_segment read = part;
         for (const missing_rows &gap : missing) {
-            part.begin += gap.before <= part.begin ? gap.count : 0;
-            part.end += gap.before < part.end ? gap.count : 0;
+            part.begin += gap.before <= read.begin ? gap.count : 0;
+            part.end += gap.before < read.end ? gap.count : 0;
         }
     }
 }
