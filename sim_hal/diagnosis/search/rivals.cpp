@@ -13,8 +13,7 @@ namespace
 /* Of the white sums of squares: one in 600 by chance, and as much the other way is more than three standard
  * deviations from where the truth would be. */
 constexpr double clearly = 10.0;
-/* More of it, for each parameter that the better one has more: by chance they earn as much as two in eight hundred.
- */
+/* More of it, for each parameter that the better one has more: by chance two of them earn 18 once in 8000 (chi2). */
 constexpr double earned_by_chance = 4.0;
 
 /* A rival by itself, with all that was fitted. */
