@@ -213,16 +213,16 @@ def ranking_plot(block):
     chosen = {cause["effect"] for cause in block.told["causes"]}
     rivals = {other["effect"] for other in block.told["alternatives"]}
     colours = [CHOSEN if one["effect"] in chosen else RIVAL if one["effect"] in rivals else OTHER for one in ranking]
-    shares = [one["share_explained"] for one in ranking]
+    shares = [words.ranked_share(one) for one in ranking]
     rounds = max(one["round"] for one in ranking)
     labels = [f"{one['round']}: {one['effect']}" if rounds > 1 else one["effect"] for one in ranking]
     shared = {"type": "bar", "orientation": "h", "y": labels, "marker": {"color": colours}, "showlegend": False,
               "textposition": "auto", "cliponaxis": False}
     traces = [shared | {"x": [one["delta_bic"] for one in ranking], "name": "BIC better by",
                         "text": [str(round(one["delta_bic"])) for one in ranking]},
-              shared | {"x": [100.0 * min(max(share, 0.0), 1.0) for share in shares], "name": "share explained",
-                        "text": ["all and some noise" if share > 1.0 else words.percent(share) for share in shares],
-                        "xaxis": "x2"}]
+              shared | {"x": [100.0 * share for share, _ in shares], "name": "share explained",
+                        "text": [text for _, text in shares], "xaxis": "x2",
+                        "textposition": ["auto" if share > 0.0 else "outside" for share, _ in shares]}]
     made = layout("Candidates" + (" by round" if rounds > 1 else ""), "BIC better by", "",
                   x={"domain": [0.0, 0.47]}, y={"automargin": True, "ticks": ""},
                   height=max(300, 130 + 26 * len(ranking)))

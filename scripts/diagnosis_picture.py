@@ -76,10 +76,11 @@ def plot_ranking(axes, block):
     chosen = {cause["effect"] for cause in block.told["causes"]}
     rivals = {other["effect"] for other in block.told["alternatives"]}
     colours = [CHOSEN if one["effect"] in chosen else RIVAL if one["effect"] in rivals else OTHER for one in ranking]
-    axes.barh([one["effect"] for one in ranking], [100.0 * one["share_explained"] for one in ranking], color=colours)
+    shares = [words.ranked_share(one)[0] for one in ranking]
+    axes.barh([one["effect"] for one in ranking], [100.0 * share for share in shares], color=colours)
     for i, one in enumerate(ranking):
         axes.text(1.0, i, f" BIC better by {round(one['delta_bic'])}", verticalalignment="center", fontsize=10,
-                  color="white" if colours[i] == CHOSEN and one["share_explained"] > 0.4 else "black")
+                  color="white" if colours[i] == CHOSEN and shares[i] > 0.4 else "black")
     axes.set(xlabel="share explained (%)", xlim=(0, 105))
     axes.tick_params(axis="y", labelsize=10, length=0)
     axes.grid(False, axis="y")

@@ -80,6 +80,14 @@ def is_counted(cause):
     return cause["delta_bic"] is None
 
 
+def ranked_share(candidate):
+    """A candidate's share of the explainable error, 0 to 1, and what is written at it."""
+    share = candidate["share_explained"]
+    if candidate["delta_bic"] <= 0.0:
+        return 0.0, "no more than chance"
+    return min(max(share, 0.0), 1.0), "all and some noise" if share > 1.0 else percent(share)
+
+
 def cause_sentence(cause, verdict):
     found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."

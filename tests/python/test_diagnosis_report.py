@@ -111,6 +111,16 @@ def test_words_do_not_contradict_each_other():
         assert diagnosis_words.share_text(share, "named") == f"{min(100.0, 100.0 * share):.1f} %"
 
 
+def test_what_chance_explains_is_no_share():
+    """Of an error that is all noise a candidate may take "100 %" of next to nothing."""
+    import diagnosis_words
+    chance = {"delta_bic": -16.0, "share_explained": 1.0}
+    assert diagnosis_words.ranked_share(chance) == (0.0, "no more than chance")
+    assert diagnosis_words.ranked_share(chance | {"delta_bic": 16.0}) == (1.0, "100.0 %")
+    assert diagnosis_words.ranked_share(chance | {"delta_bic": 16.0, "share_explained": 1.2}) == \
+        (1.0, "all and some noise")
+
+
 def test_a_parameter_that_was_not_fitted_stands_as_given():
     import diagnosis_words
     one = {"name": "stale_probability", "key": "sensor.stale_probability", "value": 0.0, "ci95": [0.0, 0.0],
