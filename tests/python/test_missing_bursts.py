@@ -60,3 +60,16 @@ def test_on_both_sides_of_a_longer_gap(tmp_path, dead_time_ms, causes):
     assert [cause["effect"] for cause in told["causes"]] == causes, told["verdict"]
     assert told["verdict"] == ("named" if causes else "nothing_detectable")
     assert told["residual"]["force_N"]["fit"]["after"] == pytest.approx(FORCE_NOISE_N, rel=0.05)
+
+
+@pytest.mark.parametrize("dead_time_ms, causes", [(DEAD_TIME_ms, []), (12.0, ["robot.dead_time"])])
+def test_few_bursts_in_a_command_that_trembles_a_little(tmp_path, dead_time_ms, causes):
+    """As a noisy force makes it in a closed loop: the sensor rings from what was put in, and is left to ring out."""
+    rng = np.random.default_rng(8)
+    keep = np.ones(ROWS, bool)
+    for begin in np.linspace(500, ROWS - 500, 12, dtype=int):
+        keep[begin:begin + 4] = False
+    told = diagnosed(tmp_path, rng, chirp() + 5e-6 * rng.standard_normal(ROWS), dead_time_ms, keep)
+    assert [cause["effect"] for cause in told["causes"]] == causes, told["verdict"]
+    assert told["verdict"] == ("named" if causes else "nothing_detectable")
+    assert told["residual"]["force_N"]["fit"]["after"] == pytest.approx(FORCE_NOISE_N, rel=0.05)

@@ -15,6 +15,7 @@ namespace
 {
 
 constexpr double period_s = 0.0025;
+constexpr std::size_t lattice_rows = 12000;
 
 /* A channel as it comes: a slow swing with noise, in steps. */
 struct channel {
@@ -121,6 +122,33 @@ TEST_CASE("events: a few ticks lost as a whole show by both channels, where a co
             }
         }
     }
+}
+
+TEST_CASE("events: a single force off the steps of all others makes no losses of what they repeat by chance")
+{
+    SEEDED(random, "events: a single force off*");
+    const channel force{10.0, 0.1, 0.5};
+    for (const std::size_t off : {std::size_t{0}, std::size_t{5000}, lattice_rows}) {
+        CAPTURE(off);
+        berth::record data = empty_record(lattice_rows);
+        for (std::size_t n = 0; n < lattice_rows; n++) {
+            data.force_N.push_back(force.at(random, n) + (n == off ? 0.0361 : 0.0));
+        }
+        CHECK(berth::lattice_step(data.force_N) == doctest::Approx(0.5).epsilon(1e-12));
+        berth::sample_events events;
+        CHECK(berth::find_repeats(data, berth::rig{}, events).empty());
+        const auto found = berth::find_quantisation(data, berth::rig{}, 0.15);
+        REQUIRE(found.size() == 1);
+        CHECK(found[0].values[0] == doctest::Approx(0.5).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("events: forces that lie anywhere lie on no steps")
+{
+    SEEDED(random, "events: forces that lie anywhere*");
+    std::vector<double> force_N(lattice_rows);
+    std::generate(force_N.begin(), force_N.end(), [&] { return seeded::uniform(random, -1.0, 1.0); });
+    CHECK(berth::lattice_step(force_N) == 0.0);
 }
 
 TEST_CASE("events: beside a robot that switches, samples thrown off are spikes only if they are of one size")

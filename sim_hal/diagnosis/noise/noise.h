@@ -78,7 +78,7 @@ noise_model at_least(const noise_model &noise, double rms);
 
 double sum_of_squares(const std::vector<double> &values);
 
-/* The step that all values are whole numbers of; 0: there is none. */
+/* The step that all changes, but for one value in a hundred, are whole numbers of; 0: there is none. */
 double lattice_step(const std::vector<double> &values);
 
 /* How many rows in use show the same reading without a break, on average of these rows. */

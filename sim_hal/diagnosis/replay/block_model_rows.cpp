@@ -15,6 +15,17 @@ namespace
 /* Until what was before the record has died away, but for the sensor's ringing. */
 constexpr double settle_s = 0.4;
 
+double share_behind_missing(const record &record, std::size_t rows)
+{
+    std::size_t behind = 0;
+    std::size_t until = 0;
+    for (std::size_t n = 0; n < record.size(); n++) {
+        until = record.is_filled(n) ? n + 1 + rows : until;
+        behind += n < until;
+    }
+    return static_cast<double>(behind) / static_cast<double>(record.size());
+}
+
 } // namespace
 
 /* By segment: rows that tell what was before it. A manipulator's windows start from their own states. */
@@ -46,20 +57,28 @@ std::vector<std::size_t> block_model::rows_to_settle(const rig &base)
 }
 
 /* Of a setpoint that is missing and put in by what is about it: until the robot has been there, and the force has
- * rung from how far it is off. Not where so many are missing that little would be left. */
+ * rung from how far it is off. Not where so many are missing that little would be left, which is better than much
+ * that is wrong. */
 std::size_t block_model::rows_to_forget(const rig &base) const
 {
-    constexpr double time_constants = 3.0; /* to a twentieth */
-    constexpr double most = 0.25;          /* of the rows */
+    constexpr double most = 0.25;       /* of the rows */
+    constexpr double most_heard = 0.75; /* where the force is wrong behind them */
     if (record_.filled.empty() || block_ == block::manipulator || record_.moves_as_measured()) {
         return 0;
     }
-    const double rung_s =
-        block_ == block::force ? time_constants / std::max(1.0, sensor_ringing(base, record_).decay_per_s()) : 0.0;
-    const auto rows =
-        static_cast<std::size_t>(std::ceil((1e-3 * base.robot.dead_time_ms + rung_s) / record_.period_s)) + 2;
-    const auto missing = static_cast<double>(count_of(record_.filled));
-    return missing * static_cast<double>(rows) < most * static_cast<double>(record_.size()) ? rows : 0;
+    const auto rows_of = [&](double rung_s) {
+        return static_cast<std::size_t>(std::ceil((1e-3 * base.robot.dead_time_ms + rung_s) / record_.period_s)) + 2;
+    };
+    const sensor_ringing ringing(base, record_);
+    const bool is_force = block_ == block::force;
+    if (is_force && ringing.hears(record_.command_guess_rms_m)) {
+        const std::size_t rows = rows_of(ringing.forgets_s(record_.command_guess_rms_m));
+        if (share_behind_missing(record_, rows) < most_heard) {
+            return rows;
+        }
+    }
+    const std::size_t rows = rows_of(is_force ? ringing.to_a_twentieth_s() : 0.0);
+    return share_behind_missing(record_, rows) < most ? rows : 0;
 }
 
 bool block_model::compares_guesses(const rig &rig, double noise_rms) const

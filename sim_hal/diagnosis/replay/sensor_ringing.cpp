@@ -8,9 +8,17 @@
 namespace berth
 {
 
+namespace
+{
+
+constexpr double never_changes_N = 1e-200; /* a force without noise and steps: nothing says what is heard */
+
+} // namespace
+
 sensor_ringing::sensor_ringing(const rig &rig, const record &record)
     : record_(record), on_the_way_s_(1e-3 * rig.robot.dead_time_ms),
       decay_per_s_(rig.sensor.damping_ratio * std::sqrt(rig.sensor.stiffness_N_per_m / rig.object.mass_kg)),
+      stiffness_N_per_m_(rig.sensor.stiffness_N_per_m),
       swing_N_s_per_m_(std::sqrt(rig.sensor.stiffness_N_per_m * rig.object.mass_kg))
 {
     constexpr double heard = 0.1; /* of the noise */
@@ -19,11 +27,17 @@ sensor_ringing::sensor_ringing(const rig &rig, const record &record)
 
 double sensor_ringing::dies_away_s(const record_segment &part) const
 {
-    constexpr double never_changes_N = 1e-200; /* a force without noise and steps: nothing says what is heard */
     const double swing_N = swing_N_s_per_m_ * fastest_m_per_s(part);
     return heard_N_ > never_changes_N && swing_N > heard_N_
                ? std::log(swing_N / heard_N_) / std::max(decay_per_s_, 1e-3)
                : 0.0;
+}
+
+double sensor_ringing::forgets_s(double off_m) const
+{
+    const double heard_N = std::max(heard_N_, never_changes_N);
+    return std::max(to_a_twentieth_s(),
+                    std::log(stiffness_N_per_m_ * off_m / heard_N) / std::max(decay_per_s_, 1.0));
 }
 
 /* As long as the robot still does what it was told before: it stands in the replay, and then sets out at that. */

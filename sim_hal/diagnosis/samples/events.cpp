@@ -82,6 +82,26 @@ double noise_sd(const std::vector<double> &x)
     return 1.4826 * median_of(sizes) / std::sqrt(6.0);
 }
 
+/* That of its steps, which single values off them make no smaller; where it has none, the smallest change. */
+double smallest_step(const record &record, const std::vector<double> &x,
+                     const std::vector<record_segment> &stretches)
+{
+    const double step = lattice_step(record.known(x));
+    if (step > 0.0) {
+        return step;
+    }
+    double smallest = unlimited;
+    for (const record_segment &part : stretches) {
+        for (std::size_t n = part.begin + 1; n < part.end; n++) {
+            const double change = std::abs(x[n] - x[n - 1]);
+            if (change > 0.0) {
+                smallest = std::min(smallest, change);
+            }
+        }
+    }
+    return smallest;
+}
+
 repetitions repeated_rows(const record &record, const std::vector<double> &x)
 {
     constexpr std::size_t run_max = 20;
@@ -96,15 +116,7 @@ repetitions repeated_rows(const record &record, const std::vector<double> &x)
         const auto known = known_stretches(record, segment);
         stretches.insert(stretches.end(), known.begin(), known.end());
     }
-    double smallest = unlimited;
-    for (const record_segment &part : stretches) {
-        for (std::size_t n = part.begin + 1; n < part.end; n++) {
-            const double change = std::abs(x[n] - x[n - 1]);
-            if (change > 0.0) {
-                smallest = std::min(smallest, change);
-            }
-        }
-    }
+    const double smallest = smallest_step(record, x, stretches);
     const auto [least, largest] = std::minmax_element(x.begin(), x.end());
     /* On its way between two samples that are so far apart, one is no exact repetition by chance; where the steps
      * are fine beside the noise, none ever is. */
