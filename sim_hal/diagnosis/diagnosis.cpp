@@ -292,7 +292,7 @@ diagnosis diagnose(const diagnosis_request &request)
         }
     }
     refuse_if_none(result, records.given);
-    tell_command_steps(result);
+    tell_input_steps(result);
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);
     tell_other_zero_of_force(result);

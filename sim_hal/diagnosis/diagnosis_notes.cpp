@@ -7,6 +7,7 @@
 #include "record/command_steps.h"
 #include "record/motion_noise.h"
 #include "record/record_columns.h"
+#include "record/written_digits.h"
 
 namespace berth
 {
@@ -28,15 +29,21 @@ void tell_sample_age(diagnosis &result, const rig &given)
     }
 }
 
-void tell_command_steps(diagnosis &result)
+void tell_input_steps(diagnosis &result)
 {
     constexpr double counts = 0.2; /* of the noise */
     for (const block_diagnosis &block : result.blocks) {
-        if (block.command_steps_rms > counts * block.floor.rms) {
+        if (block.input_steps_rms > counts * block.floor.rms) {
             const auto which = static_cast<std::size_t>(block.block);
-            result.notes.push_back(formatted("command_position_m is written in steps of %.3g m: ",
-                                             command_step_m(result.data, result.given)) +
-                                   "that alone leaves " + formatted("%.3g ", block.command_steps_rms) +
+            const std::string few = columns_with_few_digits(result.data);
+            if (block.block == block::manipulator && few.empty()) {
+                continue; /* nothing that more digits would better */
+            }
+            const std::string written = block.block == block::manipulator
+                                            ? "written are " + few + ": "
+                                            : formatted("command_position_m is written in steps of %.3g m: ",
+                                                        command_step_m(result.data, result.given));
+            result.notes.push_back(written + "that alone leaves " + formatted("%.3g ", block.input_steps_rms) +
                                    std::string(block_units[which]) + " rms of the " +
                                    std::string(block_names[which]) +
                                    " open, and nothing so small is looked for; write it with more digits");

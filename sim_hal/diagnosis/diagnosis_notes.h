@@ -11,7 +11,7 @@ namespace berth
 void tell_sample_age(diagnosis &result, const rig &given);
 
 /* What a command with too few digits hides. */
-void tell_command_steps(diagnosis &result);
+void tell_input_steps(diagnosis &result);
 
 /* What the noise of a measured motion makes of the force. */
 void tell_motion_noise(diagnosis &result, const sample_events &events);

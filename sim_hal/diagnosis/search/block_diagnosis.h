@@ -81,9 +81,9 @@ struct block_diagnosis {
     std::vector<double> error_before;
     std::vector<double> error_after;
     noise_model floor;
-    double floor_ci95 = 0.0;        /* half width of the interval of its rms */
-    double command_steps_rms = 0.0; /* what too few digits of the command leave open; 0: nothing */
-    bool force_decided = false;     /* of a robot: which of the causes it is that its reports cannot tell apart */
+    double floor_ci95 = 0.0;      /* half width of the interval of its rms */
+    double input_steps_rms = 0.0; /* what too few digits of what drives it leave open; 0: nothing */
+    bool force_decided = false;   /* of a robot: which of the causes it is that its reports cannot tell apart */
 };
 
 struct diagnosis_input {

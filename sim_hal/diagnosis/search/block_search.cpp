@@ -7,6 +7,7 @@
 
 #include "../noise/floor.h"
 #include "../record/command_steps.h"
+#include "../record/written_digits.h"
 #include "../samples/clock_slips.h"
 
 namespace berth
@@ -34,12 +35,14 @@ void block_search::run(block_diagnosis &result)
     base_ = incumbent_;
     retuned_ = base_.rig;
     rate_base(result);
-    command_steps_rms_ = rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
+    input_steps_rms_ = model_.which() == block::manipulator
+                           ? rms_of_written_digits(model_, retuned_)
+                           : rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding || is_of_our_steps(model_);
     const int rounds_max = 2 * input_.effects_max; /* what stood in for another one makes room for a further one */
     for (int round = 0; round < rounds_max && static_cast<int>(found_.size()) < input_.effects_max && !is_rounding &&
-                        !is_within_command_steps() && !stands_within_its_step() && !is_of_our_steps(model_);
+                        !is_within_input_steps() && !stands_within_its_step() && !is_of_our_steps(model_);
          round++) {
         if (!find_next(result) && !add_pair(result) && !bring_in_two(result) && !find_while_held(result)) {
             break;
@@ -47,7 +50,8 @@ void block_search::run(block_diagnosis &result)
     }
     divide_stand_in(result);
     look_at_slips();
-    is_rest_ = is_rest_ || stands_within_its_step();
+    is_rest_ =
+        is_rest_ || stands_within_its_step() || (model_.which() == block::manipulator && is_within_input_steps());
     conclude(result);
 }
 
@@ -168,7 +172,7 @@ bool block_search::is_within_rounding()
     constexpr double dominates = 0.9;
     constexpr double hardly_more = 1.1; /* of the square: what was rounded on the way to the replay is rounded too */
     constexpr double far_below = 0.1;   /* of the noise: the replay's own digits */
-    return is_within_command_steps() ||
+    return is_within_input_steps() ||
            (model_.rounding_rms() > dominates * noise_.rms &&
             incumbent_.cost <= hardly_more * static_cast<double>(incumbent_.rows)) ||
            rms_of(error_left(), model_.uses(), row_use::fit) < far_below * noise_.rms;
@@ -194,12 +198,12 @@ bool block_search::stands_within_its_step()
     return static_cast<double>(rows_beyond) <= few * static_cast<double>(rows);
 }
 
-bool block_search::is_within_command_steps()
+bool block_search::is_within_input_steps()
 {
     constexpr double counts = 0.2; /* of the noise */
     constexpr double hardly_more = 1.1;
-    return command_steps_rms_ > counts * noise_.rms && rms_of(error_left(), model_.uses(), row_use::fit) <
-                                                           hardly_more * std::hypot(command_steps_rms_, noise_.rms);
+    return input_steps_rms_ > counts * noise_.rms && rms_of(error_left(), model_.uses(), row_use::fit) <
+                                                         hardly_more * std::hypot(input_steps_rms_, noise_.rms);
 }
 
 noise_model block_search::metric_for(const rig &rig)

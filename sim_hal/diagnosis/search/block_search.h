@@ -279,7 +279,7 @@ class block_search
      */
     bool stands_within_its_step();
     /* The same of the command, where its column has coarser steps than the wire. */
-    bool is_within_command_steps();
+    bool is_within_input_steps();
     /* Of the explainable error of the base. */
     double explainable(); /* what the error as re-tuned has above the floor: a white sum of squares */
     double share_left();
@@ -305,8 +305,8 @@ class block_search
     rig retuned_; /* the base, as well as it was ever fitted: the search for causes shows it better values */
     fit_result incumbent_;
     leftover leftover_;
-    double command_steps_rms_ = 0.0; /* what coarse steps of the command's column leave open of the output */
-    bool has_floor_ = false;         /* measured, and to be believed */
+    double input_steps_rms_ = 0.0; /* what coarse steps of the column that drives it leave open of the output */
+    bool has_floor_ = false;       /* measured, and to be believed */
     bool is_suspect_ = false;
     bool is_rest_ = false;
     bool follows_nothing_ = false;

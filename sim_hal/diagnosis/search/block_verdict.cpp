@@ -73,7 +73,7 @@ void block_search::conclude(block_diagnosis &result)
     result.uses = model_.uses();
     result.floor = noise_;
     result.floor_ci95 = rms_ci95(noise_, model_.uses());
-    result.command_steps_rms = command_steps_rms_;
+    result.input_steps_rms = input_steps_rms_;
     result.floor_is_measured = has_floor_;
     result.fit_rms = rms(model_, row_use::fit);
     result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
@@ -176,7 +176,8 @@ bool block_search::is_plainly_above(const remains &left)
     /* A stiff contact behind what switches answers to each instant that is off. */
     const bool is_excused = is_rest_ || (left.has_causes && left.has_thresholds && model_.which() == block::force);
     const double bearable = is_excused ? plainly_above_behind_thresholds : plainly_above;
-    if (rms_of(error_left(), model_.uses(), row_use::fit) <= bearable * noise_.rms) {
+    if (rms_of(error_left(), model_.uses(), row_use::fit) <= bearable * noise_.rms ||
+        (model_.which() == block::manipulator && is_within_input_steps())) {
         return false;
     }
     const double rows = static_cast<double>(rows_under(noise_));
