@@ -189,6 +189,13 @@ def test_stamps_that_no_rate_suits(tmp_path, faultless):
     refused(tmp_path, thousand, "--rig", "ess", contains=[str(thousand), "scale = 0.001"])
 
 
+def test_stamps_that_come_as_late_as_a_missing_row_would_make_them(tmp_path, faultless):
+    """Even in the mean: 0.4 of a row early or late."""
+    off_s = np.random.default_rng(4).uniform(-0.4, 0.4, len(faultless["t_s"])) * PERIOD_s
+    late = write(tmp_path / "late.csv", **(faultless | {"t_s": 1.0 + faultless["t_s"] + off_s}))
+    refused(tmp_path, late, "--rig", "ess", contains=[str(late), "late stamps cannot be told from rows that are missing"])
+
+
 def test_a_rate_that_changes_is_no_jitter(tmp_path, faultless):
     """A tenth slower in the middle: no step is far from the others, and the sum of them is half a second off."""
     rows = len(faultless["t_s"])

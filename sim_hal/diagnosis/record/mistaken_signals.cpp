@@ -9,6 +9,7 @@
 #include "../replay/block_model.h"
 #include "about_mean.h"
 #include "record_columns.h"
+#include "written_digits.h"
 
 namespace berth
 {
@@ -157,6 +158,13 @@ bool is_mapped(const rig &given, std::string_view signal)
                        [&](const signal_source &source) { return source.signal == signal; });
 }
 
+/* Of the last digit that was written. */
+double largest_unit(const std::vector<double> &values)
+{
+    const std::vector<double> units = units_of_last_digits(values);
+    return units.empty() ? 0.0 : *std::max_element(units.begin(), units.end());
+}
+
 /* A controller that sends back the setpoint in the place of the measured position. */
 bool is_echo(const record &data, const rig &given)
 {
@@ -166,7 +174,8 @@ bool is_echo(const record &data, const rig &given)
         return false;
     }
     const auto [least, largest] = std::minmax_element(command.begin(), command.end());
-    const double same_m = 1e-9 * (*largest - *least);
+    const double way_m = *largest - *least;
+    const double same_m = 1e-9 * way_m + std::min(1e-6 * way_m, largest_unit(robot) + largest_unit(command));
     double rows = 0.0;
     for (std::size_t n = 0; n < command.size(); n++) {
         rows += std::abs(robot[n] - command[n]) <= same_m ? 1.0 : 0.0;

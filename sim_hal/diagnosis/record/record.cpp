@@ -159,13 +159,21 @@ void refuse_drifting_rate(const record &made, double spacing_s)
     double even_s = 0.0;
     double off_s = 0.0;
     double farthest_s = 0.0;
+    std::size_t late = 0;
     for (std::size_t n = 1; n < made.size(); n++) {
         const double step_s = made.time_s[n] - made.time_s[n - 1];
+        late += step_s > gap * spacing_s && step_s < 1.75 * spacing_s; /* a row and a half */
         if (step_s > 0.0 && step_s <= gap * spacing_s) {
             even_s += spacing_s;
             off_s += step_s - spacing_s;
             farthest_s = std::max(farthest_s, std::abs(off_s));
         }
+    }
+    constexpr std::size_t often = 50; /* one row in so many */
+    if (often * late > made.size()) {
+        throw input_error(made.path + ": t_s comes more than half a row late in " + std::to_string(late) +
+                          " rows: late stamps cannot be told from rows that are missing; write each row's number "
+                          "over the rate in its place");
     }
     if (farthest_s > std::max(rows * spacing_s, share * even_s)) {
         throw input_error(
