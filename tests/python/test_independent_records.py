@@ -1,5 +1,5 @@
-"""`berth diagnose` and records that are their own copy, forwards or backwards, with noise or without: no evidence.
-What a command does again is none of that."""
+"""`berth diagnose` and records that are their own copy or another one's, whatever was done to it: no evidence. What a
+command does again is none of that."""
 
 import numpy as np
 import pytest
@@ -120,3 +120,78 @@ def test_a_push_and_the_way_it_made_are_no_second_measurement_of_themselves(tmp_
     print(message)
     assert done.returncode == EXIT_INPUT and "second half" in message and "no independent evidence" in message
     assert not (tmp_path / "out").exists()
+
+
+def noisy_motion(seed, turns=1.0, quantum_m=0.0, noise_m=5e-6):
+    """Time, command and robot: one command, and an answer with its own noise."""
+    t_s, command_m, _ = motion(8000)
+    command_m = command_m + 0.002 * np.sin(2 * np.pi * turns * 3.1 * t_s)
+    robot_m = np.interp(t_s - 0.0175, t_s, command_m)
+    robot_m = robot_m + noise_m * np.random.default_rng(seed).standard_normal(len(t_s))
+    return t_s, command_m, quantum_m * np.round(robot_m / quantum_m) if quantum_m else robot_m
+
+
+DERIVED = {
+    "in other digits": lambda x: np.round(x, 6),
+    "turned over": lambda x: -x,
+    "a part of it": lambda x: x[2000:],
+    "backwards": lambda x: x[::-1],
+    "larger": lambda x: 1.5 * x,
+    "with noise upon it": lambda x: x + noise(x, 2e-4),
+    "all of that": lambda x: np.round(-1.5 * x[1000:6000][::-1], 6)}
+
+
+@pytest.mark.parametrize("form", DERIVED)
+@pytest.mark.parametrize("other, argument", [("given", "--validate"), ("given", "--repeat"), ("--validate", "--repeat")])
+def test_a_file_made_from_another_one_is_no_second_measurement(tmp_path, form, other, argument):
+    """Its noise gives it away. A repetition starts with the same command, or it is refused as none."""
+    t_s, command_m, robot_m = noisy_motion(1)
+    made = [DERIVED[form](x) for x in (command_m, robot_m)]
+    record = write(tmp_path / "record.csv", HEADER, t_s, command_m, robot_m)
+    derived = write(tmp_path / "derived.csv", HEADER, t_s[:len(made[0])], *made)
+    given = record if other == "given" else write(tmp_path / "given.csv", HEADER, *noisy_motion(2))
+    arguments = ["--rig", "ess", "--out", tmp_path / "out", argument, derived]
+    done = command("diagnose", given, *arguments, *(() if other == "given" else (other, record)))
+    message = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and not (tmp_path / "out").exists(), message
+    for part in (derived.name, record.name, "robot_position_m", "no independent evidence", "give another measurement"):
+        assert part in message, message
+
+
+def test_what_was_done_to_it_is_told(tmp_path):
+    t_s, command_m, robot_m = noisy_motion(1)
+    record = write(tmp_path / "record.csv", HEADER, t_s, command_m, robot_m)
+    made = write(tmp_path / "made.csv", HEADER, t_s[:5000], *(DERIVED["all of that"](x) for x in (command_m, robot_m)))
+    done = command("diagnose", record, "--rig", "ess", "--out", tmp_path / "out", "--validate", made)
+    assert "backwards, turned over, times 1.5, from its 14.9975 s on" in done.stderr.decode(), done.stderr.decode()
+
+
+@pytest.mark.parametrize("turn", [*MIRRORED, *REPEATED])
+@pytest.mark.parametrize("change", ["in other digits", "with noise upon it"])
+def test_a_second_half_made_from_the_first_one_commands_and_all(tmp_path, turn, change):
+    t_s, command_m, robot_m = noisy_motion(1)
+    half = len(t_s) // 2
+    columns = [np.concatenate((x[:half], DERIVED[change]((MIRRORED | REPEATED)[turn](x[:half]))))
+               for x in (command_m, robot_m)]
+    refused(tmp_path, write(tmp_path / "copy.csv", HEADER, t_s, *columns), "second half",
+            "independent evidence", "measured in one go")
+
+
+@pytest.mark.parametrize("quantum_m", [0.0, 1e-6, 2e-5, 1e-3])
+@pytest.mark.parametrize("argument, turns", [("--repeat", 1.0), ("--validate", 1.0), ("--validate", 1.3)])
+def test_what_was_measured_again_is_another_measurement(tmp_path, argument, turns, quantum_m):
+    """The same command and other noise, be it hidden by the steps of the sensor or not."""
+    record = write(tmp_path / "record.csv", HEADER, *noisy_motion(1, quantum_m=quantum_m))
+    again = write(tmp_path / "again.csv", HEADER, *noisy_motion(2, turns, quantum_m))
+    diagnose(tmp_path / "out", record, "--rig", "ess", argument, again)
+
+
+@pytest.mark.parametrize("noise_m, quantum_m", [(1e-9, 0.0), (5e-6, 0.0), (5e-6, 1e-6), (5e-6, 2e-5)])
+def test_a_command_that_repeats_itself_makes_no_copy_of_what_it_moves(tmp_path, noise_m, quantum_m):
+    """With next to no noise, or one that steps hide, nothing is there that could tell."""
+    t_s, command_m, _ = noisy_motion(1)
+    command_m = halves(command_m, lambda x: x)
+    robot_m = np.interp(t_s - 0.0175, t_s, command_m) + noise_m * np.random.default_rng(1).standard_normal(len(t_s))
+    robot_m = quantum_m * np.round(robot_m / quantum_m) if quantum_m else robot_m
+    record = write(tmp_path / "same.csv", HEADER, t_s, command_m, robot_m)
+    assert "second half" not in command("diagnose", record, "--rig", "ess", "--out", tmp_path / "out").stderr.decode()

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 
 #include "../../../hal/rig/rig_file.h"
+#include "../formatted.h"
+#include "noise_fingerprint.h"
 
 namespace berth
 {
@@ -141,6 +143,83 @@ bool is_noisy_copy(const record &record, const signal &response, const signal &c
            (is_robot && lacks_a_cause(cause, how, differs, record.period_s));
 }
 
+struct measured_column {
+    const char *name;
+    signal record::*values;
+};
+
+constexpr measured_column force_column = {"force_N", &record::force_N};
+constexpr measured_column robot_column = {"robot_position_m", &record::robot_position_m};
+constexpr measured_column command_column = {"command_position_m", &record::command_position_m};
+
+bool shows_answer(const record &record)
+{
+    return !record.force_N.empty() || !record.robot_position_m.empty();
+}
+
+/* Of both records. Where neither shows an answer to the command, that is itself what was measured. */
+std::vector<measured_column> measured_columns(const record &first, const record &other)
+{
+    if (!shows_answer(first) && !shows_answer(other)) {
+        return {command_column};
+    }
+    const bool is_robot_cause = first.moves_as_measured() || other.moves_as_measured();
+    std::vector<measured_column> found;
+    for (const measured_column &column : {force_column, robot_column}) {
+        if (column.values == robot_column.values && is_robot_cause) {
+            continue;
+        }
+        if (!(first.*column.values).empty() && !(other.*column.values).empty()) {
+            found.push_back(column);
+        }
+    }
+    return found;
+}
+
+/* Rows from `begin` up to `end` of each column, and what it answers to. */
+std::vector<measured_signal> rows_of(const record &record, const std::vector<measured_column> &columns,
+                                     std::size_t begin, std::size_t end)
+{
+    const auto part = [begin, end](const auto &x) {
+        using values = std::decay_t<decltype(x)>;
+        return x.empty() ? values()
+                         : values(x.begin() + static_cast<std::ptrdiff_t>(begin),
+                                  x.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    std::vector<measured_signal> found;
+    for (const measured_column &column : columns) {
+        const bool is_command = column.values == command_column.values;
+        found.push_back({part(record.*column.values),
+                         part(is_command ? record.operator_force_N : record.command_position_m),
+                         part(record.filled)});
+    }
+    return found;
+}
+
+/* As ", backwards, turned over, times 1.5". */
+std::string words_of(const copy_found &how)
+{
+    constexpr double as_is = 0.05; /* about what noise leaves of a factor */
+    const double size = std::abs(how.factor);
+    return std::string(how.is_backwards ? ", backwards" : "") + (how.factor < 0.0 ? ", turned over" : "") +
+           (std::abs(size - 1.0) > as_is ? formatted(", times %.2g", size) : "");
+}
+
+/* Of a copy that is not exact and has its commands again, too. */
+void refuse_noise_of_first_half(const record &record)
+{
+    const std::size_t half = record.size() / 2;
+    const std::vector<measured_column> columns = measured_columns(record, record);
+    const auto copy =
+        find_copy(rows_of(record, columns, 0, half), rows_of(record, columns, record.size() - half, record.size()));
+    if (copy) {
+        throw input_error(
+            record.path + ": " + columns[copy->column].name + " has in its second half the noise of its first one" +
+            words_of(*copy) +
+            ": held-out data that is no independent evidence; give a record that was measured in one go");
+    }
+}
+
 } // namespace
 
 void refuse_copies(const record &record)
@@ -168,6 +247,7 @@ void refuse_copies(const record &record)
             }
         }
     }
+    refuse_noise_of_first_half(record);
 }
 
 void refuse_same(const std::vector<input_file> &inputs)
@@ -179,6 +259,19 @@ void refuse_same(const std::vector<input_file> &inputs)
                                   ": held-out data that is no independent evidence; give another measurement");
             }
         }
+    }
+}
+
+void refuse_derived(const record &other, const record &original)
+{
+    const std::vector<measured_column> columns = measured_columns(original, other);
+    const auto copy =
+        find_copy(rows_of(original, columns, 0, original.size()), rows_of(other, columns, 0, other.size()));
+    if (copy) {
+        const double begin_s = original.period_s * static_cast<double>(copy->begin);
+        throw input_error(other.path + ": " + columns[copy->column].name + " has the noise of " + original.path +
+                          words_of(*copy) + (copy->begin != 0 ? formatted(", from its %.6g s on", begin_s) : "") +
+                          ": held-out data that is no independent evidence; give another measurement");
     }
 }
 

@@ -14,6 +14,9 @@ void refuse_copies(const record &record);
 /* The same data under two names. Throws input_error. */
 void refuse_same(const std::vector<input_file> &inputs);
 
+/* A record with the noise of another one: made from it, or from a part of it. Throws input_error. */
+void refuse_derived(const record &other, const record &original);
+
 } // namespace berth
 
 #endif

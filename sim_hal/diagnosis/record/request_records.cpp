@@ -105,6 +105,14 @@ records_of_request read_records(const diagnosis_request &request)
         }
     }
     refuse_same(made.inputs);
+    for (const auto *one : {&made.validation, &made.repetition}) {
+        if (*one) {
+            refuse_derived(**one, made.fit);
+        }
+    }
+    if (made.validation && made.repetition) {
+        refuse_derived(*made.repetition, *made.validation);
+    }
     for (const auto &[argument, one] : {std::make_pair("--validate", &made.validation),
                                         {"--standstill", &made.standstill},
                                         {"--repeat", &made.repetition}}) {

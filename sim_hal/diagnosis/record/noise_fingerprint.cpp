@@ -1,0 +1,305 @@
+#include "noise_fingerprint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <Eigen/Dense>
+#include <limits>
+#include <unsupported/Eigen/FFT>
+
+#include "../noise/noise.h"
+#include "written_digits.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Rows of the signal's own past and of its cause's that say what is no news; behind 20 ms at 1 kHz a dead time of a
+ * robot is over. */
+constexpr std::size_t own_rows = 8;
+constexpr std::size_t cause_rows = 24;
+
+/* Two measurements share no signs but by chance, 0 +- 1 / sqrt(rows). A copy with as much noise upon it as it has
+ * itself shares half of them. What no past explains would have to be as large as the noise, in most rows, for two
+ * measurements to share 0.3. */
+constexpr double shared_least = 0.3;
+constexpr std::size_t overlap_least = 500;
+
+/* The news in each row, by its sign alone: steps and impacts that any repetition has again are few rows. */
+struct fingerprint {
+    std::vector<double> signs; /* 0: none */
+    std::vector<double> news;
+    double noise_rms = 0.0; /* of the signal, were it white */
+};
+
+double change(const std::vector<double> &x, std::size_t row)
+{
+    return x[row] - x[row - 1];
+}
+
+/* Changes, so that what stands still has no news. */
+Eigen::MatrixXd past_of(const measured_signal &signal, const std::vector<std::size_t> &rows)
+{
+    const std::size_t causes = signal.cause.empty() ? 0 : cause_rows;
+    Eigen::MatrixXd past(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(own_rows + causes));
+    for (std::size_t i = 0; i < rows.size(); i++) {
+        for (std::size_t k = 1; k <= own_rows + causes; k++) {
+            past(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k - 1)) =
+                k <= own_rows ? change(signal.values, rows[i] - k) : change(signal.cause, rows[i] - (k - own_rows));
+        }
+    }
+    return past;
+}
+
+/* How the past tells the change in a row, by least squares over some thousands of rows in even distance. */
+Eigen::VectorXd prediction_of(const measured_signal &signal)
+{
+    constexpr std::size_t rows_most = 4000;
+    const std::size_t every = 1 + signal.values.size() / rows_most;
+    std::vector<std::size_t> rows;
+    for (std::size_t n = cause_rows + 1; n < signal.values.size(); n += every) {
+        rows.push_back(n);
+    }
+    const Eigen::MatrixXd past = past_of(signal, rows);
+    Eigen::VectorXd changes(past.rows());
+    for (std::size_t i = 0; i < rows.size(); i++) {
+        changes(static_cast<Eigen::Index>(i)) = change(signal.values, rows[i]);
+    }
+    const Eigen::VectorXd scale =
+        past.colwise().norm().transpose().unaryExpr([](double size) { return size > 0.0 ? 1.0 / size : 0.0; });
+    const Eigen::MatrixXd scaled = past * scale.asDiagonal();
+    Eigen::MatrixXd normal = scaled.transpose() * scaled;
+    normal.diagonal().array() += 1e-12;
+    return scale.cwiseProduct(normal.ldlt().solve(scaled.transpose() * changes));
+}
+
+/* Gain from white noise in the signal to its news. */
+double gain_of(const Eigen::VectorXd &prediction)
+{
+    std::vector<double> weights = {1.0};
+    for (std::size_t k = 0; k < own_rows; k++) {
+        weights.push_back(-prediction(static_cast<Eigen::Index>(k)));
+    }
+    weights.push_back(0.0);
+    double square = 1.0;
+    for (std::size_t k = 1; k < weights.size(); k++) {
+        square += std::pow(weights[k] - weights[k - 1], 2);
+    }
+    return std::sqrt(square);
+}
+
+fingerprint fingerprint_of(const measured_signal &signal)
+{
+    constexpr double rms_of_median = 1.4826; /* of the sizes of a normal noise */
+    const std::size_t size = signal.values.size();
+    fingerprint made;
+    made.signs.assign(size, 0.0);
+    made.news.assign(size, 0.0);
+    const Eigen::VectorXd prediction = prediction_of(signal);
+    const std::size_t past_rows = static_cast<std::size_t>(prediction.size()) > own_rows ? cause_rows : own_rows;
+    std::size_t last_guessed = 0;
+    std::vector<double> sizes;
+    for (std::size_t n = past_rows + 1; n < size; n++) {
+        if (!signal.is_guessed.empty() && signal.is_guessed[n] != 0) {
+            last_guessed = n;
+        }
+        if (n <= last_guessed + own_rows) {
+            continue;
+        }
+        double told = 0.0;
+        for (std::size_t k = 1; k <= static_cast<std::size_t>(prediction.size()); k++) {
+            told += prediction(static_cast<Eigen::Index>(k - 1)) *
+                    (k <= own_rows ? change(signal.values, n - k) : change(signal.cause, n - (k - own_rows)));
+        }
+        made.news[n] = change(signal.values, n) - told;
+        made.signs[n] = static_cast<double>(made.news[n] > 0.0) - static_cast<double>(made.news[n] < 0.0);
+        sizes.push_back(std::abs(made.news[n]));
+    }
+    made.noise_rms = sizes.empty() ? 0.0 : rms_of_median * median_of(std::move(sizes)) / gain_of(prediction);
+    return made;
+}
+
+/* The other one, from its `shift` rows on in the first one's rows. */
+struct lay {
+    std::ptrdiff_t shift = 0;
+    std::ptrdiff_t begin = 0; /* of the first one's rows that the other one covers */
+    std::ptrdiff_t end = 0;
+};
+
+lay lay_of(const std::vector<double> &first, const std::vector<double> &other, std::ptrdiff_t shift)
+{
+    const auto rows = static_cast<std::ptrdiff_t>(first.size());
+    const auto others = static_cast<std::ptrdiff_t>(other.size());
+    return {shift, std::max<std::ptrdiff_t>(0, shift), std::min(rows, others + shift)};
+}
+
+struct shared_signs {
+    double share = 0.0; /* below zero: more of them differ */
+    double rows = 0.0;
+};
+
+/* Over the rows in which both have a sign. */
+shared_signs shared_at(const fingerprint &first, const fingerprint &other, const lay &at)
+{
+    double sum = 0.0;
+    double rows = 0.0;
+    for (std::ptrdiff_t n = at.begin; n < at.end; n++) {
+        const double both =
+            first.signs[static_cast<std::size_t>(n)] * other.signs[static_cast<std::size_t>(n - at.shift)];
+        sum += both;
+        rows += std::abs(both);
+    }
+    return {rows >= static_cast<double>(overlap_least) ? sum / rows : 0.0, rows};
+}
+
+/* Sums of the products of the signs at each shift, those below zero at the end. */
+std::vector<double> sums_at_shifts(const std::vector<double> &first, const std::vector<double> &other)
+{
+    std::size_t size = 1;
+    while (size < first.size() + other.size()) {
+        size *= 2;
+    }
+    Eigen::FFT<double> fft;
+    fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+    const auto spectrum_of = [&fft, size](std::vector<double> signs) {
+        signs.resize(size, 0.0);
+        std::vector<std::complex<double>> lines;
+        fft.fwd(lines, signs);
+        return lines;
+    };
+    std::vector<std::complex<double>> lines = spectrum_of(first);
+    const std::vector<std::complex<double>> others = spectrum_of(other);
+    for (std::size_t i = 0; i < lines.size(); i++) {
+        lines[i] *= std::conj(others[i]);
+    }
+    std::vector<double> sums;
+    fft.inv(sums, lines, static_cast<Eigen::Index>(size));
+    return sums;
+}
+
+/* Where the signs hang together farthest beyond chance, from a shift of `shift_least` on. */
+lay best_lay(const fingerprint &first, const fingerprint &other, std::ptrdiff_t shift_least)
+{
+    const std::vector<double> sums = sums_at_shifts(first.signs, other.signs);
+    const auto rows = static_cast<std::ptrdiff_t>(first.signs.size());
+    const auto others = static_cast<std::ptrdiff_t>(other.signs.size());
+    const auto least = static_cast<std::ptrdiff_t>(overlap_least);
+    lay best;
+    double farthest = 0.0;
+    for (std::ptrdiff_t shift = std::max(shift_least, least - others); shift <= rows - least; shift++) {
+        const lay tried = lay_of(first.signs, other.signs, shift);
+        const auto at =
+            static_cast<std::size_t>(shift < 0 ? shift + static_cast<std::ptrdiff_t>(sums.size()) : shift);
+        const double far = std::abs(sums[at]) / std::sqrt(static_cast<double>(tried.end - tried.begin));
+        if (far > farthest) {
+            farthest = far;
+            best = tried;
+        }
+    }
+    return best;
+}
+
+double step_of(const std::vector<double> &x)
+{
+    return std::max(lattice_step(x), median_of(units_of_last_digits(x)));
+}
+
+/* Noise tells where its steps do not hide it (a rounded normal noise is normal within 3 % from half a step on,
+ * Widrow & Kollar 2008), where it is more than what numbers of seven digits leave, and where it is nowhere the same
+ * again. */
+bool is_telling(const measured_signal &signal, const fingerprint &made, double step)
+{
+    constexpr double least_of_step = 0.58;
+    constexpr double least_of_size = 1e-7;
+    const Eigen::Map<const Eigen::VectorXd> all(signal.values.data(),
+                                                static_cast<Eigen::Index>(signal.values.size()));
+    const double size = std::sqrt(all.squaredNorm() / static_cast<double>(all.size()));
+    return made.noise_rms > std::max(least_of_step * step, least_of_size * size) &&
+           std::abs(shared_at(made, made, best_lay(made, made, 1)).share) < shared_least;
+}
+
+/* Of two signals in different steps, the finer one has what can be told. */
+bool can_tell(const measured_signal &first, const fingerprint &one, const measured_signal &other,
+              const fingerprint &two)
+{
+    const double step = step_of(first.values);
+    const double other_step = step_of(other.values);
+    return step * two.noise_rms <= other_step * one.noise_rms ? is_telling(first, one, step)
+                                                              : is_telling(other, two, other_step);
+}
+
+/* What the news of the first one were multiplied by: noise upon the copy leaves the median of the ratios. */
+double factor_of(const fingerprint &first, const fingerprint &other, const lay &at)
+{
+    std::vector<double> ratios;
+    for (std::ptrdiff_t n = at.begin; n < at.end; n++) {
+        const double news = first.news[static_cast<std::size_t>(n)];
+        if (news != 0.0) {
+            ratios.push_back(other.news[static_cast<std::size_t>(n - at.shift)] / news);
+        }
+    }
+    return median_of(std::move(ratios));
+}
+
+/* A column of both records that can tell. */
+struct column_prints {
+    std::size_t column;
+    fingerprint first;
+    fingerprint other;
+};
+
+/* The lay that one column shows, where no other one speaks against it. */
+std::optional<copy_found> copy_of(const std::vector<column_prints> &columns, bool is_backwards)
+{
+    constexpr double beyond_chance = 6.0; /* standard deviations */
+    for (const column_prints &column : columns) {
+        const lay at = best_lay(column.first, column.other, std::numeric_limits<std::ptrdiff_t>::min());
+        const double share = shared_at(column.first, column.other, at).share;
+        const bool is_copy = std::abs(share) >= shared_least &&
+                             std::all_of(columns.begin(), columns.end(), [&at](const column_prints &each) {
+                                 const shared_signs shared = shared_at(each.first, each.other, at);
+                                 return std::abs(shared.share) * std::sqrt(shared.rows) > beyond_chance;
+                             });
+        if (is_copy) {
+            const auto rows = static_cast<std::ptrdiff_t>(column.other.signs.size());
+            return copy_found{column.column, is_backwards ? at.shift + rows - 1 : at.shift, is_backwards,
+                              factor_of(column.first, column.other, at)};
+        }
+    }
+    return {};
+}
+
+} // namespace
+
+measured_signal measured_signal::backwards() const
+{
+    return {
+        {values.rbegin(), values.rend()}, {cause.rbegin(), cause.rend()}, {is_guessed.rbegin(), is_guessed.rend()}};
+}
+
+std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
+                                    const std::vector<measured_signal> &others)
+{
+    std::vector<column_prints> columns;
+    for (std::size_t i = 0; i < first.size(); i++) {
+        if (std::min(first[i].values.size(), others[i].values.size()) < overlap_least) {
+            continue;
+        }
+        column_prints both = {i, fingerprint_of(first[i]), fingerprint_of(others[i])};
+        if (can_tell(first[i], both.first, others[i], both.other)) {
+            columns.push_back(std::move(both));
+        }
+    }
+    const auto forwards = copy_of(columns, false);
+    if (forwards) {
+        return forwards;
+    }
+    for (column_prints &both : columns) {
+        both.other = fingerprint_of(others[both.column].backwards());
+    }
+    return copy_of(columns, true);
+}
+
+} // namespace berth
