@@ -43,8 +43,9 @@ def chirp():
     return 0.01 * scipy.signal.chirp(PERIOD_s * np.arange(ROWS), 0.1, PERIOD_s * ROWS, 5.0, phi=-90)
 
 
-def diagnosed(folder, rng, sent_m, dead_time_ms, keep=slice(None)):
-    """What is told of a record with these setpoints and this dead time; of its rows only some are kept."""
+def diagnosed(folder, rng, sent_m, dead_time_ms, keep=slice(None), command_step_m=1e-12, read=lambda force_N: force_N):
+    """What is told of a record with these setpoints, written in such steps, and this dead time; of its rows only some
+    are kept. `read`: what a sensor makes of the force."""
     t_s, fine_s = PERIOD_s * np.arange(ROWS), STEP_s * np.arange(ROWS * STEPS)
     moved_m = np.interp(fine_s - 1e-3 * dead_time_ms, t_s, sent_m)
     mass, spring, damper = (value * (1.0 + 0.02 * rng.uniform(-1.0, 1.0)) for value in OBJECT.values())
@@ -52,7 +53,8 @@ def diagnosed(folder, rng, sent_m, dead_time_ms, keep=slice(None)):
     felt_N = scipy.signal.lsim(chain(mass, damper, spring), ways, fine_s)[1]
     robot_m = moved_m[::STEPS] + 5e-6 * rng.standard_normal(ROWS)
     force_N = np.interp(t_s - 1e-3 * SENSOR["delay_ms"], fine_s, felt_N) + FORCE_NOISE_N * rng.standard_normal(ROWS)
-    np.savetxt(folder / "record.csv", np.column_stack([t_s, sent_m, robot_m, force_N])[keep], delimiter=",",
+    written_m = command_step_m * np.round(sent_m / command_step_m)
+    np.savetxt(folder / "record.csv", np.column_stack([t_s, written_m, robot_m, read(force_N)])[keep], delimiter=",",
                comments="", fmt="%.12g", header="t_s,command_position_m,robot_position_m,force_N")
     (folder / "rig.toml").write_text(RIG)
     done = command("diagnose", folder / "record.csv", "--rig", folder / "rig.toml", "--out", folder / "out")

@@ -73,3 +73,15 @@ def test_few_bursts_in_a_command_that_trembles_a_little(tmp_path, dead_time_ms, 
     assert [cause["effect"] for cause in told["causes"]] == causes, told["verdict"]
     assert told["verdict"] == ("named" if causes else "nothing_detectable")
     assert told["residual"]["force_N"]["fit"]["after"] == pytest.approx(FORCE_NOISE_N, rel=0.05)
+
+
+def test_a_single_row_between_gaps_tells_nothing(tmp_path):
+    """The robot may seem to stand in it: nothing in a part so short shows that it does."""
+    rng = np.random.default_rng(9)
+    keep = np.ones(ROWS, bool)
+    for begin in np.linspace(700, ROWS - 900, 40, dtype=int):
+        keep[begin:begin + 28] = False
+        keep[begin + 7 + rng.integers(0, 3)] = True
+    told = diagnosed(tmp_path, rng, chirp(), DEAD_TIME_ms, keep)
+    assert told["verdict"] == "nothing_detectable", [block["doubts"] for block in told["blocks"]]
+    assert told["residual"]["robot_position_m"]["fit"]["after"] == pytest.approx(5e-6, rel=0.05)

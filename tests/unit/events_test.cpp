@@ -7,6 +7,7 @@
 #include "../../firmware/pi.h"
 #include "hal/rig/rig_file.h"
 #include "seeded.h"
+#include "sim_hal/diagnosis/noise/lattice_step.h"
 #include "sim_hal/diagnosis/replay/block_model.h"
 #include "sim_hal/diagnosis/samples/events.h"
 #include "sim_hal/diagnosis/samples/spikes.h"
@@ -140,6 +141,46 @@ TEST_CASE("events: a single force off the steps of all others makes no losses of
         const auto found = berth::find_quantisation(data, berth::rig{}, 0.15);
         REQUIRE(found.size() == 1);
         CHECK(found[0].values[0] == doctest::Approx(0.5).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("events: coarse steps are found beneath noise, and beside values that are off them")
+{
+    SEEDED(random, "events: coarse steps are found*");
+    const channel force{10.0, 0.05, 0.5};
+    struct spoiled {
+        double noise;
+        double astray;
+    };
+    for (const spoiled by : {spoiled{0.0, 0.03}, spoiled{0.02, 0.0}, spoiled{0.04, 0.0}, spoiled{0.02, 0.02}}) {
+        CAPTURE(by.noise);
+        CAPTURE(by.astray);
+        std::vector<double> force_N(lattice_rows);
+        for (std::size_t n = 0; n < lattice_rows; n++) {
+            const bool is_astray = seeded::uniform(random, 0.0, 1.0) < by.astray;
+            force_N[n] = force.at(random, n) + by.noise * std::sqrt(3.0) * seeded::uniform(random, -1.0, 1.0) +
+                         (is_astray ? seeded::uniform(random, -0.2, 0.2) : 0.0);
+        }
+        CHECK(berth::lattice_step(force_N) == doctest::Approx(0.5).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("events: what rests and jumps is on no steps for that")
+{
+    SEEDED(random, "events: what rests and jumps*");
+    for (int i = 0; i < 40; i++) {
+        std::vector<double> spikes(lattice_rows);
+        std::vector<double> jumps(lattice_rows);
+        double level = 0.0;
+        for (std::size_t n = 0; n < lattice_rows; n++) {
+            const double noise = seeded::uniform(random, -0.05, 0.05);
+            level = seeded::uniform(random, 0.0, 1.0) < 0.1 ? seeded::uniform(random, -3.0, 3.0) : level;
+            jumps[n] = level + noise;
+            spikes[n] = std::sin(1e-3 * static_cast<double>(n * (i + 1))) + noise +
+                        (seeded::uniform(random, 0.0, 1.0) < 0.08 ? 2.0 : 0.0);
+        }
+        CHECK(berth::lattice_step(spikes) == 0.0);
+        CHECK(berth::lattice_step(jumps) == 0.0);
     }
 }
 

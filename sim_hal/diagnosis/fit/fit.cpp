@@ -231,6 +231,13 @@ spread spread_of(problem &problem, const least_squares_result &found, double cos
     return made;
 }
 
+/* Of what coarse steps of the input leave open nothing is evidence, however little of it an effect leaves: one that
+ * smooths takes the steps out of the command, whatever the robot did. */
+double no_less_than_open(const block_model &model, const noise_model &noise, double cost, Eigen::Index rows)
+{
+    return std::max(cost, static_cast<double>(rows) * std::pow(model.open_by_input_rms() / noise.sigma, 2));
+}
+
 } // namespace
 
 fit_result fit(block_model &model, const noise_model &noise, const rig &start,
@@ -244,7 +251,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         Eigen::VectorXd residual;
         problem.residual({}, residual);
         result.rig = start;
-        result.cost = residual.squaredNorm();
+        result.cost = no_less_than_open(model, noise, residual.squaredNorm(), problem.rows());
         result.replays = 1;
     } else {
         least_squares_problem task;
@@ -268,7 +275,8 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
         const least_squares_result found = solve_least_squares(task, places);
         problem.set(found.x);
         result.rig = problem.current();
-        result.cost = found.residual.head(problem.rows()).squaredNorm();
+        result.cost =
+            no_less_than_open(model, noise, found.residual.head(problem.rows()).squaredNorm(), problem.rows());
         result.replays = found.evaluations;
         if (first_look == nullptr) {
             const double rows = std::max(1.0, static_cast<double>(problem.rows()) / noise.rows_per_fact);
@@ -290,7 +298,7 @@ double cost_of(block_model &model, const noise_model &noise, const rig &rig, row
     std::vector<double> white;
     model.error(rig, error);
     whiten(noise, error, model.uses(), use, white);
-    return sum_of_squares(white);
+    return no_less_than_open(model, noise, sum_of_squares(white), static_cast<Eigen::Index>(white.size()));
 }
 
 std::vector<free_parameter> as_known(const fit_result &fitted, const std::vector<bool> &kept)

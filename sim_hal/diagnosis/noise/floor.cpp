@@ -16,7 +16,7 @@ double precision_of(const block_model &model)
     for (const double value : model.measured()) {
         square += value * value;
     }
-    return model.rounding_rms() +
+    return std::max(model.rounding_rms(), model.open_by_input_rms()) +
            share * std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, model.measured().size())));
 }
 

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <limits>
 
+#include "lattice_step.h"
+
 namespace berth
 {
 
@@ -342,48 +344,6 @@ double rms_of(const std::vector<double> &error, const std::vector<row_use> &uses
         }
     }
     return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
-}
-
-namespace
-{
-
-bool are_multiples_of(double step, const std::vector<double> &changes, std::size_t odd_most)
-{
-    constexpr double loose = 0.25; /* of a step: half of what lies anywhere would be as near */
-    std::size_t odd = 0;
-    for (const double change : changes) {
-        const double steps = change / step;
-        odd += std::abs(steps - std::round(steps)) > std::min(loose, 0.01 + 1e-4 * steps);
-        if (odd > odd_most) {
-            return false;
-        }
-    }
-    return true;
-}
-
-} // namespace
-
-double lattice_step(const std::vector<double> &values)
-{
-    std::vector<double> changes;
-    for (std::size_t n = 1; n < values.size(); n++) {
-        if (values[n] != values[n - 1]) {
-            changes.push_back(std::abs(values[n] - values[n - 1]));
-        }
-    }
-    /* One in a hundred may lie off the steps, as a first value before all is set up: the smallest changes may be
-     * theirs. Two of about one size are tried once. */
-    const std::size_t odd_most = values.size() / 100;
-    std::vector<double> smallest(std::min(changes.size(), 1 + odd_most));
-    std::partial_sort_copy(changes.begin(), changes.end(), smallest.begin(), smallest.end());
-    double tried = 0.0;
-    for (const double step : smallest) {
-        if (step > 1.001 * tried && are_multiples_of(step, changes, odd_most)) {
-            return step;
-        }
-        tried = step;
-    }
-    return 0.0;
 }
 
 double rows_of_a_reading(const std::vector<double> &values, const std::vector<row_use> &uses)

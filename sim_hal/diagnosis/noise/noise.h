@@ -78,9 +78,6 @@ noise_model at_least(const noise_model &noise, double rms);
 
 double sum_of_squares(const std::vector<double> &values);
 
-/* The step that all changes, but for one value in a hundred, are whole numbers of; 0: there is none. */
-double lattice_step(const std::vector<double> &values);
-
 /* How many rows in use show the same reading without a break, on average of these rows. */
 double rows_of_a_reading(const std::vector<double> &values, const std::vector<row_use> &uses);
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "../../hil/setpoint_step.h"
+#include "../noise/lattice_step.h"
 #include "../replay/other_input.h"
 
 namespace berth
@@ -92,6 +93,13 @@ double rms_of_command_steps(block block, const record &data, const rig &rig, con
         value += step_m * (static_cast<double>(engine()) / 4294967296.0 - 0.5);
     }
     return rms_of_other_input(block, data, other, rig, events);
+}
+
+bool is_of_input_steps(double error_rms, double steps_rms, double noise_rms)
+{
+    constexpr double counts = 0.2; /* of the noise */
+    constexpr double hardly_more = 1.1;
+    return steps_rms > counts * noise_rms && error_rms < hardly_more * std::hypot(steps_rms, noise_rms);
 }
 
 } // namespace berth

@@ -4,33 +4,38 @@
 #include <cmath>
 #include <random>
 
+#include "../noise/lattice_step.h"
 #include "../replay/other_input.h"
 #include "measured_motion.h"
 
 namespace berth
 {
 
-double motion_noise_m(const record &data)
+double noise_from_row_to_row(const record &data, const std::vector<double> &column)
 {
     constexpr double weights[] = {1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0};
     constexpr double weights_norm = 30.397368307; /* root of the sum of their squares, 924 */
     constexpr double median_of_normal = 0.67449;  /* of its size, in standard deviations */
-    const std::vector<double> &x_m = data.robot_position_m;
-    std::vector<double> sizes_m;
+    std::vector<double> sizes;
     for (const record_segment &part : data.segments) {
         for (std::size_t n = part.begin; n + std::size(weights) <= part.end; n++) {
-            double difference_m = 0.0;
+            double difference = 0.0;
             for (std::size_t i = 0; i < std::size(weights); i++) {
-                difference_m += weights[i] * x_m[n + i];
+                difference += weights[i] * column[n + i];
             }
-            sizes_m.push_back(std::abs(difference_m));
+            sizes.push_back(std::abs(difference));
         }
     }
-    const double of_steps_m = lattice_step(data.known(x_m)) / std::sqrt(12.0);
-    if (sizes_m.empty()) {
-        return of_steps_m;
+    const double of_steps = lattice_step(data.known(column)) / std::sqrt(12.0);
+    if (sizes.empty()) {
+        return of_steps;
     }
-    return std::max(of_steps_m, median_of(std::move(sizes_m)) / (median_of_normal * weights_norm));
+    return std::max(of_steps, median_of(std::move(sizes)) / (median_of_normal * weights_norm));
+}
+
+double motion_noise_m(const record &data)
+{
+    return noise_from_row_to_row(data, data.robot_position_m);
 }
 
 double force_of_motion_noise_N(const record &data, const rig &rig, const sample_events &events)

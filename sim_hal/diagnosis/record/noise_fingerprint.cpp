@@ -7,6 +7,7 @@
 #include <limits>
 #include <unsupported/Eigen/FFT>
 
+#include "../noise/lattice_step.h"
 #include "../noise/noise.h"
 #include "written_digits.h"
 

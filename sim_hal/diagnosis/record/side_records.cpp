@@ -6,6 +6,7 @@
 #include "../../../hal/rig/rig_file.h"
 #include "../formatted.h"
 #include "../noise/floor.h"
+#include "../noise/lattice_step.h"
 
 namespace berth
 {

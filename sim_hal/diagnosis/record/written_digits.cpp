@@ -58,7 +58,8 @@ bool is_rounded(const std::vector<double> &values, double unit)
         changes.push_back(std::abs(values[n] - values[n - 1]));
         largest = std::max(largest, std::abs(values[n]));
     }
-    return !changes.empty() && unit <= std::max(chosen * largest, median_of(std::move(changes)));
+    constexpr double about = 1.001; /* changes of one unit have rounding of their own */
+    return !changes.empty() && unit <= about * std::max(chosen * largest, median_of(std::move(changes)));
 }
 
 /* Each value anywhere within half a unit; what stays the same was rounded alike. */

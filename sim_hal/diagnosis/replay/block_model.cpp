@@ -6,6 +6,7 @@
 
 #include "../../effects/active.h"
 #include "../../solver/object_steps.h"
+#include "../noise/lattice_step.h"
 
 namespace berth
 {

@@ -54,6 +54,9 @@ class block_model
 
     /* rms of the rounding to the step in which it was measured. */
     double rounding_rms() const { return rounding_rms_; }
+    /* The same, with the noise, where coarse steps of the column that drives the block leave more open; else 0. */
+    double open_by_input_rms() const { return open_by_input_rms_; }
+    void leave_open(double rms) { open_by_input_rms_ = rms; }
     /* Of rows that are missing, three or more one after the other, what drives the block is put in so coarsely that
      * it may show beside this noise, and there are too many to wait until it is over. */
     bool compares_guesses(const rig &rig, double noise_rms) const;
@@ -121,6 +124,7 @@ class block_model
     std::vector<double> simulated_;
     double rows_per_fact_ = 1.0;
     double rounding_rms_ = 0.0;
+    double open_by_input_rms_ = 0.0;
 };
 
 } // namespace berth

@@ -67,6 +67,10 @@ bool robot_at_rest::begins(const record_segment &part) const
     if (part.stands_m) {
         return true;
     }
+    const double on_the_way_s = std::max(soon_s, on_the_way_s_);
+    if (static_cast<double>(part.end - part.begin) * record_.period_s < on_the_way_s) {
+        return false; /* too short to show what comes */
+    }
     const std::vector<double> &told_m = record_.command_position_m;
     const auto rows_of = [&](double time_s) {
         const auto rows = static_cast<std::size_t>(std::ceil(time_s / record_.period_s));
@@ -77,7 +81,6 @@ bool robot_at_rest::begins(const record_segment &part) const
     if (!(std::abs(off_m) < 0.02 * range_m_ && std::abs(way_m) < 0.002 * range_m_)) {
         return false;
     }
-    const double on_the_way_s = std::max(soon_s, on_the_way_s_);
     const stand robot = stand_of(record_.robot_position_m, part.begin, rows_of(on_the_way_s) + 1);
     const stand told = stand_of(told_m, part.begin, rows_of(2.0 * on_the_way_s) + 1);
     /* At a turning point it may seem to stand, beside its setpoint. */

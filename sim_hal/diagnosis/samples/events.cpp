@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "../../../firmware/sensor_layout.h"
+#include "../noise/lattice_step.h"
 #include "../record/record_gaps.h"
 
 namespace berth

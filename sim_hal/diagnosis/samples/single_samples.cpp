@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "../noise/floor.h"
+#include "../record/command_steps.h"
 #include "../replay/driven_path.h"
 #include "lost_commands.h"
 #include "spikes.h"
@@ -80,20 +81,27 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
                          std::vector<event_finding> &found)
 {
     const sample_events before = events.fit;
-    const bool may_lose = block != block::manipulator && given.robot.clock == robot_clock::locked;
+    bool may_lose = block != block::manipulator && given.robot.clock == robot_clock::locked;
     const spikes_wanted wanted =
         input.without_switching_fault != nullptr ? spikes_wanted::of_one_size : spikes_wanted::all;
     rig base = given;
     std::vector<double> error;
+    const double steps_rms = may_lose ? rms_of_command_steps(block, *input.fit, given, events.fit) : 0.0;
     /* Each pass tunes the base with what the one before found, until they find the same. */
     constexpr int passes_max = 12;
     loss_search search{follows_setpoints(given) ? left_by_wrong_base : left_by_wrong_limit};
     for (int pass = 0; pass < passes_max; pass++) {
         block_model model(block, *input.fit, given, events.fit, held_out_parts::none);
         model.error(base, error);
-        base = fit(model, noise_of(model, error, true), base, joined(input.upstream, base_parameters(block, given)),
-                   input.options.replays_max)
-                   .rig;
+        const noise_model noise = noise_of(model, error, true);
+        base =
+            fit(model, noise, base, joined(input.upstream, base_parameters(block, given)), input.options.replays_max)
+                .rig;
+        if (steps_rms > 0.0) { /* setpoints that were rounded lead elsewhere, as lost ones do */
+            model.error(base, error);
+            may_lose =
+                may_lose && !is_of_input_steps(rms_of(error, model.uses(), row_use::fit), steps_rms, noise.rms);
+        }
         const std::vector<std::uint8_t> lost_before = std::exchange(events.fit, before).lost_command;
         std::vector<event_finding> now;
         if (may_lose) {

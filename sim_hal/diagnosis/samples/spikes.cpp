@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "../noise/lattice_step.h"
+
 namespace berth
 {
 

@@ -7,6 +7,7 @@
 
 #include "../noise/floor.h"
 #include "../record/command_steps.h"
+#include "../record/motion_noise.h"
 #include "../record/written_digits.h"
 #include "../samples/clock_slips.h"
 
@@ -28,6 +29,7 @@ block_search::block_search(block block, const diagnosis_input &input, const rig 
 void block_search::run(block_diagnosis &result)
 {
     model_.error(given_, result.error_before);
+    look_at_command_steps();
     fit_base();
     if (balance_parts()) {
         fit_base();
@@ -35,9 +37,9 @@ void block_search::run(block_diagnosis &result)
     base_ = incumbent_;
     retuned_ = base_.rig;
     rate_base(result);
-    input_steps_rms_ = model_.which() == block::manipulator
-                           ? rms_of_written_digits(model_, retuned_)
-                           : rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
+    if (model_.which() == block::manipulator) {
+        input_steps_rms_ = rms_of_written_digits(model_, retuned_);
+    }
     const bool is_rounding = is_within_rounding();
     is_rest_ = is_rest_of_switching() || is_rounding || is_of_our_steps(model_);
     const int rounds_max = 2 * input_.effects_max; /* what stood in for another one makes room for a further one */
@@ -60,13 +62,27 @@ std::vector<free_parameter> block_search::own_parameters() const
     return joined(input_.upstream, base_parameters(model_.which(), given_));
 }
 
+void block_search::look_at_command_steps()
+{
+    if (model_.which() == block::manipulator) {
+        return;
+    }
+    constexpr double hardly_more = 1.1; /* another rounding of them may leave as much */
+    input_steps_rms_ = rms_of_command_steps(model_.which(), model_.data(), given_, events_.fit);
+    const double noise_rms = input_steps_rms_ > 0.0 ? noise_from_row_to_row(model_.data(), model_.measured()) : 0.0;
+    if (is_of_input_steps(0.0, input_steps_rms_, noise_rms)) {
+        model_.leave_open(hardly_more * std::hypot(input_steps_rms_, noise_rms));
+    }
+}
+
 void block_search::fit_base()
 {
     const auto parameters = own_parameters();
     std::vector<double> error;
     model_.error(given_, error);
     const bool has_measured = input_.floor && model_.rows_per_fact() == 1.0;
-    noise_ = has_measured ? at_least(*input_.floor, model_.rounding_rms()) : noise_of(model_, error, true);
+    noise_ = has_measured ? at_least(*input_.floor, std::max(model_.rounding_rms(), model_.open_by_input_rms()))
+                          : noise_of(model_, error, true);
     incumbent_.rig = given_;
     if (is_behind_slips()) {
         uses_with_slips_ = model_.uses();
@@ -200,10 +216,9 @@ bool block_search::stands_within_its_step()
 
 bool block_search::is_within_input_steps()
 {
-    constexpr double counts = 0.2; /* of the noise */
-    constexpr double hardly_more = 1.1;
-    return input_steps_rms_ > counts * noise_.rms && rms_of(error_left(), model_.uses(), row_use::fit) <
-                                                         hardly_more * std::hypot(input_steps_rms_, noise_.rms);
+    const double noise_rms =
+        model_.which() == block::manipulator ? noise_.rms : noise_from_row_to_row(model_.data(), model_.measured());
+    return is_of_input_steps(rms_of(error_left(), model_.uses(), row_use::fit), input_steps_rms_, noise_rms);
 }
 
 noise_model block_search::metric_for(const rig &rig)
