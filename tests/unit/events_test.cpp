@@ -165,22 +165,25 @@ TEST_CASE("events: coarse steps are found beneath noise, and beside values that 
     }
 }
 
-TEST_CASE("events: what rests and jumps is on no steps for that")
+TEST_CASE("events: what rests, jumps or is held by a limit is on no steps for that")
 {
-    SEEDED(random, "events: what rests and jumps*");
+    SEEDED(random, "events: what rests, jumps or is held*");
     for (int i = 0; i < 40; i++) {
         std::vector<double> spikes(lattice_rows);
         std::vector<double> jumps(lattice_rows);
+        std::vector<double> limited(lattice_rows);
         double level = 0.0;
         for (std::size_t n = 0; n < lattice_rows; n++) {
             const double noise = seeded::uniform(random, -0.05, 0.05);
             level = seeded::uniform(random, 0.0, 1.0) < 0.1 ? seeded::uniform(random, -3.0, 3.0) : level;
             jumps[n] = level + noise;
+            limited[n] = std::clamp(3.0 * std::sin(1e-2 * static_cast<double>(n)), -1.0, 1.0) + 1e-2 * noise;
             spikes[n] = std::sin(1e-3 * static_cast<double>(n * (i + 1))) + noise +
                         (seeded::uniform(random, 0.0, 1.0) < 0.08 ? 2.0 : 0.0);
         }
         CHECK(berth::lattice_step(spikes) == 0.0);
         CHECK(berth::lattice_step(jumps) == 0.0);
+        CHECK(berth::lattice_step(limited) == 0.0);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <Eigen/Dense>
+#include <map>
 
 #include "../../../firmware/pi.h"
 
@@ -112,14 +113,34 @@ double step_through(const std::vector<double> &level, const std::vector<double> 
     return (off * Eigen::Map<const Eigen::ArrayXd>(values.data(), size)).sum() / off.square().sum();
 }
 
-/* The values, and not their changes alone, as those of a spike are, lie on more than one level of the steps: the
- * step with which they do so best. */
+/* Besides those on the most frequent level, where a signal rests, and at its ends, where a limit holds it. */
+bool are_on_levels(const std::vector<double> &level, const std::vector<double> &values, double step)
+{
+    constexpr double on_them = 0.75;
+    constexpr double enough = 0.05;
+    const auto [lowest, highest] = std::minmax_element(level.begin(), level.end());
+    std::map<double, std::size_t> rows_on;
+    for (const double one : level) {
+        rows_on[one]++;
+    }
+    const auto rest = std::max_element(rows_on.begin(), rows_on.end(),
+                                       [](const auto &a, const auto &b) { return a.second < b.second; });
+    std::vector<double> others;
+    for (std::size_t n = 0; n < values.size(); n++) {
+        if (level[n] != *lowest && level[n] != *highest && level[n] != rest->first) {
+            others.push_back(values[n]);
+        }
+    }
+    return static_cast<double>(others.size()) > enough * static_cast<double>(values.size()) &&
+           std::abs(phase_about(step, others)) > on_them;
+}
+
+/* The values, and not their changes alone, as those of a spike are, lie on several levels: the step with which they
+ * do so best. */
 double step_of_levels(double step, const std::vector<double> &values)
 {
     constexpr double uncertain = 0.01; /* of the step, as `adjusted` knows it from the changes */
     constexpr double levels_max = 2000.0;
-    constexpr double on_them = 0.75;
-    constexpr double one_level_most = 0.9;
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
     const double levels = (*largest - *least) / step;
     if (levels > levels_max) {
@@ -139,11 +160,7 @@ double step_of_levels(double step, const std::vector<double> &values)
     for (const double value : values) {
         level.push_back(std::round((value - offset) / best));
     }
-    std::vector<double> sorted = level;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const auto most = std::count(level.begin(), level.end(), sorted[sorted.size() / 2]);
-    const bool is_one = static_cast<double>(most) > one_level_most * static_cast<double>(level.size());
-    return std::abs(phase) > on_them && !is_one ? step_through(level, values) : 0.0;
+    return are_on_levels(level, values, best) ? step_through(level, values) : 0.0;
 }
 
 /* Coarse, with values off the steps or noise upon them. */
