@@ -47,7 +47,7 @@ namespace
 /* Moves drift and phase of the fitted rig so that the slips fall where the block shows them. */
 void put_slips_in_place(block_model &model, fit_result &fitted, const slip_search &search)
 {
-    constexpr int rounds = 3;
+    constexpr int rounds = 5;
     bool leads_on = true;
     for (int round = 0; round < rounds && leads_on; round++) {
         const slip_answers slips = answers_to_slips(fitted.rig, model.data(), search);

@@ -36,7 +36,8 @@ class slip_table
     slip_table(block_model &model, const rig &rig, const slip_answers &slips, double ticks_step,
                const clock_ways &ways);
 
-    /* Moves phase and drift so that the sum over all slips is least; true: it may be less further on. */
+    /* Moves phase and drift so that the sum over all slips is least; true: near the ends of what was tried, so that
+     * it may be less further on. */
     bool apply_best(rig &rig, const clock_ways &ways) const;
 
     struct width {
