@@ -156,10 +156,9 @@ double step_of_levels(double step, const std::vector<double> &values)
     }
     const std::complex<double> phase = phase_about(best, values);
     const double offset = std::arg(phase) / (2.0 * pi) * best;
-    std::vector<double> level;
-    for (const double value : values) {
-        level.push_back(std::round((value - offset) / best));
-    }
+    std::vector<double> level(values.size());
+    std::transform(values.begin(), values.end(), level.begin(),
+                   [&](double value) { return std::round((value - offset) / best); });
     return are_on_levels(level, values, best) ? step_through(level, values) : 0.0;
 }
 
