@@ -174,11 +174,15 @@ def test_rows_are_put_back_by_their_place_and_not_by_stamps_that_jitter(tmp_path
 
 def test_a_record_beside_that_cannot_be_used_is_refused(tmp_path, faultless):
     record = write(tmp_path / "record.csv", **faultless)
-    moving = write(tmp_path / "moving.csv", **(faultless | {"command_position_m": 1.5 * faultless["command_position_m"]}))
-    no_command = write(tmp_path / "force.csv", t_s=faultless["t_s"], force_N=faultless["force_N"])
-    for option, other, words in [("--repeat", moving, "repeats no command"), ("--standstill", moving, "is no standstill"),
+    rng = np.random.default_rng(4)  # noise of their own, or they would be no other measurement
+    other = {name: faultless[name] + size * rng.standard_normal(len(faultless["t_s"]))
+             for name, size in (("robot_position_m", 5e-5), ("force_N", 2.0))}
+    moving = write(tmp_path / "moving.csv",
+                   **(faultless | other | {"command_position_m": 1.5 * faultless["command_position_m"]}))
+    no_command = write(tmp_path / "force.csv", t_s=faultless["t_s"], force_N=other["force_N"])
+    for option, file, words in [("--repeat", moving, "repeats no command"), ("--standstill", moving, "is no standstill"),
                                  ("--validate", no_command, "no block in common")]:
-        refused(tmp_path, record, "--rig", "ess", option, other, contains=[str(other), words])
+        refused(tmp_path, record, "--rig", "ess", option, file, contains=[str(file), words])
 
 
 def test_stamps_that_no_rate_suits(tmp_path, faultless):
