@@ -148,9 +148,12 @@ double step_of_levels(double step, const std::vector<double> &values)
     }
     const auto trials = static_cast<int>(std::ceil(4.0 * uncertain * levels));
     double best = step;
+    double most = 0.0;
     for (int trial = -trials; trial <= trials; trial++) {
         const double tried = step * (1.0 + uncertain * trial / std::max(1, trials));
-        if (std::abs(phase_about(tried, values)) > std::abs(phase_about(best, values))) {
+        const double on_levels = std::abs(phase_about(tried, values));
+        if (on_levels > most) {
+            most = on_levels;
             best = tried;
         }
     }

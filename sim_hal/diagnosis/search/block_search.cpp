@@ -216,6 +216,9 @@ bool block_search::stands_within_its_step()
 
 bool block_search::is_within_input_steps()
 {
+    if (input_steps_rms_ == 0.0) {
+        return false;
+    }
     const double noise_rms =
         model_.which() == block::manipulator ? noise_.rms : noise_from_row_to_row(model_.data(), model_.measured());
     return is_of_input_steps(rms_of(error_left(), model_.uses(), row_use::fit), input_steps_rms_, noise_rms);
