@@ -31,9 +31,8 @@ void tell_sample_age(diagnosis &result, const rig &given)
 
 void tell_input_steps(diagnosis &result)
 {
-    constexpr double counts = 0.2; /* of the noise */
     for (const block_diagnosis &block : result.blocks) {
-        if (block.input_steps_rms > counts * block.floor.rms) {
+        if (is_open_by_input_steps(block)) {
             const auto which = static_cast<std::size_t>(block.block);
             const std::string few = columns_with_few_digits(result.data);
             if (block.block == block::manipulator && few.empty()) {

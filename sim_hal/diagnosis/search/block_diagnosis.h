@@ -86,6 +86,13 @@ struct block_diagnosis {
     bool force_decided = false;   /* of a robot: which of the causes it is that its reports cannot tell apart */
 };
 
+/* What too few digits of its input leave open counts beside its noise. */
+inline bool is_open_by_input_steps(const block_diagnosis &block)
+{
+    constexpr double counts = 0.2; /* of the noise */
+    return block.input_steps_rms > counts * block.floor.rms;
+}
+
 struct diagnosis_input {
     const record *fit = nullptr;
     const record *validation = nullptr; /* or parts of `fit` are held out */

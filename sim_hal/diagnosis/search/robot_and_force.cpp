@@ -186,8 +186,7 @@ void ask_force_about_robot(block_diagnosis &robot, block_diagnosis &force, event
     if (has(force, lost_commands)) {
         let_losses_explain_robot(robot, force, events, robot_start, force_start, as_given);
     }
-    constexpr double counts = 0.2;
-    if (force.input_steps_rms > counts * force.floor.rms) {
+    if (is_open_by_input_steps(force)) {
         return; /* what smooths a coarse command takes its steps out of the force, whatever the robot did */
     }
     const bool force_is_clear = force.verdict == verdict::nothing_detectable || force.verdict == verdict::named;
