@@ -232,29 +232,72 @@ TEST_CASE("events: beside a robot that switches, samples thrown off are spikes o
 namespace
 {
 
+std::size_t count_of_spikes(const std::vector<double> &force_N, const std::vector<double> &error_N)
+{
+    const berth::sample_events none{};
+    const berth::rig rig = berth::load_rig("ess", {});
+    berth::record data = empty_record(force_N.size());
+    data.force_N = force_N;
+    data.command_position_m.assign(force_N.size(), 0.0);
+    const berth::block_model model(berth::block::force, data, rig, none, berth::held_out_parts::none);
+    berth::sample_events events;
+    const auto found = berth::find_spikes(model, error_N, events);
+    return found.empty() ? 0 : found.front().count;
+}
+
 /* How many spikes are found in noise of `noise_N` with samples thrown off by 3 N, where `is_thrown` says so. The
  * sensor stands still where `is_held` does. */
 template <typename Thrown, typename Held>
 std::size_t spikes_in(seeded::engine &random, double noise_N, Thrown is_thrown, Held is_held)
 {
     constexpr std::size_t rows = 8000;
-    const berth::sample_events none{};
-    const berth::rig rig = berth::load_rig("ess", {});
-    berth::record data = empty_record(rows);
     const channel noise{0.0, noise_N, 1e-6};
-    std::vector<double> error(rows);
+    std::vector<double> error_N(rows);
     for (std::size_t n = 0; n < rows; n++) {
-        error[n] = is_held(n) ? 0.0 : noise.at(random, n) + (is_thrown(n) ? (n % 2 == 0 ? 3.0 : -3.0) : 0.0);
+        error_N[n] = is_held(n) ? 0.0 : noise.at(random, n) + (is_thrown(n) ? (n % 2 == 0 ? 3.0 : -3.0) : 0.0);
     }
-    data.force_N = error;
-    data.command_position_m.assign(rows, 0.0);
-    const berth::block_model model(berth::block::force, data, rig, none, berth::held_out_parts::none);
-    berth::sample_events events;
-    const auto found = berth::find_spikes(model, error, events);
-    return found.empty() ? 0 : found.front().count;
+    return count_of_spikes(error_N, error_N);
 }
 
 } // namespace
+
+TEST_CASE("events: noise that is louder now and then is no spike")
+{
+    SEEDED(random, "events: noise that is*");
+    constexpr std::size_t rows = 8000;
+    const channel quiet{0.0, 0.05, 1e-6};
+    const channel loud{0.0, 1.0, 1e-6};
+    std::vector<double> error_N(rows);
+    for (std::size_t n = 0; n < rows; n++) {
+        error_N[n] = (n % 2000 < 1000 ? loud : quiet).at(random, n);
+    }
+    CHECK(count_of_spikes(error_N, error_N) == 0);
+    for (std::size_t n = 100; n < rows; n += 200) {
+        error_N[n] += 20.0;
+    }
+    CHECK(count_of_spikes(error_N, error_N) >= 35);
+}
+
+TEST_CASE("events: a sample that was held where the force turns is no spike")
+{
+    SEEDED(random, "events: a sample that was*");
+    constexpr std::size_t rows = 8000;
+    const channel noise{0.0, 0.05, 1e-6};
+    std::vector<double> force_N(rows);
+    std::vector<double> error_N(rows);
+    for (const bool is_held : {true, false}) {
+        for (std::size_t n = 0; n < rows; n++) {
+            const double true_N = 30.0 * std::cos(0.25 * std::acos(-1.0) * static_cast<double>(n));
+            force_N[n] = true_N + noise.at(random, n);
+            if (n % 200 == 80) { /* at the top, where the neighbours are 8.8 N lower */
+                force_N[n] = is_held ? force_N[n - 1] : true_N - 9.0;
+            }
+            error_N[n] = force_N[n] - true_N;
+        }
+        const std::size_t found = count_of_spikes(force_N, error_N);
+        CHECK((is_held ? found == 0 : found >= 35));
+    }
+}
 
 TEST_CASE("events: what comes in a few bursts is no spike")
 {

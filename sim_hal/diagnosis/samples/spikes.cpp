@@ -12,6 +12,8 @@ namespace berth
 namespace
 {
 
+constexpr double sigma_of_median = 1.4826; /* of the sizes of a normal noise */
+
 /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike.
  */
 bool is_calm(const std::vector<double> &force_N, std::size_t n, double off_N)
@@ -76,6 +78,31 @@ bool are_scattered(const std::vector<std::uint8_t> &rows)
            share * static_cast<double>(count) * std::exp(-often * static_cast<double>(near));
 }
 
+/* The noise about each sample, of how far those within a quarter of a second are off. What grows with the motion, as
+ * what the steps of a coarse command leave open, is loud there and no spike for being quiet where the robot rests.
+ */
+std::vector<double> sigma_about(const std::vector<double> &off)
+{
+    constexpr std::size_t stretch = 64; /* samples */
+    std::vector<double> of_stretch;
+    for (std::size_t begin = 0; begin < off.size(); begin += stretch) {
+        std::vector<double> sizes;
+        for (std::size_t n = begin; n < std::min(begin + stretch, off.size()); n++) {
+            if (off[n] != 0.0) {
+                sizes.push_back(std::abs(off[n]));
+            }
+        }
+        of_stretch.push_back(sizes.empty() ? 0.0 : sigma_of_median * median_of(std::move(sizes)));
+    }
+    std::vector<double> sigma(off.size());
+    for (std::size_t n = 0; n < off.size(); n++) {
+        const std::size_t at = n / stretch;
+        sigma[n] = std::max({of_stretch[at], at > 0 ? of_stretch[at - 1] : 0.0,
+                             at + 1 < of_stretch.size() ? of_stretch[at + 1] : 0.0});
+    }
+    return sigma;
+}
+
 class spike_finder
 {
   public:
@@ -93,7 +120,8 @@ class spike_finder
             }
         }
         tried = sizes.size();
-        sigma_N = 1.4826 * median_of(sizes);
+        sigma_N = sigma_of_median * median_of(sizes);
+        sigma_about_N_ = sigma_about(off_);
         far_N_ = std::max(spike_far_sd * sigma_N, 2.0 * lattice_step(model.data().known(model.data().force_N)));
     }
 
@@ -101,7 +129,7 @@ class spike_finder
     void find_alone()
     {
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
-            if (std::abs(off_[n]) > far_N_ && is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 2) {
+            if (is_far(n) && is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 2) {
                 add(n, std::abs(off_[n]));
             }
         }
@@ -117,8 +145,8 @@ class spike_finder
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
             const double size_N = std::abs(off_[n]);
             const bool is_level = std::abs(of_.error[n + 1] - of_.error[n - 1]) < 0.25 * size_N;
-            if (rows[of_.row[n]] == 0 && is_as_large(size_N) && is_level && is_calm(of_.force_N, n, off_[n]) &&
-                spike_sides(off_, n) == 1) {
+            if (rows[of_.row[n]] == 0 && is_as_large(size_N) && is_level && !is_held(n) &&
+                is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 1) {
                 add(n, size_N);
             }
         }
@@ -137,6 +165,14 @@ class spike_finder
     {
         rows[of_.row[n]] = 1;
         amplitudes.push_back(size_N);
+    }
+
+    /* A sample that did not come is as far off on a way that turns there. */
+    bool is_held(std::size_t n) const { return of_.force_N[n] == of_.force_N[n - 1]; }
+
+    bool is_far(std::size_t n) const
+    {
+        return std::abs(off_[n]) > std::max(far_N_, spike_far_sd * sigma_about_N_[n]) && !is_held(n);
     }
 
     bool is_as_large(double size_N) const { return size_N > least_N_ && size_N < largest_N_; }
@@ -162,6 +198,7 @@ class spike_finder
 
     own_samples of_;
     std::vector<double> off_; /* of each sample from the middle of its neighbours */
+    std::vector<double> sigma_about_N_;
     double far_N_;
     double least_N_ = 0.0;
     double largest_N_ = 0.0;
