@@ -120,6 +120,39 @@ TEST_CASE("noise fingerprint: what a command of white noise makes a robot do aga
     CHECK_FALSE(copy_of(motion, motion, cause));
 }
 
+/* What a stiff sensor feels of a robot whose dead band of 0.15 mm makes stairs of the motion. */
+series felt_on_stairs(const series &command)
+{
+    series felt(command.size(), 0.0);
+    double position = command.front();
+    for (std::size_t n = 2; n < command.size(); n++) {
+        const double before = position;
+        if (std::abs(command[n] - position) > 1.5e-4) {
+            position = command[n];
+        }
+        felt[n] = 1.3 * felt[n - 1] - 0.8 * felt[n - 2] + 2e5 * (position - before);
+    }
+    return felt;
+}
+
+TEST_CASE("noise fingerprint: stairs that a dead band makes twice are no noise, a copy of them is one")
+{
+    SEEDED(random, "noise fingerprint: stairs*");
+    series command(record_rows);
+    for (std::size_t n = 0; n < record_rows; n++) {
+        const double time_s = sample_period_s * static_cast<double>(n);
+        command[n] = 0.01 * std::sin(berth::two_pi * (0.1 + 0.05 * time_s) * time_s);
+    }
+    for (const double noise_N : {1.0, 2.0, 3.0}) {
+        CAPTURE(noise_N);
+        const series first = noisy(felt_on_stairs(command), noise_N, random);
+        CHECK_FALSE(copy_of(first, noisy(felt_on_stairs(command), noise_N, random), command));
+        CHECK(copy_of(first, first, command));
+        CHECK(copy_of(first, rounded(first, noise_N), command));
+        CHECK(copy_of(first, noisy(first, 0.02 * noise_N, random), command));
+    }
+}
+
 TEST_CASE("noise fingerprint: rest, a limit and rows that were filled in are no noise")
 {
     SEEDED(random, "noise fingerprint: rest*");

@@ -136,23 +136,23 @@ lay lay_of(const std::vector<double> &first, const std::vector<double> &other, s
     return {shift, std::max<std::ptrdiff_t>(0, shift), std::min(rows, others + shift)};
 }
 
-struct shared_signs {
-    double share = 0.0; /* below zero: more of them differ */
-    double rows = 0.0;
-};
+/* 1 where both have the same sign in the first one's row n, -1 where they differ. */
+double sign_of_both(const fingerprint &first, const fingerprint &other, std::ptrdiff_t n, const lay &at)
+{
+    return first.signs[static_cast<std::size_t>(n)] * other.signs[static_cast<std::size_t>(n - at.shift)];
+}
 
-/* Over the rows in which both have a sign. */
-shared_signs shared_at(const fingerprint &first, const fingerprint &other, const lay &at)
+/* Over the rows in which both have a sign; below zero: more of them differ. */
+double shared_at(const fingerprint &first, const fingerprint &other, const lay &at)
 {
     double sum = 0.0;
     double rows = 0.0;
     for (std::ptrdiff_t n = at.begin; n < at.end; n++) {
-        const double both =
-            first.signs[static_cast<std::size_t>(n)] * other.signs[static_cast<std::size_t>(n - at.shift)];
+        const double both = sign_of_both(first, other, n, at);
         sum += both;
         rows += std::abs(both);
     }
-    return {rows >= static_cast<double>(overlap_least) ? sum / rows : 0.0, rows};
+    return rows >= static_cast<double>(overlap_least) ? sum / rows : 0.0;
 }
 
 /* Sums of the products of the signs at each shift, those below zero at the end. */
@@ -218,7 +218,7 @@ bool is_telling(const measured_signal &signal, const fingerprint &made, double s
                                                 static_cast<Eigen::Index>(signal.values.size()));
     const double size = std::sqrt(all.squaredNorm() / static_cast<double>(all.size()));
     return made.noise_rms > std::max(least_of_step * step, least_of_size * size) &&
-           std::abs(shared_at(made, made, best_lay(made, made, 1)).share) < shared_least;
+           std::abs(shared_at(made, made, best_lay(made, made, 1))) < shared_least;
 }
 
 /* Of two signals in different steps, the finer one has what can be told. */
@@ -251,18 +251,130 @@ struct column_prints {
     fingerprint other;
 };
 
-/* The lay that one column shows, where no other one speaks against it. */
-std::optional<copy_found> copy_of(const std::vector<column_prints> &columns, bool is_backwards)
+/* By what their own past does not tell, whatever it answers to: a command that is repeated with its coarse steps
+ * brings them to both in all else that it tells. */
+bool share_news_of_own_past(measured_signal first, measured_signal other, const lay &at)
 {
-    constexpr double beyond_chance = 6.0; /* standard deviations */
+    first.cause.clear();
+    other.cause.clear();
+    return std::abs(shared_at(fingerprint_of(first), fingerprint_of(other), at)) >= shared_least;
+}
+
+/* In most rows both answer to the same command there. */
+bool is_same_cause(const measured_signal &first, const measured_signal &other, const lay &at)
+{
+    constexpr double same = 1e-6; /* of the largest change */
+    constexpr double most = 0.5; /* of the rows */
+    if (first.cause.empty() || other.cause.empty()) {
+        return false;
+    }
+    double largest = 0.0;
+    for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
+        largest = std::max(largest, std::abs(change(first.cause, static_cast<std::size_t>(n))));
+    }
+    std::ptrdiff_t rows = 0;
+    for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
+        const double here = change(first.cause, static_cast<std::size_t>(n));
+        const double there = change(other.cause, static_cast<std::size_t>(n - at.shift));
+        rows += std::abs(here - there) <= same * largest;
+    }
+    return static_cast<double>(rows) > most * static_cast<double>(at.end - at.begin - 1);
+}
+
+/* The mean squares of the news over stretches, sorted, and the signs that both share in the quietest of them. */
+struct quiet_stretches {
+    std::vector<double> squares;
+    double share = 0.0;
+};
+
+quiet_stretches quiet_stretches_of(const fingerprint &first, const fingerprint &other, const lay &at)
+{
+    constexpr std::ptrdiff_t stretch = 32; /* rows, over which the rms of noise is known to an eighth */
+    std::vector<std::pair<double, std::ptrdiff_t>> found;
+    for (std::ptrdiff_t begin = at.begin; begin + stretch <= at.end; begin += stretch) {
+        double square = 0.0;
+        for (std::ptrdiff_t n = begin; n < begin + stretch; n++) {
+            square += std::pow(first.news[static_cast<std::size_t>(n)], 2);
+        }
+        found.emplace_back(square, begin);
+    }
+    std::sort(found.begin(), found.end());
+    quiet_stretches made;
+    double sum = 0.0;
+    double rows = 0.0;
+    for (const auto &[square, begin] : found) {
+        if (made.squares.size() <= found.size() / 10) {
+            for (std::ptrdiff_t n = begin; n < begin + stretch; n++) {
+                const double both = sign_of_both(first, other, n, at);
+                sum += both;
+                rows += std::abs(both);
+            }
+        }
+        made.squares.push_back(square);
+    }
+    made.share = rows > 0.0 ? std::abs(sum / rows) : 0.0;
+    return made;
+}
+
+/* Noise is about as large all along, what steps and jerks of a motion bring is not. */
+bool is_even(const std::vector<double> &sorted_squares)
+{
+    constexpr double even = 2.0; /* of noise 1.7 */
+    const std::size_t few = sorted_squares.size() / 50;
+    return sorted_squares.empty() ||
+           sorted_squares[sorted_squares.size() - 1 - few] < even * even * sorted_squares[few];
+}
+
+/* A copy, but for what rounds both. */
+bool differ_by_rounding(const measured_signal &first, const measured_signal &other, const lay &at)
+{
+    constexpr double of_step = 0.8; /* rms of a change: 0.6 where both are rounded, 1.2 beside noise that can tell */
+    double square = 0.0;
+    double product = 0.0;
+    double square_of_other = 0.0;
+    for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
+        const double here = change(first.values, static_cast<std::size_t>(n));
+        const double there = change(other.values, static_cast<std::size_t>(n - at.shift));
+        square += here * here;
+        product += here * there;
+        square_of_other += there * there;
+    }
+    const double factor = product / square;
+    const double rms =
+        std::sqrt(std::max(0.0, square_of_other - factor * product) / static_cast<double>(at.end - at.begin - 1));
+    return rms < of_step * std::max(step_of(first.values) * std::abs(factor), step_of(other.values));
+}
+
+/* Two measurements of the same command have all in common that it brings about, be it as jerky as steps, play and a
+ * dead band make it: only noise is their own. Where the news are quietest they are noise, or nearly so; a copy
+ * shares them there, too, and what differs by no more than rounding is one. */
+bool may_be_repetition(const measured_signal &first, const fingerprint &news, const measured_signal &other,
+                       const fingerprint &other_news, const lay &at)
+{
+    constexpr double nearly_all = 0.9;
+    if (!is_same_cause(first, other, at) || differ_by_rounding(first, other, at)) {
+        return false;
+    }
+    const quiet_stretches quiet = quiet_stretches_of(news, other_news, at);
+    return quiet.share < (is_even(quiet.squares) ? shared_least : nearly_all);
+}
+
+/* The lay that one column shows, where every other one shows it, too. */
+std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
+                                  const std::vector<measured_signal> &first,
+                                  const std::vector<measured_signal> &others, bool is_backwards)
+{
     for (const column_prints &column : columns) {
         const lay at = best_lay(column.first, column.other, std::numeric_limits<std::ptrdiff_t>::min());
-        const double share = shared_at(column.first, column.other, at).share;
-        const bool is_copy = std::abs(share) >= shared_least &&
-                             std::all_of(columns.begin(), columns.end(), [&at](const column_prints &each) {
-                                 const shared_signs shared = shared_at(each.first, each.other, at);
-                                 return std::abs(shared.share) * std::sqrt(shared.rows) > beyond_chance;
-                             });
+        const bool is_copy = std::all_of(columns.begin(), columns.end(), [&](const column_prints &each) {
+            if (std::abs(shared_at(each.first, each.other, at)) < shared_least) {
+                return false;
+            }
+            const measured_signal &one = first[each.column];
+            const measured_signal other = is_backwards ? others[each.column].backwards() : others[each.column];
+            return share_news_of_own_past(one, other, at) &&
+                   !may_be_repetition(one, each.first, other, each.other, at);
+        });
         if (is_copy) {
             const auto rows = static_cast<std::ptrdiff_t>(column.other.signs.size());
             return copy_found{column.column, is_backwards ? at.shift + rows - 1 : at.shift, is_backwards,
@@ -293,14 +405,14 @@ std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
             columns.push_back(std::move(both));
         }
     }
-    const auto forwards = copy_of(columns, false);
+    const auto forwards = copy_of(columns, first, others, false);
     if (forwards) {
         return forwards;
     }
     for (column_prints &both : columns) {
         both.other = fingerprint_of(others[both.column].backwards());
     }
-    return copy_of(columns, true);
+    return copy_of(columns, first, others, true);
 }
 
 } // namespace berth
