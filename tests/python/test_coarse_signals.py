@@ -32,6 +32,17 @@ def test_beside_a_coarse_command_a_cause_is_named(tmp_path):
     assert cause["parameters"][0]["value"] == pytest.approx(16.0, abs=0.2)
 
 
+@pytest.mark.parametrize("step_m", [2e-5, 1e-4])
+def test_coarse_steps_that_were_sent_hide_nothing(tmp_path, step_m):
+    """A controller may count in them: then they are what the robot was sent, and nothing is open."""
+    rng = np.random.default_rng(6)
+    sent_m = step_m * np.round(wandering(rng) / step_m)
+    told = diagnosed(tmp_path, rng, sent_m, DEAD_TIME_ms, command_step_m=step_m, read=lambda force_N: force_N + 2.0)
+    assert [cause["effect"] for cause in told["causes"]] == ["sensor.bias"] and told["verdict"] == "named"
+    assert told["causes"][0]["parameters"][0]["value"] == pytest.approx(2.0, abs=0.05)
+    assert not any("is written in steps of" in note for note in told["notes"])
+
+
 def stepped(rng, step_N, noise_N=0.0, astray=0.0):
     """In steps; with noise upon them, and a share of the values off them."""
     def read(force_N):

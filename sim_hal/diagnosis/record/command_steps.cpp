@@ -70,6 +70,26 @@ bool goes_at_one_rate(const std::vector<double> &x)
     return static_cast<double>(alike) > share * count && static_cast<double>(turns) < few * count;
 }
 
+/* Means over a twentieth of a second, as far as half a step allows. */
+std::vector<double> smooth_within_steps(const record &data, double step_m)
+{
+    const std::vector<double> &x = data.command_position_m;
+    const auto side = static_cast<std::size_t>(std::max(1.0, std::round(0.025 / data.period_s)));
+    std::vector<double> smooth = x;
+    for (const record_segment &part : data.segments) {
+        for (std::size_t n = part.begin; n < part.end; n++) {
+            const std::size_t reach = std::min({side, n - part.begin, part.end - 1 - n});
+            double sum = 0.0;
+            for (std::size_t k = n - reach; k <= n + reach; k++) {
+                sum += x[k];
+            }
+            const double mean = sum / static_cast<double>(2 * reach + 1);
+            smooth[n] = std::clamp(mean, x[n] - 0.5 * step_m, x[n] + 0.5 * step_m);
+        }
+    }
+    return smooth;
+}
+
 } // namespace
 
 double command_step_m(const record &data, const rig &rig)
@@ -93,6 +113,24 @@ double rms_of_command_steps(block block, const record &data, const rig &rig, con
         value += step_m * (static_cast<double>(engine()) / 4294967296.0 - 0.5);
     }
     return rms_of_other_input(block, data, other, rig, events);
+}
+
+bool were_steps_sent(block block, const record &data, const rig &rig, const sample_events &events)
+{
+    constexpr double clearly = 0.5;
+    const double step_m = command_step_m(data, rig);
+    if (step_m == 0.0 || block == block::manipulator) {
+        return false;
+    }
+    record smooth = data;
+    smooth.command_position_m = smooth_within_steps(data, step_m);
+    const auto rms_with = [&](const record &command) {
+        block_model model(block, command, rig, events, held_out_parts::none);
+        std::vector<double> error;
+        model.error(rig, error);
+        return rms_of(error, model.uses(), row_use::fit);
+    };
+    return rms_with(data) < clearly * rms_with(smooth);
 }
 
 bool is_of_input_steps(double error_rms, double steps_rms, double noise_rms)

@@ -15,6 +15,10 @@ double command_step_m(const record &data, const rig &rig);
  * roundings. 0 where the command has no coarse steps or is the output itself. */
 double rms_of_command_steps(block block, const record &data, const rig &rig, const sample_events &events);
 
+/* The steps themselves were what the robot was sent, as by a controller that counts in them: in their place a smooth
+ * command, nowhere off them by more than half of one, makes the block's error twice as large. */
+bool were_steps_sent(block block, const record &data, const rig &rig, const sample_events &events);
+
 /* An error that the steps of the input, with the noise, leave open as it is: what explains it explains rounding. */
 bool is_of_input_steps(double error_rms, double steps_rms, double noise_rms);
 

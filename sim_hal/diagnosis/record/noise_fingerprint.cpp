@@ -264,7 +264,7 @@ bool share_news_of_own_past(measured_signal first, measured_signal other, const 
 bool is_same_cause(const measured_signal &first, const measured_signal &other, const lay &at)
 {
     constexpr double same = 1e-6; /* of the largest change */
-    constexpr double most = 0.5; /* of the rows */
+    constexpr double most = 0.5;  /* of the rows */
     if (first.cause.empty() || other.cause.empty()) {
         return false;
     }

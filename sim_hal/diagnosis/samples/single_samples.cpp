@@ -97,7 +97,9 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
         base =
             fit(model, noise, base, joined(input.upstream, base_parameters(block, given)), input.options.replays_max)
                 .rig;
-        if (steps_rms > 0.0) { /* setpoints that were rounded lead elsewhere, as lost ones do */
+        if (steps_rms > 0.0 &&
+            !were_steps_sent(block, *input.fit, base,
+                             events.fit)) { /* setpoints that were rounded lead elsewhere, as lost ones do */
             model.error(base, error);
             may_lose =
                 may_lose && !is_of_input_steps(rms_of(error, model.uses(), row_use::fit), steps_rms, noise.rms);

@@ -12,7 +12,8 @@ namespace berth
 namespace
 {
 
-constexpr double sigma_of_median = 1.4826; /* of the sizes of a normal noise */
+constexpr std::size_t stop_rows_min = 20; /* that stay at the largest or the smallest value: it is a limit */
+constexpr double sigma_of_median = 1.4826;   /* of the sizes of a normal noise */
 
 /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike.
  */
@@ -120,6 +121,18 @@ class spike_finder
             }
         }
         tried = sizes.size();
+        const auto [least, largest] = std::minmax_element(of_.force_N.begin(), of_.force_N.end());
+        least_force_N_ = *least;
+        largest_force_N_ = *largest;
+        const auto is_stop = [&](double value_N) {
+            std::size_t held = 0;
+            for (std::size_t n = 1; n < of_.force_N.size(); n++) {
+                held += of_.force_N[n - 1] == value_N && of_.force_N[n] == value_N;
+            }
+            return held >= stop_rows_min;
+        };
+        stops_at_least_ = is_stop(least_force_N_);
+        stops_at_largest_ = is_stop(largest_force_N_);
         sigma_N = sigma_of_median * median_of(sizes);
         sigma_about_N_ = sigma_about(off_);
         far_N_ = std::max(spike_far_sd * sigma_N, 2.0 * lattice_step(model.data().known(model.data().force_N)));
@@ -167,8 +180,13 @@ class spike_finder
         amplitudes.push_back(size_N);
     }
 
-    /* A sample that did not come is as far off on a way that turns there. */
-    bool is_held(std::size_t n) const { return of_.force_N[n] == of_.force_N[n - 1]; }
+    /* A sample that did not come, or that stopped at the end of the range, is as far off on a way that turns there.
+     */
+    bool is_held(std::size_t n) const
+    {
+        return of_.force_N[n] == of_.force_N[n - 1] || (stops_at_least_ && of_.force_N[n] == least_force_N_) ||
+               (stops_at_largest_ && of_.force_N[n] == largest_force_N_);
+    }
 
     bool is_far(std::size_t n) const
     {
@@ -200,6 +218,10 @@ class spike_finder
     std::vector<double> off_; /* of each sample from the middle of its neighbours */
     std::vector<double> sigma_about_N_;
     double far_N_;
+    double least_force_N_;
+    double largest_force_N_;
+    bool stops_at_least_;
+    bool stops_at_largest_;
     double least_N_ = 0.0;
     double largest_N_ = 0.0;
 };

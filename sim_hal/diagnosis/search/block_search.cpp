@@ -34,6 +34,9 @@ void block_search::run(block_diagnosis &result)
     if (balance_parts()) {
         fit_base();
     }
+    if (take_steps_as_sent()) {
+        fit_base();
+    }
     base_ = incumbent_;
     retuned_ = base_.rig;
     rate_base(result);
@@ -73,6 +76,17 @@ void block_search::look_at_command_steps()
     if (is_of_input_steps(0.0, input_steps_rms_, noise_rms)) {
         model_.leave_open(hardly_more * std::hypot(input_steps_rms_, noise_rms));
     }
+}
+
+bool block_search::take_steps_as_sent()
+{
+    if (model_.open_by_input_rms() == 0.0 ||
+        !were_steps_sent(model_.which(), model_.data(), incumbent_.rig, events_.fit)) {
+        return false;
+    }
+    input_steps_rms_ = 0.0;
+    model_.leave_open(0.0);
+    return true;
 }
 
 void block_search::fit_base()

@@ -28,6 +28,7 @@ class block_search
     std::vector<free_parameter> own_parameters() const;
     /* The robot was sent something finer than what coarse steps tell: that is no less than the floor. */
     void look_at_command_steps();
+    bool take_steps_as_sent();
     void fit_base();
     /* Behind a robot's free clock a slip that comes a tick apart is all that a stiff contact shows, and one tick is
      * what a late sensor looks like: the rows about slips are left out until all else is known. */
