@@ -17,110 +17,11 @@ namespace berth
 namespace
 {
 
-/* Rows of the signal's own past and of its cause's that say what is no news; behind 20 ms at 1 kHz a dead time of a
- * robot is over. */
-constexpr std::size_t own_rows = 8;
-constexpr std::size_t cause_rows = 24;
-
 /* Two measurements share no signs but by chance, 0 +- 1 / sqrt(rows). A copy with as much noise upon it as it has
  * itself shares half of them. What no past explains would have to be as large as the noise, in most rows, for two
  * measurements to share 0.3. */
 constexpr double shared_least = 0.3;
 constexpr std::size_t overlap_least = 500;
-
-/* The news in each row, by its sign alone: steps and impacts that any repetition has again are few rows. */
-struct fingerprint {
-    std::vector<double> signs; /* 0: none */
-    std::vector<double> news;
-    double noise_rms = 0.0; /* of the signal, were it white */
-};
-
-double change(const std::vector<double> &x, std::size_t row)
-{
-    return x[row] - x[row - 1];
-}
-
-/* Changes, so that what stands still has no news. */
-Eigen::MatrixXd past_of(const measured_signal &signal, const std::vector<std::size_t> &rows)
-{
-    const std::size_t causes = signal.cause.empty() ? 0 : cause_rows;
-    Eigen::MatrixXd past(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(own_rows + causes));
-    for (std::size_t i = 0; i < rows.size(); i++) {
-        for (std::size_t k = 1; k <= own_rows + causes; k++) {
-            past(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k - 1)) =
-                k <= own_rows ? change(signal.values, rows[i] - k) : change(signal.cause, rows[i] - (k - own_rows));
-        }
-    }
-    return past;
-}
-
-/* How the past tells the change in a row, by least squares over some thousands of rows in even distance. */
-Eigen::VectorXd prediction_of(const measured_signal &signal)
-{
-    constexpr std::size_t rows_most = 4000;
-    const std::size_t every = 1 + signal.values.size() / rows_most;
-    std::vector<std::size_t> rows;
-    for (std::size_t n = cause_rows + 1; n < signal.values.size(); n += every) {
-        rows.push_back(n);
-    }
-    const Eigen::MatrixXd past = past_of(signal, rows);
-    Eigen::VectorXd changes(past.rows());
-    for (std::size_t i = 0; i < rows.size(); i++) {
-        changes(static_cast<Eigen::Index>(i)) = change(signal.values, rows[i]);
-    }
-    const Eigen::VectorXd scale =
-        past.colwise().norm().transpose().unaryExpr([](double size) { return size > 0.0 ? 1.0 / size : 0.0; });
-    const Eigen::MatrixXd scaled = past * scale.asDiagonal();
-    Eigen::MatrixXd normal = scaled.transpose() * scaled;
-    normal.diagonal().array() += 1e-12;
-    return scale.cwiseProduct(normal.ldlt().solve(scaled.transpose() * changes));
-}
-
-/* Gain from white noise in the signal to its news. */
-double gain_of(const Eigen::VectorXd &prediction)
-{
-    std::vector<double> weights = {1.0};
-    for (std::size_t k = 0; k < own_rows; k++) {
-        weights.push_back(-prediction(static_cast<Eigen::Index>(k)));
-    }
-    weights.push_back(0.0);
-    double square = 1.0;
-    for (std::size_t k = 1; k < weights.size(); k++) {
-        square += std::pow(weights[k] - weights[k - 1], 2);
-    }
-    return std::sqrt(square);
-}
-
-fingerprint fingerprint_of(const measured_signal &signal)
-{
-    constexpr double rms_of_median = 1.4826; /* of the sizes of a normal noise */
-    const std::size_t size = signal.values.size();
-    fingerprint made;
-    made.signs.assign(size, 0.0);
-    made.news.assign(size, 0.0);
-    const Eigen::VectorXd prediction = prediction_of(signal);
-    const std::size_t past_rows = static_cast<std::size_t>(prediction.size()) > own_rows ? cause_rows : own_rows;
-    std::size_t last_guessed = 0;
-    std::vector<double> sizes;
-    for (std::size_t n = past_rows + 1; n < size; n++) {
-        if (!signal.is_guessed.empty() && signal.is_guessed[n] != 0) {
-            last_guessed = n;
-        }
-        if (n <= last_guessed + own_rows) {
-            continue;
-        }
-        double told = 0.0;
-        for (std::size_t k = 1; k <= static_cast<std::size_t>(prediction.size()); k++) {
-            told += prediction(static_cast<Eigen::Index>(k - 1)) *
-                    (k <= own_rows ? change(signal.values, n - k) : change(signal.cause, n - (k - own_rows)));
-        }
-        made.news[n] = change(signal.values, n) - told;
-        made.signs[n] = static_cast<double>(made.news[n] > 0.0) - static_cast<double>(made.news[n] < 0.0);
-        sizes.push_back(std::abs(made.news[n]));
-    }
-    made.noise_rms = sizes.empty() ? 0.0 : rms_of_median * median_of(std::move(sizes)) / gain_of(prediction);
-    return made;
-}
 
 /* The other one, from its `shift` rows on in the first one's rows. */
 struct lay {
@@ -137,13 +38,13 @@ lay lay_of(const std::vector<double> &first, const std::vector<double> &other, s
 }
 
 /* 1 where both have the same sign in the first one's row n, -1 where they differ. */
-double sign_of_both(const fingerprint &first, const fingerprint &other, std::ptrdiff_t n, const lay &at)
+double sign_of_both(const signal_news &first, const signal_news &other, std::ptrdiff_t n, const lay &at)
 {
     return first.signs[static_cast<std::size_t>(n)] * other.signs[static_cast<std::size_t>(n - at.shift)];
 }
 
 /* Over the rows in which both have a sign; below zero: more of them differ. */
-double shared_at(const fingerprint &first, const fingerprint &other, const lay &at)
+double shared_at(const signal_news &first, const signal_news &other, const lay &at)
 {
     double sum = 0.0;
     double rows = 0.0;
@@ -181,7 +82,7 @@ std::vector<double> sums_at_shifts(const std::vector<double> &first, const std::
 }
 
 /* Where the signs hang together farthest beyond chance, from a shift of `shift_least` on. */
-lay best_lay(const fingerprint &first, const fingerprint &other, std::ptrdiff_t shift_least)
+lay best_lay(const signal_news &first, const signal_news &other, std::ptrdiff_t shift_least)
 {
     const std::vector<double> sums = sums_at_shifts(first.signs, other.signs);
     const auto rows = static_cast<std::ptrdiff_t>(first.signs.size());
@@ -210,7 +111,7 @@ double step_of(const std::vector<double> &x)
 /* Noise tells where its steps do not hide it (a rounded normal noise is normal within 3 % from half a step on,
  * Widrow & Kollar 2008), where it is more than what numbers of seven digits leave, and where it is nowhere the same
  * again. */
-bool is_telling(const measured_signal &signal, const fingerprint &made, double step)
+bool is_telling(const measured_signal &signal, const signal_news &made, double step)
 {
     constexpr double least_of_step = 0.58;
     constexpr double least_of_size = 1e-7;
@@ -222,8 +123,8 @@ bool is_telling(const measured_signal &signal, const fingerprint &made, double s
 }
 
 /* Of two signals in different steps, the finer one has what can be told. */
-bool can_tell(const measured_signal &first, const fingerprint &one, const measured_signal &other,
-              const fingerprint &two)
+bool can_tell(const measured_signal &first, const signal_news &one, const measured_signal &other,
+              const signal_news &two)
 {
     const double step = step_of(first.values);
     const double other_step = step_of(other.values);
@@ -232,7 +133,7 @@ bool can_tell(const measured_signal &first, const fingerprint &one, const measur
 }
 
 /* What the news of the first one were multiplied by: noise upon the copy leaves the median of the ratios. */
-double factor_of(const fingerprint &first, const fingerprint &other, const lay &at)
+double factor_of(const signal_news &first, const signal_news &other, const lay &at)
 {
     std::vector<double> ratios;
     for (std::ptrdiff_t n = at.begin; n < at.end; n++) {
@@ -247,8 +148,8 @@ double factor_of(const fingerprint &first, const fingerprint &other, const lay &
 /* A column of both records that can tell. */
 struct column_prints {
     std::size_t column;
-    fingerprint first;
-    fingerprint other;
+    signal_news first;
+    signal_news other;
 };
 
 /* By what their own past does not tell, whatever it answers to: a command that is repeated with its coarse steps
@@ -257,7 +158,7 @@ bool share_news_of_own_past(measured_signal first, measured_signal other, const 
 {
     first.cause.clear();
     other.cause.clear();
-    return std::abs(shared_at(fingerprint_of(first), fingerprint_of(other), at)) >= shared_least;
+    return std::abs(shared_at(news_of(first), news_of(other), at)) >= shared_least;
 }
 
 /* In most rows both answer to the same command there. */
@@ -287,7 +188,7 @@ struct quiet_stretches {
     double share = 0.0;
 };
 
-quiet_stretches quiet_stretches_of(const fingerprint &first, const fingerprint &other, const lay &at)
+quiet_stretches quiet_stretches_of(const signal_news &first, const signal_news &other, const lay &at)
 {
     constexpr std::ptrdiff_t stretch = 32; /* rows, over which the rms of noise is known to an eighth */
     std::vector<std::pair<double, std::ptrdiff_t>> found;
@@ -348,8 +249,8 @@ bool differ_by_rounding(const measured_signal &first, const measured_signal &oth
 /* Two measurements of the same command have all in common that it brings about, be it as jerky as steps, play and a
  * dead band make it: only noise is their own. Where the news are quietest they are noise, or nearly so; a copy
  * shares them there, too, and what differs by no more than rounding is one. */
-bool may_be_repetition(const measured_signal &first, const fingerprint &news, const measured_signal &other,
-                       const fingerprint &other_news, const lay &at)
+bool may_be_repetition(const measured_signal &first, const signal_news &news, const measured_signal &other,
+                       const signal_news &other_news, const lay &at)
 {
     constexpr double nearly_all = 0.9;
     if (!is_same_cause(first, other, at) || differ_by_rounding(first, other, at)) {
@@ -386,12 +287,6 @@ std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
 
 } // namespace
 
-measured_signal measured_signal::backwards() const
-{
-    return {
-        {values.rbegin(), values.rend()}, {cause.rbegin(), cause.rend()}, {is_guessed.rbegin(), is_guessed.rend()}};
-}
-
 std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
                                     const std::vector<measured_signal> &others)
 {
@@ -400,7 +295,7 @@ std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
         if (std::min(first[i].values.size(), others[i].values.size()) < overlap_least) {
             continue;
         }
-        column_prints both = {i, fingerprint_of(first[i]), fingerprint_of(others[i])};
+        column_prints both = {i, news_of(first[i]), news_of(others[i])};
         if (can_tell(first[i], both.first, others[i], both.other)) {
             columns.push_back(std::move(both));
         }
@@ -410,7 +305,7 @@ std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
         return forwards;
     }
     for (column_prints &both : columns) {
-        both.other = fingerprint_of(others[both.column].backwards());
+        both.other = news_of(others[both.column].backwards());
     }
     return copy_of(columns, first, others, true);
 }

@@ -4,21 +4,13 @@
 #define SIM_HAL_DIAGNOSIS_RECORD_NOISE_FINGERPRINT_H
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "signal_news.h"
+
 namespace berth
 {
-
-/* A measured signal and what it answers to, row by row. Either may be empty. */
-struct measured_signal {
-    std::vector<double> values;
-    std::vector<double> cause;
-    std::vector<std::uint8_t> is_guessed; /* rows that were missing; empty: none */
-
-    measured_signal backwards() const;
-};
 
 /* Row n of the other signal is row `begin` + n of the first one, or `begin` - n where it runs backwards. */
 struct copy_found {
