@@ -12,8 +12,8 @@ namespace berth
 namespace
 {
 
-constexpr std::size_t stop_rows_min = 20; /* that stay at the largest or the smallest value: it is a limit */
-constexpr double sigma_of_median = 1.4826;   /* of the sizes of a normal noise */
+constexpr std::size_t stop_rows_min = 20;  /* that stay at the largest or the smallest value: it is a limit */
+constexpr double sigma_of_median = 1.4826; /* of the sizes of a normal noise */
 
 /* Where the force itself changes as much, as on first touch, an instant that is a little wrong looks like a spike.
  */
