@@ -5,11 +5,13 @@
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
 #include "diagnosis_notes.h"
+#include "fit/base.h"
 #include "noise/uneven_noise.h"
 #include "record/request_records.h"
 #include "record/sample_age.h"
 #include "record/side_records.h"
 #include "replay/moving_push.h"
+#include "search/as_given.h"
 #include "search/robot_and_force.h"
 #include "search/shown_by_force.h"
 
@@ -272,6 +274,7 @@ diagnosis diagnose(const diagnosis_request &request)
 {
     tell(request, "reading");
     records_of_request records = read_records(request);
+    state_tolerances_of_effects(records.replayed);
     diagnosis result;
     result.data = std::move(records.fit);
     result.inputs = std::move(records.inputs);
@@ -283,6 +286,7 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     result.notes.insert(result.notes.end(), result.data.notes.begin(), result.data.notes.end());
     tell_sample_age(result, records.given);
+    tell_tolerances_without_use(result, records.given);
 
     blocks_in_turn blocks(request, records, result);
     for (const block which : {block::manipulator, block::robot, block::force}) {
@@ -292,6 +296,9 @@ diagnosis diagnose(const diagnosis_request &request)
         }
     }
     refuse_if_none(result, records.given);
+    for (block_diagnosis &block : result.blocks) {
+        drop_causes_as_given(block, records.replayed);
+    }
     tell_input_steps(result);
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);
@@ -303,6 +310,7 @@ diagnosis diagnose(const diagnosis_request &request)
                                                                 : "looking for the next experiment");
     propose_next(result, blocks.events(), request, records.validation.has_value());
     result.extended = with_delay_of_age(result.extended, records.given);
+    result.extended.tolerances = records.given.tolerances;
     result.given = records.given;
     result.located = located(result.blocks);
     return result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/base.h"
 #include "formatted.h"
 #include "record/command_steps.h"
 #include "record/motion_noise.h"
@@ -26,6 +27,14 @@ void tell_sample_age(diagnosis &result, const rig &given)
             formatted("the force is %.4g ms old where a tick takes it: ", age_ms) +
             formatted("with sensor.delay_ms = %.4g a sample comes between two ticks, ", given.sensor.delay_ms) +
             "and waits; sensor.sample_phase_ms says when in the tick it is taken");
+    }
+}
+
+void tell_tolerances_without_use(diagnosis &result, const rig &given)
+{
+    for (const std::string_view key : tolerances_without_use(given)) {
+        result.notes.push_back("the tolerance of " + std::string(key) +
+                               " is not used: a diagnosis has nothing of this name to re-tune");
     }
 }
 

@@ -10,6 +10,9 @@ namespace berth
 /* What the rig file's delay of the force comes to. `given`: the rig before its age was taken as its delay. */
 void tell_sample_age(diagnosis &result, const rig &given);
 
+/* Tolerances of the rig file that are not used, as nothing is re-tuned in their keys. `given`: with them. */
+void tell_tolerances_without_use(diagnosis &result, const rig &given);
+
 /* What a command with too few digits hides. */
 void tell_input_steps(diagnosis &result);
 

@@ -13,9 +13,6 @@ namespace berth
 namespace
 {
 
-/* Share of a key's value that a rig file which says nothing lets it be off. */
-constexpr double usual_tolerance = 0.05;
-
 double &member_of(rig &rig, const rig_key &key)
 {
     return *static_cast<double *>(key.member(rig));
@@ -309,22 +306,6 @@ std::vector<free_parameter> as_known(const fit_result &fitted, const std::vector
         alone.push_back({key, 0.0, 0.0, value_of(fitted.rig, key->path), fitted.ci95[i] / 1.96});
     }
     return known_together(alone, fitted.correlation, kept);
-}
-
-std::vector<free_parameter> base_parameters(block block, const rig &given)
-{
-    std::vector<free_parameter> parameters;
-    for (const std::string_view path : base_keys(block, given)) {
-        rig copy = given;
-        const rig_key *const key = find_key(path);
-        const double value = member_of(copy, *key);
-        const double tolerance = given.tolerance_of(path).value_or(usual_tolerance);
-        if (tolerance > 0.0 && value > 0.0 && value < unlimited) {
-            parameters.push_back(
-                {key, (1.0 - tolerance) * value, (1.0 + tolerance) * value, value, tolerance * value});
-        }
-    }
-    return parameters;
 }
 
 std::vector<free_parameter> effect_parameters(const effect &effect, const rig &start)

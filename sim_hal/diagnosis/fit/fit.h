@@ -44,9 +44,6 @@ double cost_of(block_model &model, const noise_model &noise, const rig &rig, row
 /* What a fit knows of its parameters, as a prior; `kept`: see known_together(). */
 std::vector<free_parameter> as_known(const fit_result &fitted, const std::vector<bool> &kept);
 
-/* The base model's parameters, free within the tolerances that the rig file gives. */
-std::vector<free_parameter> base_parameters(block block, const rig &given);
-
 /* Those of an effect, with bounds about a start. */
 std::vector<free_parameter> effect_parameters(const effect &effect, const rig &start);
 

@@ -60,39 +60,6 @@ bool can_replay(const record &record, block block)
     return false;
 }
 
-std::vector<std::string_view> base_keys(block block, const rig &rig)
-{
-    std::vector<std::string_view> keys;
-    const auto add_if = [&](bool condition, std::string_view key) {
-        if (condition) {
-            keys.push_back(key);
-        }
-    };
-    switch (block) {
-    case block::manipulator:
-        keys = {"manipulator.mass_kg"};
-        add_if(rig.firmware.manipulator.damping_N_s_per_m > 0.0, "manipulator.damping_N_s_per_m");
-        add_if(rig.firmware.manipulator.stiffness_N_per_m > 0.0, "manipulator.stiffness_N_per_m");
-        break;
-    case block::robot:
-        keys = {"robot.dead_time_ms"};
-        add_if(rig.has_transfer_behaviour(), "robot.transfer_frequency_Hz");
-        add_if(rig.has_transfer_behaviour(), "robot.transfer_damping_ratio");
-        break;
-    case block::force:
-        keys = {"object.mass_kg"};
-        add_if(rig.object.damping_N_s_per_m > 0.0, "object.damping_N_s_per_m");
-        add_if(rig.object.stiffness_N_per_m > 0.0, "object.stiffness_N_per_m");
-        add_if(rig.sensor.low_pass_order > 0, "sensor.low_pass_frequency_Hz");
-        add_if(rig.sensor.low_pass_order == 2, "sensor.low_pass_damping_ratio");
-        keys.push_back("sensor.delay_ms");
-        keys.push_back("sensor.stiffness_N_per_m");
-        add_if(rig.sensor.damping_ratio > 0.0, "sensor.damping_ratio");
-        break;
-    }
-    return keys;
-}
-
 bool acts_in(const effect &effect, block block, const record &record, const rig &rig)
 {
     const std::string_view of = effect.block();

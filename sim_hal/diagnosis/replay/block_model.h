@@ -26,9 +26,6 @@ double resolution_rms(block block);
 /* The record has what goes in and what comes out. */
 bool can_replay(const record &record, block block);
 
-/* Keys of the base model that decide what the block does. */
-std::vector<std::string_view> base_keys(block block, const rig &rig);
-
 /* Effects of the block `effect` show in `block`. Without a measured robot position the force has to tell of the
  * robot, too. */
 bool acts_in(const effect &effect, block block, const record &record, const rig &rig);

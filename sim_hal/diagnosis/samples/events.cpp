@@ -256,8 +256,7 @@ std::vector<event_finding> find_repeats(const record &record, const rig &given, 
         }
     }
     if (force_alone >= events_min && (whole == 0 || 10 * force_alone >= 3 * whole) &&
-        given.sensor.loss_probability == 0.0 && given.sensor.stale_probability == 0.0 &&
-        given.bus.loss_probability == 0.0) {
+        given.sensor.stale_probability == 0.0 && given.bus.loss_probability == 0.0) {
         found.push_back(found_in("sensor.dropouts", force_alone, force_told.rows, force_told.counted));
     }
     return found;

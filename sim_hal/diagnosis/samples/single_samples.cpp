@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "../fit/base.h"
 #include "../noise/floor.h"
 #include "../record/command_steps.h"
 #include "../replay/driven_path.h"

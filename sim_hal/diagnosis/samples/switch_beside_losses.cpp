@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../../effects/active.h"
+#include "../fit/base.h"
 #include "../noise/floor.h"
 #include "loss_finder.h"
 

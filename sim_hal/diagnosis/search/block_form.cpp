@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "../../solver/decompositions.h"
+#include "../fit/base.h"
 #include "../fit/response.h"
 #include "../samples/delay_stretches.h"
 #include "block_search.h"

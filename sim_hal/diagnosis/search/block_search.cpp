@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "../fit/base.h"
 #include "../noise/floor.h"
 #include "../record/command_steps.h"
 #include "../record/motion_noise.h"

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "../fit/base.h"
 #include "../fit/beginning.h"
 #include "../fit/manipulator_regression.h"
 

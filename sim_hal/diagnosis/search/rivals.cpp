@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "../fit/base.h"
+
 namespace berth
 {
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "../../effects/active.h"
+#include "../fit/base.h"
 #include "../noise/floor.h"
 #include "../samples/clock_ways.h"
 #include "acceptance.h"

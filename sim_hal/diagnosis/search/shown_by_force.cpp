@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "../fit/base.h"
+
 namespace berth
 {
 
