@@ -14,7 +14,7 @@ class Berth:
 
     def __init__(self, folder, program=ROOT / "build" / "berth"):
         self.folder = Path(folder)
-        self.program = program
+        self.program = Path(program).resolve()
         self.answers = {}
 
     def ask(self, subcommand, rig, values=None, *options):

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
+#include "../../sim_hal/diagnosis/fit/base.h"
 #include "../../sim_hal/diagnosis/fit/beginning.h"
 #include "../../sim_hal/diagnosis/search/search.h"
 #include "../unit/seeded.h"

@@ -6,6 +6,7 @@
 
 #include "../../firmware/pi.h"
 #include "hal/rig/keys.h"
+#include "sim_hal/diagnosis/fit/base.h"
 #include "sim_hal/diagnosis/fit/manipulator_regression.h"
 
 namespace

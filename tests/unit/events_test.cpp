@@ -278,6 +278,42 @@ TEST_CASE("events: noise that is louder now and then is no spike")
     CHECK(count_of_spikes(error_N, error_N) >= 35);
 }
 
+TEST_CASE("events: noise with long tails, or that is loud for a few rows, is no spike")
+{
+    SEEDED(random, "events: noise with long tails*");
+    constexpr std::size_t rows = 12000;
+    const channel normal{0.0, 0.2, 1e-9};
+    std::vector<double> tailed_N(rows); /* Student's t with 3 degrees of freedom */
+    std::vector<double> bursts_N(rows);
+    std::vector<double> thrown_N(rows);
+    for (std::size_t n = 0; n < rows; n++) {
+        double square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            square += std::pow(normal.at(random, n) / 0.2, 2) / 3.0;
+        }
+        tailed_N[n] = normal.at(random, n) / std::sqrt(square);
+        bursts_N[n] = normal.at(random, n) * (n % 500 < 8 ? 6.0 : 1.0);
+        const bool is_thrown = n % 80 == 40;
+        thrown_N[n] = normal.at(random, n) + (is_thrown ? 4.0 * normal.at(random, n) / 0.2 : 0.0);
+    }
+    CHECK(count_of_spikes(tailed_N, tailed_N) == 0);
+    CHECK(count_of_spikes(bursts_N, bursts_N) == 0);
+    CHECK(count_of_spikes(thrown_N, thrown_N) >= 70); /* of 150 of normal size, 4 N rms */
+}
+
+TEST_CASE("events: spikes hardly larger than what is surely one are counted, too")
+{
+    SEEDED(random, "events: spikes hardly larger*");
+    constexpr std::size_t rows = 12000;
+    const channel noise{0.0, 0.2, 1e-9};
+    std::vector<double> error_N(rows);
+    for (std::size_t n = 0; n < rows; n++) {
+        error_N[n] =
+            noise.at(random, n) + (n % 300 == 150 ? 2.1 : 0.0); /* 40, 8.5 times the noise of a difference */
+    }
+    CHECK(count_of_spikes(error_N, error_N) >= 32);
+}
+
 TEST_CASE("events: a sample that was held where the force turns is no spike")
 {
     SEEDED(random, "events: a sample that was*");

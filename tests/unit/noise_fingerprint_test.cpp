@@ -169,12 +169,47 @@ TEST_CASE("noise fingerprint: rest, a limit and rows that were filled in are no 
     CHECK_FALSE(berth::find_copy({{noise, {}, guessed}}, {{noise, {}, guessed}}));
 }
 
-TEST_CASE("noise fingerprint: a column that was measured again speaks for all")
+TEST_CASE("noise fingerprint: a column that was measured again speaks for all, but for one that is the same")
 {
     SEEDED(random, "noise fingerprint: a column that was measured again*");
+    const auto is_copy = [](const series &force, const series &robot, const series &other_force,
+                            const series &other_robot) {
+        return berth::find_copy({{force, {}, {}}, {robot, {}, {}}}, {{other_force, {}, {}}, {other_robot, {}, {}}})
+            .has_value();
+    };
     const series robot = noisy(swings(), 1e-6, random);
     const series force = noisy(swings(0.01, 1.3), 1e-5, random);
     const series force_again = noisy(swings(0.01, 1.3), 1e-5, random);
-    CHECK(berth::find_copy({{force, {}, {}}, {robot, {}, {}}}, {{force, {}, {}}, {robot, {}, {}}}));
-    CHECK_FALSE(berth::find_copy({{force, {}, {}}, {robot, {}, {}}}, {{force_again, {}, {}}, {robot, {}, {}}}));
+    CHECK(is_copy(force, robot, force, robot));
+    CHECK_FALSE(is_copy(force, robot, force_again, noisy(robot, 0.4e-6, random)));
+    CHECK(is_copy(force, robot, force_again, robot));
+    CHECK(is_copy(force, robot, force, noisy(swings(), 1e-6, random)));
+}
+
+TEST_CASE(
+    "noise fingerprint: a copy of the robot's noise is one, however jerky the force; jerks of the robot are none")
+{
+    SEEDED(random, "noise fingerprint: a copy of the robot's noise*");
+    series command(record_rows);
+    series stairs(record_rows);
+    double position = 0.0;
+    for (std::size_t n = 0; n < record_rows; n++) {
+        const double time_s = sample_period_s * static_cast<double>(n);
+        command[n] = 0.01 * std::sin(berth::two_pi * (0.1 + 0.05 * time_s) * time_s);
+        position = std::abs(command[n] - position) > 1.5e-4 ? command[n] : position;
+        stairs[n] = position;
+    }
+    const series force = felt_on_stairs(command);
+    const auto is_copy = [&](const series &first_force, const series &first_robot, const series &other_force,
+                             const series &other_robot) {
+        return berth::find_copy({{first_force, command, {}}, {first_robot, command, {}}},
+                                {{other_force, command, {}}, {other_robot, command, {}}})
+            .has_value();
+    };
+    const series first_force = noisy(force, 1.0, random);
+    const series robot = noisy(command, 5e-6, random);
+    CHECK(is_copy(first_force, robot, noisy(first_force, 0.3, random), noisy(robot, 1.5e-6, random)));
+    CHECK_FALSE(is_copy(first_force, robot, noisy(force, 1.0, random), noisy(command, 5e-6, random)));
+    const series first_stairs = noisy(stairs, 5e-6, random);
+    CHECK_FALSE(is_copy(first_force, first_stairs, noisy(force, 1.0, random), noisy(stairs, 5e-6, random)));
 }

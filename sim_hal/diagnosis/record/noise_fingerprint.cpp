@@ -243,7 +243,7 @@ bool differ_by_rounding(const measured_signal &first, const measured_signal &oth
     const double factor = product / square;
     const double rms =
         std::sqrt(std::max(0.0, square_of_other - factor * product) / static_cast<double>(at.end - at.begin - 1));
-    return rms < of_step * std::max(step_of(first.values) * std::abs(factor), step_of(other.values));
+    return rms <= of_step * std::max(step_of(first.values) * std::abs(factor), step_of(other.values));
 }
 
 /* Two measurements of the same command have all in common that it brings about, be it as jerky as steps, play and a
@@ -253,33 +253,49 @@ bool may_be_repetition(const measured_signal &first, const signal_news &news, co
                        const signal_news &other_news, const lay &at)
 {
     constexpr double nearly_all = 0.9;
-    if (!is_same_cause(first, other, at) || differ_by_rounding(first, other, at)) {
+    if (!is_same_cause(first, other, at)) {
         return false;
     }
     const quiet_stretches quiet = quiet_stretches_of(news, other_news, at);
     return quiet.share < (is_even(quiet.squares) ? shared_least : nearly_all);
 }
 
-/* The lay that one column shows, where every other one shows it, too. */
+/* What a column says of a lay. */
+enum class likeness { of_its_own, may_be_repetition, copied, the_same };
+
+likeness likeness_of(const measured_signal &first, const signal_news &news, const measured_signal &other,
+                     const signal_news &other_news, const lay &at)
+{
+    if (std::abs(shared_at(news, other_news, at)) < shared_least || !share_news_of_own_past(first, other, at)) {
+        return likeness::of_its_own;
+    }
+    if (differ_by_rounding(first, other, at)) {
+        return likeness::the_same;
+    }
+    return may_be_repetition(first, news, other, other_news, at) ? likeness::may_be_repetition : likeness::copied;
+}
+
+/* The lay that one column shows: where every other one shows it, too, and one at least beyond what a repeated
+ * command makes alike; or where that one is the same but for rounding. */
 std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
                                   const std::vector<measured_signal> &first,
                                   const std::vector<measured_signal> &others, bool is_backwards)
 {
     for (const column_prints &column : columns) {
         const lay at = best_lay(column.first, column.other, std::numeric_limits<std::ptrdiff_t>::min());
-        const bool is_copy = std::all_of(columns.begin(), columns.end(), [&](const column_prints &each) {
-            if (std::abs(shared_at(each.first, each.other, at)) < shared_least) {
-                return false;
-            }
-            const measured_signal &one = first[each.column];
-            const measured_signal other = is_backwards ? others[each.column].backwards() : others[each.column];
-            return share_news_of_own_past(one, other, at) &&
-                   !may_be_repetition(one, each.first, other, each.other, at);
-        });
-        if (is_copy) {
+        std::vector<likeness> found;
+        for (const column_prints &each : columns) {
+            found.push_back(likeness_of(first[each.column], each.first,
+                                        is_backwards ? others[each.column].backwards() : others[each.column],
+                                        each.other, at));
+        }
+        const auto [least, most] = std::minmax_element(found.begin(), found.end());
+        if ((*least > likeness::of_its_own && found.back() >= likeness::copied) || *most == likeness::the_same) {
+            const auto which =
+                *most == likeness::the_same ? columns[static_cast<std::size_t>(most - found.begin())] : column;
             const auto rows = static_cast<std::ptrdiff_t>(column.other.signs.size());
-            return copy_found{column.column, is_backwards ? at.shift + rows - 1 : at.shift, is_backwards,
-                              factor_of(column.first, column.other, at)};
+            return copy_found{which.column, is_backwards ? at.shift + rows - 1 : at.shift, is_backwards,
+                              factor_of(which.first, which.other, at)};
         }
     }
     return {};

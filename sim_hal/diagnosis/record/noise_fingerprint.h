@@ -21,7 +21,8 @@ struct copy_found {
 };
 
 /* Looks for the noise of the first signals, column by column, in the others, at every shift and in both directions.
- * A copy has it in every column whose noise can tell. */
+ * A copy has it in every column whose noise can tell; a column that is the same but for rounding is one by itself.
+ * The first ones are driven by those after them. */
 std::optional<copy_found> find_copy(const std::vector<measured_signal> &first,
                                     const std::vector<measured_signal> &others);
 

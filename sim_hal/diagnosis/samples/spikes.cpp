@@ -12,6 +12,7 @@ namespace berth
 namespace
 {
 
+constexpr double known_far_sd = 5.6;       /* of spikes as large as others that are surely some */
 constexpr std::size_t stop_rows_min = 20;  /* that stay at the largest or the smallest value: it is a limit */
 constexpr double sigma_of_median = 1.4826; /* of the sizes of a normal noise */
 
@@ -104,6 +105,12 @@ std::vector<double> sigma_about(const std::vector<double> &off)
     return sigma;
 }
 
+/* Share of normal noise that is off by more. */
+double beyond(double sd)
+{
+    return std::erfc(sd / std::sqrt(2.0));
+}
+
 class spike_finder
 {
   public:
@@ -144,8 +151,30 @@ class spike_finder
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
             if (is_far(n) && is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 2) {
                 add(n, std::abs(off_[n]));
+                far_sd_.push_back(far_sd(n));
             }
         }
+    }
+
+    /* Spikes are apart from the noise. Of a noise whose own size has long tails, or that is loud for a few rows,
+     * many samples are off by half of what passes for a spike. */
+    bool are_apart()
+    {
+        constexpr double from = 0.5; /* of what all but a tenth of the spikes are off */
+        constexpr double to = 0.7;
+        constexpr double as_many = 0.5; /* of 8 rows in a burst 0.8, of Student's t with 3 degrees of freedom 5 */
+        std::sort(far_sd_.begin(), far_sd_.end());
+        const double least = far_sd_[far_sd_.size() / 10];
+        std::size_t between = 0;
+        for (std::size_t n = 2; n + 2 < off_.size(); n++) {
+            const bool is_beside_one =
+                rows[of_.row[n - 1]] != 0 || rows[of_.row[n]] != 0 || rows[of_.row[n + 1]] != 0;
+            const double sd = is_beside_one || is_held(n) ? 0.0 : far_sd(n);
+            between += sd > from * least && sd < to * least;
+        }
+        const double by_chance = static_cast<double>(tried) * (beyond(from * least) - beyond(to * least));
+        return static_cast<double>(between) <=
+               as_many * static_cast<double>(far_sd_.size()) + by_chance + 2.0 * std::sqrt(by_chance);
     }
 
     /* Once spikes are known, those as large are some too: two samples apart, where two hide each other's half, and
@@ -153,13 +182,14 @@ class spike_finder
     void find_close()
     {
         const auto [least, largest] = std::minmax_element(amplitudes.begin(), amplitudes.end());
-        least_N_ = std::max(far_N_, *least - 4.0 * sigma_N);
+        least_N_ = std::max(known_far_sd / spike_far_sd * far_N_, *least - 4.0 * sigma_N);
         largest_N_ = *largest + 4.0 * sigma_N;
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
             const double size_N = std::abs(off_[n]);
             const bool is_level = std::abs(of_.error[n + 1] - of_.error[n - 1]) < 0.25 * size_N;
-            if (rows[of_.row[n]] == 0 && is_as_large(size_N) && is_level && !is_held(n) &&
-                is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 1) {
+            const int sides = spike_sides(off_, n);
+            if (rows[of_.row[n]] == 0 && is_as_large(size_N) && !is_held(n) && far_sd(n) > known_far_sd &&
+                is_calm(of_.force_N, n, off_[n]) && (sides == 2 || (sides == 1 && is_level))) {
                 add(n, size_N);
             }
         }
@@ -193,6 +223,8 @@ class spike_finder
         return std::abs(off_[n]) > std::max(far_N_, spike_far_sd * sigma_about_N_[n]) && !is_held(n);
     }
 
+    double far_sd(std::size_t n) const { return std::abs(off_[n]) / std::max(sigma_N, sigma_about_N_[n]); }
+
     bool is_as_large(double size_N) const { return size_N > least_N_ && size_N < largest_N_; }
 
     void find_two_at(std::size_t n)
@@ -217,6 +249,7 @@ class spike_finder
     own_samples of_;
     std::vector<double> off_; /* of each sample from the middle of its neighbours */
     std::vector<double> sigma_about_N_;
+    std::vector<double> far_sd_; /* of those found alone, by how many sigma they are off */
     double far_N_;
     double least_force_N_;
     double largest_force_N_;
@@ -233,10 +266,11 @@ std::vector<event_finding> find_spikes(const block_model &model, const std::vect
 {
     spike_finder of(model, error, events);
     of.find_alone();
-    if (of.amplitudes.size() >= events_min) {
-        of.find_close();
+    if (of.amplitudes.size() < events_min || !of.are_apart()) {
+        return {};
     }
-    if (of.amplitudes.size() < events_min || of.amplitudes.size() * 10 > of.tried || !are_scattered(of.rows)) {
+    of.find_close();
+    if (of.amplitudes.size() * 10 > of.tried || !are_scattered(of.rows)) {
         return {};
     }
     const double count = static_cast<double>(of.amplitudes.size());

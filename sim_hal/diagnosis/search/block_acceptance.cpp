@@ -261,6 +261,16 @@ double block_search::share_of_all_asked(const candidate &best, double share, boo
     return !is_no_finer_way ? share_of_all_clear : is_linear ? share_of_linear_robot : share_of_precision;
 }
 
+/* BIC: what smooths a command that was rounded takes the rounding out of the error, whatever the robot did. */
+double block_search::won_by_smoothing(const effect &best, const effect &other) const
+{
+    const auto smooths = [](const effect &one) { return one.name == "robot.lag" || one.name == "robot.resonance"; };
+    if (input_steps_rms_ == 0.0 || !smooths(best) || smooths(other)) {
+        return 0.0;
+    }
+    return static_cast<double>(incumbent_.rows) * std::log1p(std::pow(input_steps_rms_ / noise_.rms, 2));
+}
+
 bool block_search::is_worthwhile(const candidate &best, double better, double share, double of_all) const
 {
     const bool is_clear = share > share_clear && better > bic_beyond_doubt;
@@ -333,7 +343,8 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
     for (const candidate &other : candidates) {
         const double distance = other.bic - best.bic;
         const bool is_look_alike = other.effect->look_alike == best.effect->name;
-        const double undecided = is_look_alike ? bic_look_alike : bic_undecided;
+        const double undecided =
+            (is_look_alike ? bic_look_alike : bic_undecided) + won_by_smoothing(*best.effect, *other.effect);
         if (&other != &best && distance < undecided &&
             is_refining(*other.effect, found_) == is_refining(*best.effect, found_) && !is_enough(best, other)) {
             result.alternatives.push_back({other.effect, distance});

@@ -72,6 +72,7 @@ class block_search
      * this has left, and so may what brings a linear robot down to the noise. */
     double share_of_all_asked(const candidate &best, double share, bool is_clear) const;
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
+    double won_by_smoothing(const effect &best, const effect &other) const;
     bool leaves_nothing_that_depends(const candidate &best); /* on state or time */
     /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
      * it proves itself clearly there: of a real servo its lag and dead time beside its velocity limit. */
