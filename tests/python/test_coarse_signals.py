@@ -32,6 +32,15 @@ def test_beside_a_coarse_command_a_cause_is_named(tmp_path):
     assert cause["parameters"][0]["value"] == pytest.approx(16.0, abs=0.2)
 
 
+@pytest.mark.parametrize("step_m, late_ms", [(2e-6, 3.0), (3e-6, 3.0), (2e-6, 6.0)])
+def test_what_smooths_a_rounded_command_does_not_win_by_that(tmp_path, step_m, late_ms):
+    """A resonance takes the rounding out of the error that a dead time leaves, and was named in its place."""
+    rng = np.random.default_rng(7)
+    told = diagnosed(tmp_path, rng, wandering(rng), DEAD_TIME_ms + late_ms, command_step_m=step_m)
+    assert "robot.dead_time" in [one["effect"] for one in told["causes"] + told["alternatives"]], told["verdict"]
+    assert told["verdict"] in ("named", "one_of")
+
+
 @pytest.mark.parametrize("step_m", [2e-5, 1e-4])
 def test_coarse_steps_that_were_sent_hide_nothing(tmp_path, step_m):
     """A controller may count in them: then they are what the robot was sent, and nothing is open."""
