@@ -284,6 +284,7 @@ std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
     for (const column_prints &column : columns) {
         const lay at = best_lay(column.first, column.other, std::numeric_limits<std::ptrdiff_t>::min());
         std::vector<likeness> found;
+        found.reserve(columns.size());
         for (const column_prints &each : columns) {
             found.push_back(likeness_of(first[each.column], each.first,
                                         is_backwards ? others[each.column].backwards() : others[each.column],
@@ -291,7 +292,7 @@ std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
         }
         const auto [least, most] = std::minmax_element(found.begin(), found.end());
         if ((*least > likeness::of_its_own && found.back() >= likeness::copied) || *most == likeness::the_same) {
-            const auto which =
+            const column_prints &which =
                 *most == likeness::the_same ? columns[static_cast<std::size_t>(most - found.begin())] : column;
             const auto rows = static_cast<std::ptrdiff_t>(column.other.signs.size());
             return copy_found{which.column, is_backwards ? at.shift + rows - 1 : at.shift, is_backwards,
