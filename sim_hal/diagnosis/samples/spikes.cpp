@@ -149,9 +149,10 @@ class spike_finder
     void find_alone()
     {
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
-            if (is_far(n) && is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 2) {
+            if (is_far(n) && is_alone(n)) {
                 add(n, std::abs(off_[n]));
                 far_sd_.push_back(far_sd(n));
+                around_sd_.push_back(sd_around(n));
             }
         }
     }
@@ -163,14 +164,18 @@ class spike_finder
         constexpr double from = 0.5; /* of what all but a tenth of the spikes are off */
         constexpr double to = 0.7;
         constexpr double as_many = 0.5; /* of 8 rows in a burst 0.8, of Student's t with 3 degrees of freedom 5 */
+        constexpr double loud = 1.3;    /* among the rows around: of noise 0.7 */
+        if (median_of(around_sd_) > loud) {
+            return false;
+        }
         std::sort(far_sd_.begin(), far_sd_.end());
         const double least = far_sd_[far_sd_.size() / 10];
         std::size_t between = 0;
         for (std::size_t n = 2; n + 2 < off_.size(); n++) {
             const bool is_beside_one =
                 rows[of_.row[n - 1]] != 0 || rows[of_.row[n]] != 0 || rows[of_.row[n + 1]] != 0;
-            const double sd = is_beside_one || is_held(n) ? 0.0 : far_sd(n);
-            between += sd > from * least && sd < to * least;
+            const double sd = far_sd(n);
+            between += sd > from * least && sd < to * least && !is_beside_one && is_alone(n);
         }
         const double by_chance = static_cast<double>(tried) * (beyond(from * least) - beyond(to * least));
         return static_cast<double>(between) <=
@@ -220,7 +225,24 @@ class spike_finder
 
     bool is_far(std::size_t n) const
     {
-        return std::abs(off_[n]) > std::max(far_N_, spike_far_sd * sigma_about_N_[n]) && !is_held(n);
+        return std::abs(off_[n]) > std::max(far_N_, spike_far_sd * sigma_about_N_[n]);
+    }
+
+    bool is_alone(std::size_t n) const
+    {
+        return is_calm(of_.force_N, n, off_[n]) && spike_sides(off_, n) == 2 && !is_held(n);
+    }
+
+    /* How far the samples around are off, beyond those that see half of it. */
+    double sd_around(std::size_t n) const
+    {
+        constexpr std::size_t reach = 4;
+        std::vector<double> all;
+        for (std::size_t k = 2; k <= reach; k++) {
+            all.push_back(n >= k ? far_sd(n - k) : 0.0);
+            all.push_back(n + k < off_.size() ? far_sd(n + k) : 0.0);
+        }
+        return median_of(std::move(all));
     }
 
     double far_sd(std::size_t n) const { return std::abs(off_[n]) / std::max(sigma_N, sigma_about_N_[n]); }
@@ -249,7 +271,8 @@ class spike_finder
     own_samples of_;
     std::vector<double> off_; /* of each sample from the middle of its neighbours */
     std::vector<double> sigma_about_N_;
-    std::vector<double> far_sd_; /* of those found alone, by how many sigma they are off */
+    std::vector<double> far_sd_;    /* of those found alone, by how many sigma they are off */
+    std::vector<double> around_sd_; /* the same of the samples around them */
     double far_N_;
     double least_force_N_;
     double largest_force_N_;
