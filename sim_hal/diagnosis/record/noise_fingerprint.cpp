@@ -260,7 +260,7 @@ bool may_be_repetition(const measured_signal &first, const signal_news &news, co
     return quiet.share < (is_even(quiet.squares) ? shared_least : nearly_all);
 }
 
-/* What a column says of a lay. */
+/* What a column says of a lay, in the order in which it speaks for a copy. */
 enum class likeness { of_its_own, may_be_repetition, copied, the_same };
 
 likeness likeness_of(const measured_signal &first, const signal_news &news, const measured_signal &other,
@@ -275,8 +275,8 @@ likeness likeness_of(const measured_signal &first, const signal_news &news, cons
     return may_be_repetition(first, news, other, other_news, at) ? likeness::may_be_repetition : likeness::copied;
 }
 
-/* The lay that one column shows: where every other one shows it, too, and one at least beyond what a repeated
- * command makes alike; or where that one is the same but for rounding. */
+/* The lay that one column shows: where every other one shows it, too, and the last one, which no other one drives,
+ * beyond what a repeated command makes alike; or where one is the same but for rounding. */
 std::optional<copy_found> copy_of(const std::vector<column_prints> &columns,
                                   const std::vector<measured_signal> &first,
                                   const std::vector<measured_signal> &others, bool is_backwards)

@@ -157,8 +157,8 @@ class spike_finder
         }
     }
 
-    /* Spikes are apart from the noise. Of a noise whose own size has long tails, or that is loud for a few rows,
-     * many samples are off by half of what passes for a spike. */
+    /* Spikes are apart from the noise. Of a noise whose own size has long tails many samples are off by half of what
+     * passes for a spike; of one that is loud for a few rows those around are off, too. */
     bool are_apart()
     {
         constexpr double from = 0.5; /* of what all but a tenth of the spikes are off */
