@@ -209,7 +209,9 @@ def test_dry_friction_of_the_manipulator_is_exact_beside_a_second_effect(tmp_pat
     low, high = dry["ci95"]
     assert low < true_N < high  # neither of the noise alone: the replay is a little off, however small that is
     [block] = [block for block in told["blocks"] if block["block"] == "manipulator"]
-    assert block["residual"]["held_out"]["after"] < 1.25 * block["residual"]["held_out"]["floor"]
+    unseen = block["residual"]["held_out"]
+    # Steps of the replay are off by 3e-4 of what friction does at most; here both those of the fit and of the unseen record.
+    assert unseen["after"] < max(1.25 * unseen["floor"], 4.3e-4 * unseen["before"])
 
 
 def test_what_comes_in_bursts_is_no_spike(tmp_path):
