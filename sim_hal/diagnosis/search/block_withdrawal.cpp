@@ -94,8 +94,9 @@ bool block_search::is_another_body(const remains &)
     const auto is_far_off = [&](const effect_parameter &own) {
         const double given = value_of(given_, own.key);
         const double ratio = value_of(incumbent_.rig, own.key) / given;
-        const bool is_of_body = own.key.find("mass_kg") != std::string_view::npos ||
-                                own.key.find("stiffness_N_per_m") != std::string_view::npos;
+        /* Not those of what hangs on it: an effect that the rig file has may be gone. */
+        const std::string_view name = own.key.substr(own.key.find('.') + 1);
+        const bool is_of_body = name == "mass_kg" || name == "stiffness_N_per_m";
         return is_of_body && given > 0.0 && given < unlimited && (ratio < 1.0 / times || ratio > times);
     };
     return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
