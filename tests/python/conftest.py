@@ -3,6 +3,7 @@
 Run from the repository root: .venv/bin/python -m pytest -q tests/python
 """
 
+import collections
 import json
 import os
 import pathlib
@@ -42,10 +43,18 @@ DISTURBED = {
 
 
 def pytest_collection_modifyitems(items):
-    """Puts every test that needs the programs built for arm64 behind its mark."""
+    """Puts every test that needs the programs built for arm64 behind its mark, and what comes after the first sets of
+    parameters of those that are many among the slow ones."""
+    seen = collections.Counter()
     for item in items:
         if "arm64" in item.fixturenames:
             item.add_marker(pytest.mark.arm64)
+        first = item.get_closest_marker("first")
+        if first is not None and item.get_closest_marker("slow") is None:
+            function = item.nodeid.partition("[")[0]
+            seen[function] += 1
+            if seen[function] > first.args[0]:
+                item.add_marker(pytest.mark.slow)
 
 
 def settings(values):

@@ -122,6 +122,7 @@ def test_a_step_too_coarse_is_told_with_the_substeps_that_are_enough(found, tmp_
     assert f"{1e6 * told['tool_m']:.3g} um" in advice
 
 
+@pytest.mark.slow
 def test_the_steps_are_those_that_the_firmware_makes(found, tmp_path):
     """In 5 substeps, the force the same over all of them: what the integrator errs shrinks with the square, what comes of
     the force does not, and the drift of momentum is that of the short steps."""
@@ -167,6 +168,7 @@ def test_the_drift_of_momentum_is_at_the_rig_s_own_step():
     assert "in 60 s of the same motion without contact, in steps of 5 ms" in shown
 
 
+@pytest.mark.slow
 def test_the_statement_is_about_the_rig_s_own_period(tmp_path):
     done = command("accuracy", "ess-berthing", "--set", "loop.rate_Hz=200", "--json")
     assert done.returncode == 0, done.stderr.decode()
@@ -190,6 +192,7 @@ def test_an_arm_that_cannot_be_led_from_its_start_is_refused(tmp_path, shoulder_
     assert b"stretched.toml: the arm starts at or near a singular pose" in done.stderr and b"initial_rad" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_held_base_keeps_no_momentum():
     """Its mount takes what it must: that is no error of an integrator."""
     done = command("accuracy", "ess-held")

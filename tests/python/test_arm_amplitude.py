@@ -190,6 +190,7 @@ def reduce(*options):
     (("--guided",), 0.1, ["joint 1", "joint 2", "wheel"]),
     ((), 0.02, None),
 ])
+@pytest.mark.first(3)
 def test_the_swing_is_that_of_an_arm_of_our_own(options, amplitude_m, limited):
     found = reduce(*options, "--amplitude", f"{amplitude_m / 2!r}:{amplitude_m!r}:2")["amplitudes"]
     arm = Arm("--held" in options, "--guided" in options)

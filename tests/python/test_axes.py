@@ -402,6 +402,7 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer, duration_s):
     assert grown == pytest.approx(expected, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_report_shows_every_axis(tmp_path):
     log = run_json(rig_file(tmp_path, PLANAR_AXES, wrench_section()), tmp_path, *LAYOUT, "--set", "run.duration_s=2")["log"]
     command(ROOT / "scripts" / "report.py", log, program=(ROOT / ".venv" / "bin" / "python",))

@@ -35,6 +35,7 @@ def bench():
     return run.stdout, json.loads((TOP / "build/bench.json").read_text())
 
 
+@pytest.mark.slow
 def test_every_figure_is_printed(bench):
     text, figures = bench
     tick = figures["firmware_tick"]

@@ -14,6 +14,7 @@ def wandering(rng):
 
 @pytest.mark.parametrize("step_m", [1e-5, 2e-5, 1e-4])
 @pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.first(3)
 def test_of_a_coarse_command_nothing_is_made(tmp_path, step_m, seed):
     """The robot was sent something finer: that is as if setpoints were lost, or smoothed by a lag."""
     rng = np.random.default_rng(seed)
@@ -33,6 +34,7 @@ def test_beside_a_coarse_command_a_cause_is_named(tmp_path):
 
 
 @pytest.mark.parametrize("step_m, late_ms", [(2e-6, 3.0), (3e-6, 3.0), (2e-6, 6.0)])
+@pytest.mark.first(1)
 def test_what_smooths_a_rounded_command_does_not_win_by_that(tmp_path, step_m, late_ms):
     """A resonance takes the rounding out of the error that a dead time leaves, and was named in its place."""
     rng = np.random.default_rng(7)

@@ -88,6 +88,7 @@ LIMIT = "robot.velocity_limit_m_per_s"
 
 
 @pytest.mark.parametrize("key", KEYS)
+@pytest.mark.first(4)
 def test_twice_the_size_is_seen(clean, tmp_path, key):
     told = smallest(clean, key)
     given = told["given"] or 0.0
@@ -101,6 +102,7 @@ def test_twice_the_size_is_seen(clean, tmp_path, key):
 
 
 @pytest.mark.parametrize("key", [key for key in KEYS if key != LIMIT])
+@pytest.mark.first(4)
 def test_a_third_of_the_size_is_not_named(clean, tmp_path, key):
     told = smallest(clean, key)
     given = told["given"] or 0.0

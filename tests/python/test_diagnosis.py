@@ -89,6 +89,7 @@ def test_in_a_run_without_noise_the_steps_of_the_wire_are_no_fault(tmp_path, lay
     {}, {"robot.lag_ms": 15}, {"robot.lag_ms": 15, "robot.velocity_limit_m_per_s": 0.1}, {"robot.velocity_limit_m_per_s": 0.1},
     {"robot.backlash_m": 2e-4},
     {"robot.transfer_frequency_Hz": 12, "robot.transfer_damping_ratio": 0.6}, {"robot.dead_time_ms": 18.3}], ids=str)
+@pytest.mark.first(3)
 def test_of_a_robot_that_jumps_to_its_setpoints_only_noise_is_left(more, tmp_path):
     keys = [word for key, value in {"robot.interpolation": '"hold"', **more}.items() for word in ("--set", f"{key}={value}")]
     assert command("run", "ess", *RUN, *keys, "--out", tmp_path).returncode == EXIT_DONE
@@ -121,6 +122,7 @@ def test_a_force_that_is_older_than_its_tolerance_is_no_second_mode(tmp_path):
     assert low_ms < 2.5 + 1.2 < high_ms
 
 
+@pytest.mark.slow
 def test_a_body_of_a_hundredth_is_told_in_part(tmp_path):
     """The sensor's spring is a twentieth of what the rig file says, which no effect is: an object that hangs on another
     of no mass does the same."""
@@ -171,6 +173,7 @@ def test_what_was_not_fitted_stands_as_given(tmp_path):
 
 # --- measured data ------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("tolerance", [None, 0.005])
+@pytest.mark.first(1)
 def test_friction_and_offset_of_a_real_drive(tmp_path, tolerance):
     """Within 2 % of the published values, though the record knows no zero of either; then the asymmetry."""
     train, pulses = measured("emps/train.csv.gz", "emps/test_pulses.csv.gz")

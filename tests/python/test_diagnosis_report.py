@@ -325,6 +325,7 @@ def test_an_effect_that_eigen_knows_is_not_called_ignored(tmp_path):
     assert "What the extension does to the stability limit" in text and "do not account for" not in text
 
 
+@pytest.mark.slow
 def test_a_long_record_stays_small_and_keeps_its_extremes(tmp_path):
     write_record(tmp_path / "record.csv", FAULTS["nothing_detectable"])
     assert command("diagnose", tmp_path / "record.csv", "--rig", "ess", "--out", tmp_path).returncode == EXIT_DONE

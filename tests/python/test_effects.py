@@ -119,10 +119,15 @@ OF_SIZE = [{"robot.backlash_m": 5e-4}, {"robot.deadband_m": 5e-4}, {"robot.veloc
            {"manipulator.coulomb_friction_N": 2}, {"manipulator.cubic_stiffness_N_per_m3": 2e7},
            {"manipulator.backlash_m": 2e-3}, {"manipulator.quadratic_stiffness_N_per_m2": 2e5},
            {"sensor.resolution_N": 5}, {"sensor.saturation_N": 10}]
+LIMITS_TAKE_LONG = ("object.grip_force_N", "robot.velocity_limit_m_per_s", "sensor.saturation_N")
 WITHOUT_EFFECTS_per_s = -0.298369
 
 
-@pytest.mark.parametrize("keys", LINEAR + OF_SIZE, ids=lambda keys: next(iter(keys)))
+def slow_where_limits_take_long(keys):
+    return pytest.param(keys, marks=[pytest.mark.slow] * any(key in LIMITS_TAKE_LONG for key in keys))
+
+
+@pytest.mark.parametrize("keys", map(slow_where_limits_take_long, LINEAR + OF_SIZE), ids=lambda keys: next(iter(keys)))
 def test_every_effect_is_in_eigenvalues_limits_and_maps(keys, tmp_path):
     eigen, limits, mapped = (command(what, "ess", *settings(keys), *more, "--json", text=True) for what, more in
                              (("eigen", ()), ("limits", ()),

@@ -16,6 +16,7 @@ from hidden_record import hidden_and_told, slow
     slow(105, "manipulator.cubic_stiffness", "manipulator"),
     (103, "manipulator.backlash", "manipulator"), (104, "object.loss_of_contact", "force"),
 ])
+@pytest.mark.first(1)
 def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, block, tmp_path):
     [hidden], told = hidden_and_told(tmp_path, seed, "--effect", effect, "--size", "large")
     found = next(one for one in told["blocks"] if one["block"] == block)
@@ -31,6 +32,7 @@ def test_what_was_hidden_is_named_with_its_size_and_leaves_noise(seed, effect, b
     7214,  # whole ticks lost, and a parameter of the object
     7274,  # spikes of the sensor, beside a drift of the robot
 ])
+@pytest.mark.first(1)
 def test_what_happened_to_single_samples_of_unseen_data_is_known_there_too(seed, tmp_path):
     _, told = hidden_and_told(tmp_path, seed, "--kind", "two")
     floor_N = json.loads((tmp_path / "truth/truth.json").read_text())["floor_rms"]["force_N"]
@@ -108,6 +110,7 @@ def test_friction_is_found_at_another_presliding_way_once_its_asymmetry_is_known
     (31020, "loop.lost_samples", "tiny"), (31086, "loop.lost_samples", "small"),
     (31171, "sensor.dropouts", "large"),
 ])
+@pytest.mark.first(1)
 def test_intervals_hold_what_slips_and_what_is_lost(seed, effect, size, tmp_path):
     """Twice the stated 95 %: a draw is outside once in ten thousand."""
     [hidden], told = hidden_and_told(tmp_path, seed, "--kind", "single", "--effect", effect, "--size", size)
@@ -122,6 +125,7 @@ def test_intervals_hold_what_slips_and_what_is_lost(seed, effect, size, tmp_path
     # A slip that noise hides in the reports, one in a part that was held out, and slips of which each is off by more.
     (159157, "medium"), (148026, "large"), (148293, "large"),
 ])
+@pytest.mark.first(1)
 def test_slips_of_a_clock_are_in_the_ticks_in_which_the_force_shows_them(seed, size, tmp_path):
     """A stiff contact answers to a slip in another tick with ten times the noise."""
     [hidden], told = hidden_and_told(tmp_path, seed, "--kind", "single", "--effect", "loop.clock_drift", "--size", size)
@@ -133,6 +137,7 @@ def test_slips_of_a_clock_are_in_the_ticks_in_which_the_force_shows_them(seed, s
     assert told["residual"]["force_N"]["fit"]["after"] < 1.1 * floor_N
 
 
+@pytest.mark.slow
 def test_a_slip_in_the_middle_of_a_fast_move_and_a_disturbance_behind_it_are_both_exact(tmp_path):
     """Of the robot's error the moves are all: a guess that is a tenth of a second off explains nothing."""
     (clock, periodic), told = hidden_and_told(tmp_path, 214234, "--kind", "two")
@@ -145,6 +150,7 @@ def test_a_slip_in_the_middle_of_a_fast_move_and_a_disturbance_behind_it_are_bot
             assert abs(parameter["value"] - true) < high - low
 
 
+@pytest.mark.slow
 def test_a_sensors_lag_of_about_a_tick_is_not_taken_for_a_slip_in_another_tick(tmp_path):
     (lag, clock), told = hidden_and_told(tmp_path, 651224, "--kind", "two")
     assert told["verdict"] == "named"
@@ -164,6 +170,7 @@ def test_a_friction_that_falls_with_velocity_is_not_told_as_less_damping(tmp_pat
     assert causes == sorted(one["effect"] for one in hidden) == ["object.backlash", "object.coulomb_friction"]
 
 
+@pytest.mark.slow
 def test_a_resonance_that_a_lag_and_a_longer_dead_time_match_is_told_in_part(tmp_path):
     """A second-order lag that hardly swings; the reports have nothing against it."""
     _, told = hidden_and_told(tmp_path, 812, "--effect", "robot.lag,robot.dead_time")
@@ -172,6 +179,7 @@ def test_a_resonance_that_a_lag_and_a_longer_dead_time_match_is_told_in_part(tmp
     assert told["verdict"] == "partly_explained" and "two other effects together do as well" in robot["doubts"]
 
 
+@pytest.mark.slow
 def test_setpoints_that_only_the_force_decodes_are_counted(tmp_path):
     """Behind dry friction of 26 times the noise no loss stands out by itself."""
     effects, told = hidden_and_told(tmp_path, 214044, "--kind", "two")
@@ -214,6 +222,7 @@ def test_dry_friction_of_the_manipulator_is_exact_beside_a_second_effect(tmp_pat
     assert unseen["after"] < max(1.25 * unseen["floor"], 4.3e-4 * unseen["before"])
 
 
+@pytest.mark.slow
 def test_what_comes_in_bursts_is_no_spike(tmp_path):
     """Slips of a clock that is left out of the library ring in a stiff contact."""
     _, told = hidden_and_told(tmp_path, 159223, "--kind", "single", "--effect", "loop.clock_drift", "--size", "large",
@@ -238,6 +247,7 @@ def test_a_neighbour_of_what_the_library_lacks_is_told_as_a_part(seed, effect, s
 
 @pytest.mark.parametrize("seed, causes", [(751047, ["object.coulomb_friction", "object.parameters"]),
                                           slow(751147, ["object.coulomb_friction"])])
+@pytest.mark.slow
 def test_friction_that_falls_with_speed_is_told_as_a_part(seed, causes, tmp_path):
     """It fits down to the noise as dry friction beside less damping: half of it, or as little as the rig allows."""
     _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", "outside.object_stribeck")
@@ -246,6 +256,7 @@ def test_friction_that_falls_with_speed_is_told_as_a_part(seed, causes, tmp_path
     assert any("falls with speed" in doubt for doubt in force["doubts"])
 
 
+@pytest.mark.slow
 def test_a_mode_whose_mass_may_be_none_is_not_named(tmp_path):
     """Parameters a little beyond their tolerances, which a small second mode fits as well; its interval holds zero."""
     _, told = hidden_and_told(tmp_path, 148021, "--kind", "single", "--effect", "object.parameters", "--size", "tiny")

@@ -12,6 +12,7 @@ from browser import Browser
 from conftest import EXIT_INPUT, ROOT
 from test_report import Page
 
+pytestmark = pytest.mark.slow  # the page takes minutes
 SIZE_MAX_BYTES = 15e6
 OF_THE_PAPER = ["fig-04", "fig-05", "fig-06", *(f"fig-{n}" for n in range(10, 18)), "refinement"]
 MAPS = OF_THE_PAPER[5:11]
@@ -75,7 +76,6 @@ def in_browser(folder, tmp_path_factory):
         return browser.evaluate(PROBE), console
 
 
-@pytest.mark.slow
 def test_every_plot_is_drawn_in_a_browser(in_browser):
     seen, _ = in_browser
     assert sorted(seen) == sorted(f"{name}-{i}" for name, count in PANELS.items() for i in range(count))
@@ -89,7 +89,6 @@ def test_every_plot_is_drawn_in_a_browser(in_browser):
         assert plot["marks"] >= plot["traces"] - 2 > -2, (name, plot)
 
 
-@pytest.mark.slow
 def test_every_surface_is_drawn_with_its_stable_and_its_unstable_part(in_browser):
     seen, _ = in_browser
     for name in SURFACES:
@@ -98,7 +97,6 @@ def test_every_surface_is_drawn_with_its_stable_and_its_unstable_part(in_browser
         assert plot["red"] > 0.01 and plot["blue"] > 0.003, (name, plot["red"], plot["blue"])
 
 
-@pytest.mark.slow
 def test_every_flat_map_shows_both_sides_and_the_limit(in_browser):
     seen, _ = in_browser
     for name in MAPS:
@@ -108,7 +106,6 @@ def test_every_flat_map_shows_both_sides_and_the_limit(in_browser):
         assert "limit of stability" in plot["text"] and ("wall" in plot["text"]) == (name in MAPS[::2])
 
 
-@pytest.mark.slow
 def test_the_console_stays_empty(in_browser):
     _, console = in_browser
     assert console == []

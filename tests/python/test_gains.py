@@ -66,6 +66,7 @@ def changed_values(own, gain, value):
 
 @pytest.mark.parametrize("rig, own, values", RIGS)
 @pytest.mark.parametrize("percent", [10.0, 50.0])
+@pytest.mark.first(5)
 def test_each_gain_is_what_another_program_finds(rig, own, values, percent):
     told = limits(rig, "--change", str(percent), values=values)
     own = {**own, **{OTHER_NAME[key][0]: value * OTHER_NAME[key][1] for key, value in values.items()}}
@@ -125,6 +126,7 @@ def test_a_force_that_becomes_a_tick_older_is_said():
     assert "the force becomes 1 tick older" in text
 
 
+@pytest.mark.slow
 def test_a_limit_at_an_amplitude_is_where_eigen_finds_it():
     """Also of an effect whose equivalent takes a simulation, and of one-sided contact."""
     limit_of = {"robot.acceleration_limit_m_per_s2": 0.3}

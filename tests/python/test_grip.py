@@ -176,6 +176,7 @@ def test_the_shipped_rig_grips_along_all_axes_and_its_report_shows_it(logs):
     assert replay_json(log)["equal"]
 
 
+@pytest.mark.slow
 def test_the_report_shows_a_grip(tmp_path):
     log = run_json(rig_file(tmp_path, beam=True), tmp_path, *grip_settings("closes"))["log"]
     command(ROOT / "scripts" / "report.py", log, program=(ROOT / ".venv" / "bin" / "python",))

@@ -82,6 +82,7 @@ from hidden_record import hidden_and_told, slow
     # A bias leads a few of 500 losses astray, as long as they are decoded without it.
     slow(651104, ("--kind", "two"), ["robot.lost_commands", "sensor.bias"]),
 ])
+@pytest.mark.first(3)
 def test_what_one_stretch_or_the_force_alone_shows_is_named(seed, arguments, causes, tmp_path):
     hidden, told = hidden_and_told(tmp_path, seed, *arguments)
     assert sorted(one["effect"] for one in hidden) == causes
@@ -104,6 +105,7 @@ def test_what_is_small_beside_a_first_cause_is_found(seed, causes, rival, tmp_pa
 
 
 @pytest.mark.parametrize("seed, kind", [(761084, "two"), slow(761114, "two_of_one_block")])
+@pytest.mark.slow
 def test_what_a_limit_with_windup_leaves_in_a_stiff_contact_is_not_told_as_a_sensor(seed, kind, tmp_path):
     """It winds up while it acts, which our limit does not: each tick that is off rings in the force."""
     hidden, told = hidden_and_told(tmp_path, seed, "--kind", kind)

@@ -74,6 +74,7 @@ def test_same_seed_same_bytes_and_the_truth_stays_apart(tmp_path):
 
 @pytest.mark.parametrize("effect, seed", [("none", 1), ("robot.deadband", 2), ("sensor.spikes", 3),
                                           ("object.coulomb_friction", 4), ("loop.lost_samples", 5)])
+@pytest.mark.first(2)
 def test_the_firmwares_command_follows_from_operator_and_force(tmp_path, effect, seed):
     out, hidden = generate(tmp_path, seed, "--effect", effect, "--size", "medium")
     if hidden["true_fields"]["manipulator_is_measured"]:
@@ -96,6 +97,7 @@ def test_the_firmwares_command_follows_from_operator_and_force(tmp_path, effect,
     ("object.cubic_stiffness", ["eigen"], b": stable"),
     ("object.impact_damping", ["run", "--print-config"], b'kind = "contact"'),
 ])
+@pytest.mark.first(1)
 def test_the_rig_file_is_one_that_berth_takes(tmp_path, effect, words, shows):
     out, _ = generate(tmp_path, 11, "--effect", effect, "--size", "small")
     rig = plain_values(tomllib.loads((out / "rig.toml").read_text()))
@@ -164,6 +166,7 @@ def test_what_the_tolerances_allow_is_not_an_effect():
     assert tuning.absorb(other, [])[0] < 1e-6 * chi2
 
 
+@pytest.mark.slow
 def test_a_force_scaled_by_a_sensor_is_an_object_scaled_within_its_tolerances():
     """To first order a resonance that moves by its width is not the re-tuned one: Gauss-Newton has to get there."""
     made = next(s for s in (scenarios.draw(seed, "sensor.gain", "small") for seed in range(7046, 7100))
@@ -183,6 +186,7 @@ def test_a_force_scaled_by_a_sensor_is_an_object_scaled_within_its_tolerances():
     assert detectability.assess(made)[0]["chi2"] < 10.0 < np.sum(detectability.stacked(made, added) ** 2), made.seed
 
 
+@pytest.mark.slow
 def test_an_object_that_a_scaled_sensor_looks_like_is_found_from_afar():
     """1.6e6 away in chi2, and along the tolerance of a stiffness that hardly matters: an optimiser may crawl there."""
     made = scenarios.draw(181049, "sensor.gain", "medium")

@@ -150,7 +150,7 @@ out.mkdir(parents=True, exist_ok=True)
 '''
 
 
-@pytest.fixture(params=[("right", 10), ("guess", 7), ("silent", 4), ("broken", 2)], ids=lambda case: case[0])
+@pytest.fixture(params=[pytest.param(("right", 10), marks=pytest.mark.slow), pytest.param(("guess", 7), marks=pytest.mark.slow), ("silent", 4), ("broken", 2)], ids=lambda case: case[0])
 def scored(request, tmp_path):
     """(how the program answers, exit code, score.json, score.md) of some records."""
     how, count = request.param
@@ -217,6 +217,7 @@ def test_few_records_fail_a_bound_only_if_that_is_improbable():
 
 
 @pytest.mark.parametrize("place", [0, 1, 3, 6, 13])
+@pytest.mark.first(2)
 def test_a_record_is_made_again_by_the_line_that_tells_how(place, tmp_path):
     """One of each kind: single, fault-free, two, outside, two of one block."""
     seed, kind, effect, size = score.plan(7001, 20)[place]

@@ -63,6 +63,7 @@ def test_a_robot_that_does_the_same_again_without_being_told(tmp_path):
 
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("turn", [*MIRRORED, *REPEATED])
+@pytest.mark.first(6)
 def test_a_command_may_do_the_same_again_or_backwards(tmp_path, turn, robot):
     """Its answer was measured twice: other noise, and the lag the right way round."""
     t_s, command_m, _ = motion()
@@ -74,6 +75,7 @@ def test_a_command_may_do_the_same_again_or_backwards(tmp_path, turn, robot):
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.001, 0.0175])
 @pytest.mark.parametrize("shape", ["triangle", "sine"])
+@pytest.mark.first(2)
 def test_a_periodic_command_is_no_copy(tmp_path, shape, lag_s):
     """Wherever the middle of the record falls: of a sine, on the crest of the answer, too."""
     t_s, _, _ = motion()
@@ -103,6 +105,7 @@ def pushed_mass(rows=24000, period_s=0.001):
 
 
 @pytest.mark.parametrize("turn, share", [("mirrored", 0.0), ("mirrored", 0.01), ("again", 0.0), ("turned over", 0.0)])
+@pytest.mark.first(2)
 def test_a_push_and_the_way_it_made_are_no_second_measurement_of_themselves(tmp_path, turn, share):
     """Of a manipulator alone the position is what was measured: a mass, whose damping turns with time."""
     t_s, push_N, position_m = pushed_mass()

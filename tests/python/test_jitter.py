@@ -200,6 +200,7 @@ def test_map_without_lateness_has_the_growth_of_the_eigenvalues_twice(write, tmp
     assert abs(result["varying"]["lost_share_of_stable_area"]) < 1e-5
 
 
+@pytest.mark.slow
 def test_map_with_jitter_loses_area_and_its_points_are_those_of_eigen(write, tmp_path):
     path = write(histogram({us: 1 for us in range(0, 2000, 3)}))
     grid = ["--vary", "elasticity", "--grid", "40x20", "--jitter", path]

@@ -48,6 +48,7 @@ def run(out, rig_values, *arguments):
 
 
 @pytest.mark.parametrize("effect", KNOWN)
+@pytest.mark.first(6)
 def test_a_known_effect_is_re_tuned_within_its_tolerance_and_named_beyond(tmp_path, effect):
     """5 % where nothing is said. Held at 3 % less, it made others stand in for the rest: a gain of the sensor for a
     cubic stiffness, a gain of the robot for a lag."""
@@ -60,7 +61,8 @@ def test_a_known_effect_is_re_tuned_within_its_tolerance_and_named_beyond(tmp_pa
     assert values(far)[effect][size.split(".")[1]] == pytest.approx(true, rel=0.02)
 
 
-@pytest.mark.parametrize("effect", BY_CHANCE)
+@pytest.mark.first(2)
+@pytest.mark.parametrize("effect", sorted(BY_CHANCE, reverse=True))
 def test_what_happens_by_chance_is_as_given_within_its_interval(tmp_path, effect):
     """A rig file that has the spikes is not wrong as there are spikes."""
     record = run(tmp_path / "run", BY_CHANCE[effect])

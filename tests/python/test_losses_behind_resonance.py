@@ -56,6 +56,7 @@ def diagnosed(tmp_path, seed, lost_share):
 
 
 @pytest.mark.parametrize("seed, lost_share", [(21, 0.0), (22, 0.02), (23, 0.02)])
+@pytest.mark.first(1)
 def test_losses_and_resonance_are_both_named(tmp_path, seed, lost_share):
     told, share = diagnosed(tmp_path, seed, lost_share)
     values = {cause["effect"]: cause["parameters"] for cause in told["causes"]}
@@ -68,6 +69,7 @@ def test_losses_and_resonance_are_both_named(tmp_path, seed, lost_share):
         assert told["residual"]["force_N"]["fit"]["after"] < 1.5 * FORCE_NOISE_N
 
 
+@pytest.mark.slow
 def test_of_many_losses_behind_it_no_share_is_told_without_a_doubt(tmp_path):
     """A loss in twenty rings into the next ones, and not all are told from each other."""
     told, share = diagnosed(tmp_path, 24, 0.05)

@@ -109,6 +109,7 @@ def test_of_rounding_no_share_is_told(tmp_path):
 
 @pytest.mark.parametrize("lost_share, lag_ms", [(0.02, 0.0), (0.08, 0.0), (0.02, 10.0), (0.05, 10.0)])
 @pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.first(3)
 def test_the_share_that_is_lost_is_told(tmp_path, seed, lost_share, lag_ms):
     share, told, values = told_of(tmp_path, seed, lost_share, lag_ms)
     if lost_share < 0.06:

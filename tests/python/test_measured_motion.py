@@ -93,6 +93,7 @@ def test_of_a_spring_and_a_damper_only_noise_is_left(tmp_path):
     ("object.cubic_stiffness", "cubic_stiffness_N_per_m3", 5e6, 1e-6),
     ("object.hysteresis", "hysteresis_force_N", 6.0, 0.0),
     ("object.hysteresis", "hysteresis_length_m", 8e-4, 0.0)])
+@pytest.mark.first(2)
 def test_what_a_specimen_does_is_named(tmp_path, law, name, value, noise_m):
     found = diagnosed(tmp_path, law, noise_m)
     assert found["verdict"] == "named" and [cause["effect"] for cause in found["causes"]] == [law]

@@ -96,6 +96,7 @@ def oscillator(force_N, is_held, cubic_N_per_m3, step_s):
 
 
 @pytest.mark.parametrize("moves, cubic_N_per_m3", [(True, 0.0), (True, 3e7), (False, 0.0), (False, 3e7)])
+@pytest.mark.first(2)
 def test_a_force_between_the_rows_is_the_one_that_explains_more(tmp_path, moves, cubic_N_per_m3):
     """Noise up to half of the highest frequency drives an oscillator of 30 Hz, logged at 400 Hz."""
     fine, rate_Hz = 16, 400.0

@@ -35,6 +35,7 @@ def names(entries):
 
 
 @pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.first(1)
 def test_the_proposed_experiment_decides(tmp_path, seed):
     """About 10 mm and within 0.5 mm of it, a spring that hardens is like one that is stiffer on one side."""
     told = {"manipulator.initial_position_m": 0.01, "profile.offset_m": 0.01}

@@ -19,7 +19,10 @@ VOLATILE = [
 def console_commands():
     """(command, expected output) of each command in the README's console blocks that runs a program of the build."""
     for block in readme.BLOCK.finditer(README):
-        yield from ((command, printed) for command, printed in readme.split_block(block[2]) if readme.is_run(command))
+        for command, printed in readme.split_block(block[2]):
+            if readme.is_run(command):
+                takes_long = command.startswith("build/berth accuracy")
+                yield pytest.param(command, printed, marks=[pytest.mark.slow] * takes_long)
 
 
 def stable(text):

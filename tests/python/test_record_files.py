@@ -321,6 +321,7 @@ def test_a_folder_that_cannot_take_every_file_is_told_before_the_work(tmp_path):
 @pytest.mark.parametrize("seed, effect, causes", [
     (2, "none", []), (3, "none", []), (21, "sensor.quantisation", ["sensor.quantisation"]),
     (24, "robot.backlash", ["robot.backlash"])])
+@pytest.mark.first(2)
 def test_rows_that_a_logger_lost_are_no_fault(seed, effect, causes, tmp_path):
     """What is put in for them lies beside the steps of a coarse sensor, and off what the robot was told."""
     missing = np.random.default_rng(seed).choice(np.arange(100, 7000), 20, replace=False)
@@ -333,6 +334,7 @@ def test_rows_that_a_logger_lost_are_no_fault(seed, effect, causes, tmp_path):
 
 @pytest.mark.parametrize("effect, cause", [("none", None), ("robot.gain", "robot.gain")])
 @pytest.mark.parametrize("which", ["one in seven", "any of twenty"])
+@pytest.mark.first(1)
 def test_where_many_rows_are_missing_the_noise_is_what_it_is(which, effect, cause, tmp_path):
     """Few rows then have many before them, and what is put in between has the noise of the next ones."""
     rows = np.arange(100, 7000)

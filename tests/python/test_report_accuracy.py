@@ -25,6 +25,7 @@ def beside(log, found):
     return path
 
 
+@pytest.mark.slow
 def test_the_statement_stands_in_the_report(log, found):
     assert "Accuracy of the fixed step" not in made(log)[0].text
     beside(log, found)

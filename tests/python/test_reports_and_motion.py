@@ -55,6 +55,7 @@ def low_passed(robot_m):
 
 
 @pytest.mark.parametrize("fault", [late, pytest.param(rippled, marks=pytest.mark.slow), low_passed])
+@pytest.mark.first(1)
 def test_reports_that_are_off_are_not_taken_for_motion(tmp_path, rows, fault):
     off = rows.copy()
     off[:, 2] = fault(off[:, 2])
@@ -64,6 +65,7 @@ def test_reports_that_are_off_are_not_taken_for_motion(tmp_path, rows, fault):
     assert block(found, "force")["verdict"] == "nothing_detectable"
 
 
+@pytest.mark.slow
 def test_a_motion_that_is_off_is_still_named(tmp_path):
     found = diagnosed(tmp_path, run_with(tmp_path, "--set", "robot.dead_time_ms=21"))
     assert found["verdict"] in ("named", "one_of")

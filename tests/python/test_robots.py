@@ -242,6 +242,7 @@ def test_a_point_that_is_only_possible_at_the_upper_end(tmp_path):
 
 
 @pytest.mark.parametrize("stiffness_N_per_m, stable", [(2368.7, "all"), (15000, "part"), (60000, "none")])
+@pytest.mark.first(1)
 def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, stable):
     what = {"object.stiffness_N_per_m": stiffness_N_per_m, "object.damping_N_s_per_m": 400}
     arguments = ["ess", "--robot", "abb-egm", *settings(what)]

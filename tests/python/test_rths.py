@@ -296,6 +296,7 @@ def test_told_a_younger_force_than_it_is_every_figure_is_that_of_the_adaptive_ro
     assert told["nominal"]["J6_percent"] > 1.0  # the price: exactly the frame's motion is not got this way
 
 
+@pytest.mark.slow
 def test_the_peak_of_the_tracking_error_is_that_of_the_noise(benchmark_data):
     """So the worst of 20 plants is a matter of luck: it is 2.19 or less in 6 of 10 sets of them, and so is the noise
     alone."""

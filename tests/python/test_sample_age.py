@@ -48,6 +48,7 @@ def test_the_rig_that_made_a_run_explains_it(run):
     assert len(told) == (sampler["sensor.delay_ms"] != age_ms)
 
 
+@pytest.mark.first(2)
 def test_the_age_is_found_and_the_extended_rig_has_it(run):
     folder, _, age_ms = run
     found = diagnose(folder / "found", folder / "ess.ulg", "--rig", "ess")

@@ -175,6 +175,7 @@ def test_a_lag_behind_a_dead_time_under_steps(tmp_path, dead_time_ms, lag_ms):
 
 
 @pytest.mark.parametrize("late_ms, gain", [(3.5, 0.02), (4.5, 0.01), (2.5, 0.01)])
+@pytest.mark.first(1)
 def test_a_dead_time_beside_a_gain_is_no_resonance(tmp_path, late_ms, gain):
     """Slow motion hardly tells them apart; the gain was found second, and a resonance stood in for the dead time."""
     period_s, dead_time_s = 0.0025, 0.0175

@@ -161,6 +161,7 @@ def test_an_amplitude_at_which_a_spring_has_softened_to_nothing_is_refused(subco
     ({"sensor.loss_probability": 0.1}, "frames are lost"),
     ({"run.lateness_file": "sim_hal/rigs/late-up-to-500us.json"}, "wakes late by 0 to 500 us"),
 ], ids=["clock", "jitter", "losses", "late wake-ups"])
+@pytest.mark.first(2)
 def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, effect):
     told, without = ask("limits", "ess", values), ask("limits", "ess")
     assert len(told["left_out"]) == 1 and effect in told.pop("left_out")[0]

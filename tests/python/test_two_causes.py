@@ -23,6 +23,7 @@ def run_with(tmp_path, hidden, rig="ess"):
     {"robot.dead_time_ms": 20.0, "robot.periodic_error_m": 5e-5, "robot.periodic_error_pitch_m": 0.004},  # no resonance
     {"robot.lag_ms": 8.0, "robot.velocity_limit_m_per_s": 0.06},
 ], ids=" and ".join)
+@pytest.mark.first(2)
 def test_both_of_one_block_are_named(tmp_path, hidden):
     found = diagnose(tmp_path / "out", run_with(tmp_path, hidden), "--rig", "ess")
     assert found["verdict"] == "named" and len(found["causes"]) == 2
@@ -34,6 +35,7 @@ def test_both_of_one_block_are_named(tmp_path, hidden):
 
 
 @pytest.mark.parametrize("pitch_m, dead_time_ms", [(0.004, 20.0), (0.0042, 20.0), (0.004, 19.5)])
+@pytest.mark.first(1)
 def test_without_a_force_a_rival_of_the_first_cause_is_told(tmp_path, pitch_m, dead_time_ms):
     """To slow reports a resonance is a dead time, and the periodic error comes second."""
     t_s = 0.0025 * np.arange(12000)
@@ -58,6 +60,7 @@ def test_a_late_sensor_behind_reports_too_noisy_to_tell_how_the_robot_is_late(tm
 
 
 @pytest.mark.parametrize("late", [{"sensor.lag_ms": 6.0}, {"sensor.delay_ms": 7.5}], ids=str)
+@pytest.mark.first(1)
 def test_a_late_sensor_behind_a_late_robot_whose_reports_are_clear(tmp_path, late):
     found = diagnose(tmp_path / "out", run_with(tmp_path, {"robot.lag_ms": 8.0} | late), "--rig", "ess")
     [(key, true)] = late.items()
@@ -67,6 +70,7 @@ def test_a_late_sensor_behind_a_late_robot_whose_reports_are_clear(tmp_path, lat
 
 
 @pytest.mark.parametrize("robot_lag_ms, sensor_lag_ms", [(5.0, 4.0), (6.0, 4.0), (4.0, 5.0)])
+@pytest.mark.first(1)
 def test_a_sensor_that_lags_behind_a_robot_that_lags_is_offered(tmp_path, robot_lag_ms, sensor_lag_ms):
     """The robot's could make up for the sensor's, if its reports did not hold it."""
     found = diagnose(tmp_path / "out", run_with(tmp_path, {"robot.lag_ms": robot_lag_ms, "sensor.lag_ms": sensor_lag_ms}),
@@ -119,6 +123,7 @@ surface_position_m = 0.0
 """
 
 
+@pytest.mark.slow
 def test_without_reports_a_lag_is_no_resonance_beside_a_gain(tmp_path):
     """Which contains it; only beside the gain do both do as well, where the object is known too well for it."""
     rig = tmp_path / "rig.toml"
@@ -132,6 +137,7 @@ def test_without_reports_a_lag_is_no_resonance_beside_a_gain(tmp_path):
 
 
 @pytest.mark.parametrize("dead_time_ms", [12.5, 13.0, 13.5])
+@pytest.mark.first(1)
 def test_what_two_parameters_more_earn_by_chance_names_no_resonance(tmp_path, dead_time_ms):
     """Reports and force weigh the two; of a dead time of 13 ms the resonance is 10 better in the sum of squares."""
     told = gripped_chain.diagnosed(tmp_path, np.random.default_rng(4), gripped_chain.chirp(), dead_time_ms)

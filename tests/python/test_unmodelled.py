@@ -79,6 +79,7 @@ def motor_with_little_voltage(goal_m, gain_per_s=40.0, motor_s=0.05, voltage_max
 
 @pytest.mark.parametrize("robot", [slower_up_than_down, farther_upwards, motor_with_little_voltage])
 @pytest.mark.parametrize("is_validated", [True, False])
+@pytest.mark.first(2)
 def test_what_a_neighbour_leaves_far_above_the_noise_is_said(tmp_path, robot, is_validated):
     """What is left is smooth, as the motion is; it had been taken for the noise, and the neighbour for the truth."""
     record = robot_record(tmp_path, robot)
@@ -107,6 +108,7 @@ def faultless(tmp_path_factory):
 
 
 @pytest.mark.parametrize("step_m", [1e-7, 1e-6, 1e-5])
+@pytest.mark.first(1)
 def test_a_command_with_too_few_digits_hides_no_cause(tmp_path, faultless, step_m):
     """In a contact of 2e7 N/m a micrometre is 20 N; a mass of 326 kg had been found in it."""
     coarse = faultless | {"command_position_m": step_m * np.round(faultless["command_position_m"] / step_m)}
@@ -210,6 +212,7 @@ def test_a_rate_that_changes_is_no_jitter(tmp_path, faultless):
 
 @pytest.mark.parametrize("channel, noise", [("robot_position_m", 5e-6), ("force_N", 0.3)])
 @pytest.mark.parametrize("constant", [0.0, 12.0])
+@pytest.mark.first(1)
 def test_what_follows_nothing_has_no_cause(tmp_path, faultless, channel, noise, constant):
     """Brakes that are on, a sensor that is dead or stuck: limits, play and saturation fitted it to the noise."""
     still = constant + noise * np.random.default_rng(4).standard_normal(len(faultless["t_s"]))
@@ -230,6 +233,7 @@ def test_a_gain_that_grows_with_the_way_is_not_told_as_three_causes(tmp_path):
     assert told["verdict"] in ("partly_explained", "unknown"), told["causes"]
 
 
+@pytest.mark.slow
 def test_the_operators_velocity_is_differentiated_where_it_is_missing(tmp_path, faultless):
     """The manipulator's error is the same with the column and without it, and another one with hardly any velocity."""
     rng = np.random.default_rng(13)
@@ -327,6 +331,7 @@ ideal = true
 @pytest.mark.parametrize("jitter_ms, wander, told, size", [
     (0.3, 0.0, "velocity, as of a delay that jitters by ", 0.3), (0.0, 0.004, "size, as of a gain that wanders by ", 0.4),
     (0.0, 0.0, None, None)])
+@pytest.mark.first(1)
 def test_noise_that_follows_the_motion_is_told_with_its_size(tmp_path, jitter_ms, wander, told, size):
     t_s, command_m = multisine(12000, 7)
     rng = np.random.default_rng(8)
@@ -358,6 +363,7 @@ def late_in_stretches(command_m, t_s, seed):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.first(1)
 def test_a_robot_that_is_late_in_stretches_has_no_drifting_clock(tmp_path, seed):
     """Slips of a clock come evenly, these go back and forth; a floor that had to be estimated had hidden that."""
     t_s, command_m = multisine(12000, seed)
@@ -392,6 +398,7 @@ def servo_with_limits(goal_m, frequency_rad_per_s=60.0, damping=0.5, velocity_ma
     return made
 
 
+@pytest.mark.slow
 def test_a_slow_servo_under_steps_loses_no_setpoints(tmp_path):
     """Nine in ten of the few that lead anywhere: what stands still has another reason."""
     rng = np.random.default_rng(1)
