@@ -95,6 +95,9 @@ LDFLAGS += -O2 $(ACROSS_FILES)
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
 LOOP_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(SIM) build/rigs.cpp)
+# The loop and its simulated rig, here or at the far end, without what looks at them.
+FAR_END_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) \
+	build/rigs.cpp)
 
 .PRECIOUS: build/%/include build/%/sysroot
 .PHONY: all readme run test quick-test slow-test lint format codec bench map figures diagnose score target target-programs guest-programs target-image guest-shell jitter setup setup-test setup-target clean help
@@ -202,17 +205,13 @@ $(BUILD)/berth: $(call object,$(CLI)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
-$(BUILD)/berth-loop: $(call object,firmware/main.c) $(LOOP_OBJECTS)
+$(BUILD)/berth-loop: $(call object,firmware/main.c) $(FAR_END_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
 
 $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS)) $(LOOP_OBJECTS)
 	@echo "link $@"
 	@$(CXX) $(LDFLAGS) -o $@ $^ $(LIBRARIES)
-
-# What both the simulated rig at the far end and the loop's own side are made of.
-FAR_END_OBJECTS := $(call object,$(FIRMWARE) $(HAL) $(filter sim_hal/hil/% sim_hal/plant/% sim_hal/solver/% sim_hal/effects/%,$(SIM)) \
-	build/rigs.cpp)
 
 $(BUILD)/berth-target: $(call object,firmware/main.c $(FIRMWARE) $(HAL) $(TARGET) build/rigs.cpp) $(EFFECTS) $(BUILD)/obj/gpio.o
 	@echo "link $@"
