@@ -11,7 +11,7 @@ GENERATE = ROOT / "tests/hidden_effects/generate.py"
 
 
 def slow(*arguments):
-    """Of a test that takes more than 12 s with them: `make slow-test`."""
+    """Of a test that takes long with them: `make slow-test`."""
     return pytest.param(*arguments, marks=pytest.mark.slow)
 
 
