@@ -61,6 +61,13 @@ def test_a_known_effect_is_re_tuned_within_its_tolerance_and_named_beyond(tmp_pa
     assert values(far)[effect][size.split(".")[1]] == pytest.approx(true, rel=0.02)
 
 
+def test_a_known_cubic_stiffness_that_is_gone_is_named(tmp_path):
+    """A spring's stiffness that comes to nothing would be another body; what is added to it may be gone."""
+    found = diagnose(tmp_path / "out", run(tmp_path / "run", {}), "--rig", "ess", *set_to(KNOWN["object.cubic_stiffness"]))
+    assert found["verdict"] == "named" and list(values(found)) == ["object.cubic_stiffness"], found
+    assert abs(values(found)["object.cubic_stiffness"]["cubic_stiffness_N_per_m3"]) < 2e4
+
+
 @pytest.mark.first(2)
 @pytest.mark.parametrize("effect", sorted(BY_CHANCE, reverse=True))
 def test_what_happens_by_chance_is_as_given_within_its_interval(tmp_path, effect):
