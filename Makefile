@@ -308,11 +308,14 @@ $(call object,$(TICK_PATH)): COMMON += $(ACROSS_FILES)
 
 $(call object,$(CLI) $(filter-out sim_hal/hil/% sim_hal/plant/%,$(SIM)) $(CPP_TESTS)): COMMON += $(HOST_ONLY)
 
-# A diagnosis replays a record some thousand times. For a target it is built as the rest: one diagnoses on a PC.
+# A diagnosis replays a record some thousand times.
 $(call object,$(filter sim_hal/diagnosis/% sim_hal/effects/% sim_hal/solver/%_steps.cpp,$(SIM))): COMMON += $(if $(SANITIZE)$(CROSS_COMPILE),,-O3 $(ACROSS_FILES))
 
+# A target runs the loop and replays it: one diagnoses on a PC, and what is not optimised further is compiled sooner.
+$(call object,$(CLI) $(filter sim_hal/diagnosis/% sim_hal/stability/% sim_hal/compensation/% sim_hal/arm/% sim_hal/rths/%,$(SIM))): COMMON += $(if $(CROSS_COMPILE),-O1)
+
 # Maps evaluate millions of characteristic equations: unrolled, and complex products without a care for infinity.
-$(call object,$(filter sim_hal/stability/%,$(SIM))): COMMON += $(if $(SANITIZE),,-O3 -fcx-limited-range)
+$(call object,$(filter sim_hal/stability/%,$(SIM))): COMMON += $(if $(SANITIZE)$(CROSS_COMPILE),,-O3 -fcx-limited-range)
 
 # The commit goes into one object, which is made again when it changes.
 COMMIT := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)

@@ -100,6 +100,7 @@ together() {
     [ -n "$is_beside" ] || return
     wait
     trap - EXIT
+    is_beside=
     cat build/beside.txt
     mapfile -t lines <build/beside.counts
     [ ${#lines[@]} -gt 0 ] || lines=("0 1 0" "what runs beside ended early")
@@ -108,19 +109,24 @@ together() {
     failures+=("${lines[@]:1}")
 }
 
+in_cpp() {
+    cpp "C++ tests" build/cpp_tests
+    cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
+}
+
 on_kernels() {
     step "build for the guests" make target-programs GUEST_TRIPLETS=aarch64-linux-gnu
     py "tests on a real-time kernel in QEMU" -k arm64 tests/target
 }
 
 step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
-cpp "C++ tests" build/cpp_tests
-cpp "C++ tests of the Linux side, those that need no bus" build/target_tests -tce='contract*,bus*'
 if [ "$mode" = full ]; then
+    beside in_cpp # they keep one core busy
     step "build for arm64" make CROSS_COMPILE=aarch64-linux-gnu- all
     step "the committed codec is what the DBC gives" scripts/codec.sh build/codec
     step "codec: berth_can.c" cmp build/codec/berth_can.c firmware/can/berth_can.c
     step "codec: berth_can.h" cmp build/codec/berth_can.h firmware/can/berth_can.h
+    together
     # Guests keep their own time, and may wait for the others.
     if scripts/setup.sh target; then
         beside on_kernels
@@ -140,6 +146,7 @@ if [ "$mode" = full ]; then
     step_shown "hidden effects, drawn today" .venv/bin/python tests/hidden_effects/score.py --short
     together
 else
+    in_cpp
     py "Python tests" "${at_once[@]}" -m "not arm64 and not slow" tests/python
 fi
 
