@@ -66,8 +66,9 @@ endif
 ifneq ($(SANITIZE),)
 COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all -O1
 # For the time that it takes: every reference taken in Eigen's and the standard library's templates is looked at.
-# Null pointers that are used still end the program; misaligned ones are not seen here.
-HOST_ONLY := -fno-sanitize=null,alignment,object-size,vptr
+# Null pointers that are used still end the program, and so does what lies beyond its object; misaligned ones are not
+# seen here.
+HOST_ONLY := -fno-sanitize=null,alignment,object-size,vptr,pointer-overflow
 LDFLAGS += -fsanitize=address,undefined
 endif
 
