@@ -108,7 +108,7 @@ help:
 	@echo "make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs"
 	@echo "make test           set up and run the tests: unit, theory, replay, arm64, sanitizers, lint"
 	@echo "make quick-test     the tests without sanitizers, arm64 and lint"
-	@echo "make slow-test      the tests that take longest, which the others leave out"
+	@echo "make slow-test      the tests that take longest, which the others leave out; all C++ tests with sanitizers"
 	@echo "make map            stability maps of the reference case: CSV files and pictures in build/maps"
 	@echo "make figures        the paper's figures and claims, computed: page and pictures in build/figures"
 	@echo "make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in"
@@ -138,6 +138,8 @@ quick-test: setup-test
 	@scripts/test.sh quick
 
 slow-test: setup-test
+	@$(MAKE) SANITIZE=1 build/sanitize/cpp_tests
+	build/sanitize/cpp_tests -tce='no_side_effects*'
 	@$(MAKE) all
 	@$(PYTHON) -m pytest -q -ra -n $(shell nproc) -p no:cacheprovider -m slow tests/python
 
