@@ -3,9 +3,9 @@
 #
 #   test.sh quick    C++ and Python tests
 #   test.sh full     the same, most of the C++ tests again under address and undefined-behaviour sanitizers, and
-#                    replays on arm64 under qemu-user; effects hidden in records drawn from the date; arm64's real-time kernel with real CAN
-#                    and GPIO drivers in QEMU (`make target`: amd64's too); the committed codec is what the DBC gives;
-#                    lint
+#                    replays on arm64 under qemu-user; effects hidden in records drawn from the date; arm64's
+#                    real-time kernel with real CAN and GPIO drivers in QEMU (`make target`: amd64's too); the
+#                    committed codec is what the DBC gives; lint
 # shellcheck disable=SC2030,SC2031 # what is counted beside, `together` counts in
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit
