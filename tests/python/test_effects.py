@@ -127,7 +127,7 @@ def slow_where_limits_take_long(keys):
     return pytest.param(keys, marks=[pytest.mark.slow] * any(key in LIMITS_TAKE_LONG for key in keys))
 
 
-@pytest.mark.parametrize("keys", map(slow_where_limits_take_long, LINEAR + OF_SIZE), ids=lambda keys: next(iter(keys)))
+@pytest.mark.parametrize("keys", [slow_where_limits_take_long(keys) for keys in LINEAR + OF_SIZE], ids=lambda keys: next(iter(keys)))
 def test_every_effect_is_in_eigenvalues_limits_and_maps(keys, tmp_path):
     eigen, limits, mapped = (command(what, "ess", *settings(keys), *more, "--json", text=True) for what, more in
                              (("eigen", ()), ("limits", ()),
