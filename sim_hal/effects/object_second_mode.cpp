@@ -43,6 +43,23 @@ class hanging_mass final : public force_stage
         force_N_ = spring * offset_m_ + damper * rate_m_per_s_;
         return 0.5 * (before_N + force_N_); /* over the step */
     }
+    bool is_linear() const override { return true; }
+    linear_law law(double step_s, double velocity_per_force) const override
+    {
+        linear_law made;
+        for (std::size_t i = 0; i < made.column.size(); i++) {
+            std::array<double, linear_law::kept + 1> unit{};
+            unit[i] = 1.0;
+            hanging_mass mass = *this;
+            mass.offset_m_ = unit[0];
+            mass.rate_m_per_s_ = unit[1];
+            mass.before_m_per_s_ = unit[2];
+            mass.force_N_ = unit[3];
+            const double over_step_N = mass.force_N({0.0, 0.0, unit[4], 0.0, 0.0, velocity_per_force}, step_s);
+            made.column[i] = {mass.offset_m_, mass.rate_m_per_s_, mass.before_m_per_s_, mass.force_N_, over_step_N};
+        }
+        return made;
+    }
 
   private:
     using transition = std::array<double, 4>;

@@ -4,6 +4,7 @@
 #define SIM_HAL_EFFECTS_STAGES_H
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -51,6 +52,13 @@ struct body_motion {
     double velocity_per_force; /* what 1 N over the sub-step adds to the velocity, m/(s N) */
 };
 
+/* A step of a further force that is linear: what it keeps and the force over the step, N, of what it kept before the
+ * step and the body's velocity without it, m/s. By columns. */
+struct linear_law {
+    static constexpr std::size_t kept = 4;
+    std::array<std::array<double, kept + 1>, kept + 1> column{};
+};
+
 /* A further force on a body, against its motion where it is positive. */
 class force_stage
 {
@@ -61,6 +69,10 @@ class force_stage
 
     /* Whether it would change so much over the next `way_m` that shorter steps are worth it. */
     virtual bool is_abrupt(double) const { return false; }
+
+    /* It depends on the body's velocity alone, starts from zeros at rest, and has a law. */
+    virtual bool is_linear() const { return false; }
+    virtual linear_law law(double /* step_s */, double /* velocity_per_force */) const { return {}; }
 };
 
 inline bool any_is_abrupt(const std::vector<std::unique_ptr<force_stage>> &forces, double way_m)

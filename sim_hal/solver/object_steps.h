@@ -116,8 +116,19 @@ class object_steps
     /* There is a contact that begins and ends, or a grip that closes or gives way. */
     bool switches() const { return switches_; }
 
-    /* Once it was started: a step is a map of state and robot alone, the one of a grip that holds. */
-    bool is_linear() const { return forces_.empty() && !switches(); }
+    /* Once it was started: a step is a linear map, the one of a grip that holds, of the robot, the state and what a
+     * further force keeps. */
+    bool is_linear() const
+    {
+        return !switches() && (forces_.empty() || (forces_.size() == 1 && forces_[0]->is_linear()));
+    }
+
+    /* Of the one that it has if it is linear. */
+    bool has_further_force() const { return !forces_.empty(); }
+    linear_law further_law(const step_map &map, double step_s) const
+    {
+        return forces_[0]->law(step_s, -map.column[columns - 1][object_velocity]);
+    }
 
     /* The robot jumps to `to_m`. */
     void jump(double to_m);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -35,7 +36,8 @@ std::vector<double> corners(std::size_t positions)
     return bulge_m;
 }
 
-/* Largest difference of the sampled force, and the largest force, N. */
+/* Largest difference of the sampled force, and the largest force, N. `kept`: of the object's further force. */
+template <std::size_t kept>
 std::pair<double, double> compare(const rig &rig, int steps_min, bool has_corners)
 {
     constexpr std::size_t ticks = 400;
@@ -47,12 +49,13 @@ std::pair<double, double> compare(const rig &rig, int steps_min, bool has_corner
     object_steps object(rig);
     object.start(rig, position_m[0], 0.0);
     REQUIRE(object.is_linear());
+    REQUIRE(object.has_further_force() == (kept > 0));
     std::vector<object_steps::step_maps> maps(tick.kinds);
     for (std::size_t step = 0; step < tick.count(); step++) {
         maps[tick.kind[step]] = object.make_maps(tick.duration_s[step]);
     }
-    const linear_ticks whole(tick, maps);
-    linear_ticks::state state = object.state();
+    const linear_ticks<kept> whole(object, tick, maps);
+    auto state = linear_ticks<kept>::at_rest(object);
     double difference_N = 0.0;
     double largest_N = 0.0;
     const double *at_m = position_m.data();
@@ -74,9 +77,9 @@ std::pair<double, double> compare(const rig &rig, int steps_min, bool has_corner
     return {difference_N, largest_N};
 }
 
-} // namespace
-
-TEST_CASE("linear object: whole ticks are their steps one after another, wherever the sample falls")
+/* Wherever the knots and the sample fall in the tick, of few steps and of many. */
+template <std::size_t kept>
+void check_everywhere(const std::vector<std::string> &object)
 {
     for (const char *const delay : {"sensor.delay_ms=2.5", "sensor.delay_ms=1.1", "sensor.delay_ms=6.4"}) {
         for (const char *const dead_time : {"robot.dead_time_ms=17.5", "robot.dead_time_ms=16.9"}) {
@@ -89,12 +92,33 @@ TEST_CASE("linear object: whole ticks are their steps one after another, whereve
                     CAPTURE(order);
                     CAPTURE(steps_min);
                     CAPTURE(has_corners);
+                    std::vector<std::string> settings = object;
+                    settings.insert(settings.end(), {delay, dead_time, order});
                     const auto [difference_N, largest_N] =
-                        compare(load_rig("ess", {delay, dead_time, order}), steps_min, has_corners);
+                        compare<kept>(load_rig("ess", settings), steps_min, has_corners);
                     CHECK(largest_N > 1.0);
                     CHECK(difference_N < 1e-11 * largest_N);
                 }
             }
+        }
+    }
+}
+
+} // namespace
+
+TEST_CASE("linear object: whole ticks are their steps one after another, wherever the sample falls")
+{
+    check_everywhere<0>({});
+}
+
+TEST_CASE("linear object: so they are with a second mode, also one that creeps or swings by itself for long")
+{
+    for (const char *const damping : {"object.second_damping_ratio=0", "object.second_damping_ratio=0.05",
+                                      "object.second_damping_ratio=1", "object.second_damping_ratio=3"}) {
+        for (const char *const frequency : {"object.second_frequency_Hz=0.4", "object.second_frequency_Hz=12"}) {
+            CAPTURE(damping);
+            CAPTURE(frequency);
+            check_everywhere<linear_law::kept>({"object.second_mass_kg=15", frequency, damping});
         }
     }
 }

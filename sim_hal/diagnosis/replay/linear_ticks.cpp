@@ -1,5 +1,6 @@
 #include "linear_ticks.h"
 
+#include <algorithm>
 #include <Eigen/Core>
 
 namespace berth
@@ -8,70 +9,107 @@ namespace berth
 namespace
 {
 
-constexpr auto rows = static_cast<Eigen::Index>(object_steps::rows);
+constexpr auto body_rows = static_cast<Eigen::Index>(object_steps::rows);
 
-/* Of (state, positions, bulges of the steps). A gripped object is at rest at 0: no constant. */
-constexpr Eigen::Index positions = rows;
+template <std::size_t rows>
+using columns_of = Eigen::Matrix<double, static_cast<Eigen::Index>(rows), Eigen::Dynamic>;
 
-using columns_of_four = Eigen::Matrix<double, rows, Eigen::Dynamic>;
-
-Eigen::Map<const Eigen::Matrix<double, rows, 1>> as_vector(const std::array<double, object_steps::rows> &column)
+template <std::size_t size>
+Eigen::Map<const Eigen::Matrix<double, static_cast<Eigen::Index>(size), 1>>
+as_vector(const std::array<double, size> &column)
 {
-    return Eigen::Map<const Eigen::Matrix<double, rows, 1>>(column.data());
+    return Eigen::Map<const Eigen::Matrix<double, static_cast<Eigen::Index>(size), 1>>(column.data());
 }
 
-/* Step number `number` of `count` after those in `so_far`. */
-columns_of_four with_step(const columns_of_four &so_far, const object_steps::step_map &map, double step_s,
-                          Eigen::Index number, Eigen::Index count)
+/* What a further force does to the state at the end of a step that was taken without it. */
+void push_by(const linear_law &law, const object_steps::step_map &map,
+             columns_of<object_steps::rows + linear_law::kept> &made)
 {
-    Eigen::Matrix<double, rows, rows> transition;
+    constexpr auto kept = static_cast<Eigen::Index>(linear_law::kept);
+    Eigen::Matrix<double, kept + 1, kept + 1> step;
+    for (std::size_t i = 0; i < law.column.size(); i++) {
+        step.col(static_cast<Eigen::Index>(i)) = as_vector(law.column[i]);
+    }
+    columns_of<linear_law::kept + 1> from(kept + 1, made.cols());
+    from << made.bottomRows<kept>(), made.row(object_velocity);
+    const columns_of<linear_law::kept + 1> after = step * from;
+    made.bottomRows<kept>() = after.topRows<kept>();
+    made.topRows<body_rows>() += as_vector(map.column[object_steps::columns - 1]) * after.row(kept);
+}
+
+/* Step number `number` of `count` after those in `so_far`: columns of (state, positions, bulges of the steps). A
+ * gripped object is at rest at 0: no constant. */
+template <std::size_t rows>
+columns_of<rows> with_step(const columns_of<rows> &so_far, const object_steps::step_map &map, double step_s,
+                           Eigen::Index number, Eigen::Index count)
+{
+    constexpr auto positions = static_cast<Eigen::Index>(rows);
+    Eigen::Matrix<double, body_rows, body_rows> transition;
     for (std::size_t i = 0; i < object_steps::rows; i++) {
         transition.col(static_cast<Eigen::Index>(i)) = as_vector(map.column[i]);
     }
-    const Eigen::Matrix<double, rows, 1> by_rise = as_vector(map.column[object_steps::rows + 1]) / step_s;
-    columns_of_four made = transition * so_far;
+    const Eigen::Matrix<double, body_rows, 1> by_rise = as_vector(map.column[object_steps::rows + 1]) / step_s;
+    columns_of<rows> made = so_far;
+    auto body = made.template topRows<body_rows>();
+    body = transition * so_far.template topRows<body_rows>();
     const auto by_position = as_vector(map.column[object_steps::rows]);
-    made.col(positions + number) += by_position - by_rise;
-    made.col(positions + number + 1) += by_rise;
-    made.col(positions + count + 1 + number) += by_position;
+    body.col(positions + number) += by_position - by_rise;
+    body.col(positions + number + 1) += by_rise;
+    body.col(positions + count + 1 + number) += by_position;
     return made;
 }
 
-linear_ticks::state as_state(const columns_of_four &all, Eigen::Index column)
+template <std::size_t rows>
+std::array<double, rows> as_state(const columns_of<rows> &all, Eigen::Index column)
 {
-    linear_ticks::state made{};
-    Eigen::Map<Eigen::Matrix<double, rows, 1>>(made.data()) = all.col(column);
+    std::array<double, rows> made{};
+    Eigen::Map<Eigen::Matrix<double, static_cast<Eigen::Index>(rows), 1>>(made.data()) = all.col(column);
     return made;
 }
 
 } // namespace
 
-linear_ticks::linear_ticks(const tick_steps &tick, const std::vector<object_steps::step_maps> &maps)
+template <std::size_t kept>
+typename linear_ticks<kept>::state linear_ticks<kept>::at_rest(const object_steps &object)
+{
+    state made{};
+    std::copy(object.state().begin(), object.state().end(), made.begin());
+    return made;
+}
+
+template <std::size_t kept>
+linear_ticks<kept>::linear_ticks(const object_steps &object, const tick_steps &tick,
+                                 const std::vector<object_steps::step_maps> &maps)
     : samples_within_(tick.sample_after > 0)
 {
+    constexpr auto positions = static_cast<Eigen::Index>(rows);
     const auto count = static_cast<Eigen::Index>(tick.count());
-    columns_of_four all = columns_of_four::Zero(rows, positions + count + 1 + count);
-    all.leftCols<rows>().setIdentity();
+    columns_of<rows> all = columns_of<rows>::Zero(positions, positions + count + 1 + count);
+    all.template leftCols<positions>().setIdentity();
     for (std::size_t step = 0; step < tick.count(); step++) {
         if (samples_within_ && step == tick.sample_after) {
             const Eigen::VectorXd force = all.row(filter_output);
             sample_.assign(force.data(), force.data() + force.size());
         }
         const auto &map = maps[tick.kind[step]][static_cast<std::size_t>(object_steps::grip::holds)];
-        all = with_step(all, map, tick.duration_s[step], static_cast<Eigen::Index>(step), count);
+        all = with_step<rows>(all, map, tick.duration_s[step], static_cast<Eigen::Index>(step), count);
+        if constexpr (kept > 0) {
+            push_by(object.further_law(map, tick.duration_s[step]), map, all);
+        }
     }
-    for (Eigen::Index i = 0; i < rows; i++) {
-        of_state_[static_cast<std::size_t>(i)] = as_state(all, i);
+    for (std::size_t i = 0; i < rows; i++) {
+        of_state_[i] = as_state<rows>(all, static_cast<Eigen::Index>(i));
     }
     for (Eigen::Index i = 0; i <= count; i++) {
-        of_position_.push_back(as_state(all, positions + i));
+        of_position_.push_back(as_state<rows>(all, positions + i));
     }
     for (Eigen::Index i = 0; i < count; i++) {
-        of_bulge_.push_back(as_state(all, positions + count + 1 + i));
+        of_bulge_.push_back(as_state<rows>(all, positions + count + 1 + i));
     }
 }
 
-double linear_ticks::advance(state &of, const double *position_m, const double *bulge_m) const
+template <std::size_t kept>
+double linear_ticks<kept>::advance(state &of, const double *position_m, const double *bulge_m) const
 {
     const state s = of;
     double force_N = s[filter_output];
@@ -81,7 +119,7 @@ double linear_ticks::advance(state &of, const double *position_m, const double *
             force_N += sample_[row] * s[row];
         }
         for (std::size_t i = 0; i < of_position_.size(); i++) {
-            force_N += sample_[static_cast<std::size_t>(positions) + i] * position_m[i];
+            force_N += sample_[rows + i] * position_m[i];
         }
     }
     /* The state comes last: what the robot does need not wait for the tick before. */
@@ -93,9 +131,7 @@ double linear_ticks::advance(state &of, const double *position_m, const double *
     }
     for (std::size_t i = 0; bulge_m != nullptr && i < of_bulge_.size(); i++) {
         if (bulge_m[i] != 0.0) { /* few ticks have a corner */
-            force_N += samples_within_
-                           ? sample_[static_cast<std::size_t>(positions) + of_position_.size() + i] * bulge_m[i]
-                           : 0.0;
+            force_N += samples_within_ ? sample_[rows + of_position_.size() + i] * bulge_m[i] : 0.0;
             for (std::size_t row = 0; row < s.size(); row++) {
                 next[row] += of_bulge_[i][row] * bulge_m[i];
             }
@@ -109,5 +145,8 @@ double linear_ticks::advance(state &of, const double *position_m, const double *
     of = next;
     return force_N;
 }
+
+template class linear_ticks<0>;
+template class linear_ticks<linear_law::kept>;
 
 } // namespace berth

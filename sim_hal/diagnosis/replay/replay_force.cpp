@@ -30,6 +30,21 @@ class electronics
     std::vector<std::unique_ptr<sample_stage>> stages_;
 };
 
+/* The linear object over a segment whose robot begins at `position_m`; `bulge_m`: null without corners. */
+template <std::size_t kept>
+void go_by_ticks(const object_steps &object, const tick_steps &tick,
+                 const std::vector<object_steps::step_maps> &maps, const double *position_m, const double *bulge_m,
+                 std::vector<double> &sampled)
+{
+    const linear_ticks<kept> ticks(object, tick, maps);
+    auto state = linear_ticks<kept>::at_rest(object);
+    for (double &force_N : sampled) {
+        force_N = ticks.advance(state, position_m, bulge_m == nullptr ? nullptr : bulge_m + 1);
+        position_m += tick.count();
+        bulge_m += bulge_m == nullptr ? 0 : tick.count();
+    }
+}
+
 } // namespace
 
 void replay_force(const rig &rig, const record &record, const robot_motion &motion, std::vector<double> &force_N)
@@ -62,13 +77,10 @@ void replay_force(const rig &rig, const record &record, const robot_motion &moti
         sampled.resize(count);
         const bool goes_by_ticks = object.is_linear() && filters.empty() && rig.sensor.low_pass_order > 0;
         if (goes_by_ticks) {
-            const linear_ticks ticks(tick, maps);
-            linear_ticks::state state = object.state();
-            for (std::size_t n = 0; n < count; n++) {
-                sampled[n] = ticks.advance(state, position_m, bulge_m == nullptr ? nullptr : bulge_m + 1);
-                position_m += tick.count();
-                bulge_m += bulge_m == nullptr ? 0 : tick.count();
-            }
+            const auto go = object.has_further_force() ? go_by_ticks<linear_law::kept> : go_by_ticks<0>;
+            go(object, tick, maps, position_m, bulge_m, sampled);
+            position_m += count * tick.count();
+            bulge_m += bulge_m == nullptr ? 0 : count * tick.count();
         }
         for (std::size_t n = 0; n < count && !goes_by_ticks; n++) {
             double time_s = record.time_s[part.begin + n] - record.time_origin_s;
