@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
+#include <utility>
 
+#include "../solver/decompositions.h"
 #include "fit/response.h"
 #include "samples/events.h"
 #include "samples/lost_commands.h"
@@ -81,12 +84,94 @@ std::optional<double> crossing(const std::function<double(double)> &height, cons
     return high.place;
 }
 
+/* White errors less what the parameters make up for, as far as their bounds and what was known of them before let
+ * them: each prior is a row of its own. */
+class what_shows
+{
+  public:
+    what_shows(block_model &model, const noise_model &noise, const fit_result &base, const Eigen::VectorXd &here)
+        : slopes_(with_priors(base, slopes_at(model, noise, base, here))), least_(slopes_.cols()),
+          most_(slopes_.cols())
+    {
+        for (Eigen::Index i = 0; i < slopes_.cols(); i++) {
+            const free_parameter &known = base.parameters[static_cast<std::size_t>(i)];
+            const double value = value_of(base.rig, known.key->path);
+            const double size = slopes_.col(i).norm();
+            const double unit = size > 0.0 ? size : 1.0;
+            slopes_.col(i) /= unit;
+            least_(i) = std::min(0.0, known.low - value) * unit;
+            most_(i) = std::max(0.0, known.high - value) * unit;
+        }
+        products_ = slopes_.transpose() * slopes_;
+    }
+
+    /* Those that would leave their bounds are held there, the one that would go farthest first. */
+    Eigen::VectorXd of(const Eigen::VectorXd &change) const
+    {
+        Eigen::VectorXd all = Eigen::VectorXd::Zero(slopes_.rows());
+        all.head(change.size()) = change;
+        const Eigen::VectorXd along = slopes_.transpose() * all;
+        Eigen::VectorXd moved = Eigen::VectorXd::Zero(along.size());
+        std::vector<Eigen::Index> free(static_cast<std::size_t>(along.size()));
+        std::iota(free.begin(), free.end(), 0);
+        while (!free.empty()) {
+            const Eigen::VectorXd asked = -(along + products_ * held(moved, free));
+            const Eigen::VectorXd best = least_norm_solution(products_(free, free), asked(free));
+            std::size_t worst = 0;
+            double farthest = 0.0;
+            for (std::size_t i = 0; i < free.size(); i++) {
+                const double value = best(static_cast<Eigen::Index>(i));
+                moved(free[i]) = std::min(most_(free[i]), std::max(least_(free[i]), value));
+                if (const double beyond = std::abs(value - moved(free[i])); beyond > farthest) {
+                    farthest = beyond;
+                    worst = i;
+                }
+            }
+            if (!(farthest > 0.0)) {
+                break;
+            }
+            free.erase(free.begin() + static_cast<std::ptrdiff_t>(worst));
+        }
+        return all + slopes_ * moved;
+    }
+
+  private:
+    static Eigen::MatrixXd with_priors(const fit_result &base, known_slopes slopes)
+    {
+        const Eigen::Index rows = slopes.white.rows();
+        const Eigen::Index count = slopes.white.cols();
+        slopes.white.conservativeResize(rows + count, Eigen::NoChange);
+        slopes.white.bottomRows(count).setZero();
+        for (Eigen::Index row = 0; row < count; row++) {
+            const free_parameter &known = base.parameters[static_cast<std::size_t>(row)];
+            for (Eigen::Index column = 0; column < count && known.expected_sd < unlimited; column++) {
+                slopes.white(rows + row, column) =
+                    strain_slope(known, base.parameters[static_cast<std::size_t>(column)].key);
+            }
+        }
+        return std::move(slopes.white);
+    }
+
+    static Eigen::VectorXd held(Eigen::VectorXd moved, const std::vector<Eigen::Index> &free)
+    {
+        for (const Eigen::Index i : free) {
+            moved(i) = 0.0;
+        }
+        return moved;
+    }
+
+    Eigen::MatrixXd slopes_; /* columns of size 1 */
+    Eigen::VectorXd least_;  /* how far each may go, in units of its slope */
+    Eigen::VectorXd most_;
+    Eigen::MatrixXd products_; /* of the slopes with each other */
+};
+
 class size_search
 {
   public:
     size_search(block_model &model, const noise_model &noise, const fit_result &base, const rig &given)
         : model_(model), noise_(noise), base_(base), given_(given), here_(white_error(model, noise, base.rig)),
-          tangents_(model, noise, base, here_)
+          shows_(model, noise, base, here_)
     {
         std::vector<double> error;
         model.error(base.rig, error);
@@ -134,11 +219,11 @@ class size_search
                                              [&](const free_parameter &free) { return free.key == parameter.key; }));
         set_number(others.rig, key, parameter.high);
         const Eigen::VectorXd at_bound = white_error(model_, noise_, others.rig);
-        const tangent_space tangents(model_, noise_, others, at_bound);
+        const what_shows shows(model_, noise_, others, at_bound);
         rig moved = others.rig;
         const auto rises = [&](double place) {
             set_number(moved, key, parameter.high + std::exp(place));
-            return height(tangents.less(white_error(model_, noise_, moved) - at_bound), 0);
+            return height(shows.of(white_error(model_, noise_, moved) - at_bound), 0);
         };
         detectable_size made = no_size(effect, key);
         if (const auto place = crossing(rises, {std::log(0.01 * parameter.high)})) {
@@ -164,7 +249,7 @@ class size_search
             }
             /* One replay says with which of the others a size shows more. */
             const Eigen::VectorXd there = white_error(model_, noise_, with_values(base_.rig, effect, starts[i]));
-            const double response = tangents_.less(there - here_).norm();
+            const double response = shows_.of(there - here_).norm();
             if (response > best_response && std::isfinite(response)) {
                 best_response = response;
                 find_size(effect, starts, starts[i], origin, best);
@@ -212,7 +297,7 @@ class size_search
         const Eigen::VectorXd without =
             effect.switch_on == nullptr ? here_ : white_error(model_, noise_, with_values(base_.rig, effect, none));
         const auto rises = [&](double place) {
-            return height(tangents_.less(white_error(model_, noise_, set_size(place)) - without), own);
+            return height(shows_.of(white_error(model_, noise_, set_size(place)) - without), own);
         };
         if (const auto place = crossing(rises, places)) {
             made.rig = set_size(*place);
@@ -229,7 +314,7 @@ class size_search
     const fit_result &base_;
     const rig &given_;
     Eigen::VectorXd here_;
-    tangent_space tangents_;
+    what_shows shows_;
     record_scales scales_;
 };
 
