@@ -48,8 +48,8 @@ double gap_needed(const hypothesis &a, const hypothesis &b)
     return look_alike ? bic_look_alike : bic_clear;
 }
 
-/* An earlier cause and what may stand in its place, or the winner of a round and what came near it in the same
- * round. */
+/* An earlier cause and what may stand in its place, or those that were fitted anew beside the force, or the winner
+ * of a round and what came near it in the same round. */
 std::vector<hypothesis> rivals_of_winner(const block_diagnosis &found)
 {
     const ranked *winner = nullptr;
@@ -58,6 +58,15 @@ std::vector<hypothesis> rivals_of_winner(const block_diagnosis &found)
         if (other.rival_of != nullptr) {
             return {{other.rival_of, found.fitted}, {other.effect, other.fitted}};
         }
+    }
+    for (const alternative &other : found.alternatives) {
+        if (!other.fitted.parameters.empty()) {
+            rivals.push_back({other.effect, other.fitted});
+        }
+    }
+    if (!rivals.empty()) {
+        rivals.insert(rivals.begin(), {found.causes.back().effect, found.fitted});
+        return rivals;
     }
     for (const alternative &other : found.alternatives) {
         for (const ranked &best : found.ranking) {

@@ -65,6 +65,20 @@ def test_the_proposed_experiment_decides(tmp_path, seed):
     assert 0.5 < gap / proposed["predicted_gap"] < 2.0, (gap, proposed["predicted_gap"])
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.first(1)
+def test_rivals_that_the_force_was_asked_about_are_told_apart(tmp_path, seed):
+    """A robot that is later by 3 ms, seen up to 2 Hz: a dead time, or what a fast resonance does there."""
+    keys = {**SMALL, **NOISE, "profile.amplitude_m": 0.01, "profile.frequency_end_Hz": 2, "run.seed": seed}
+    found, terminal = diagnose(run(tmp_path, {**keys, "robot.dead_time_ms": 20.5}), tmp_path / "out", {})
+    assert "robot.dead_time" in names(found["causes"] + found["alternatives"]), seed
+    if found["verdict"] == "one_of":
+        assert set(found["next_experiment"]["rivals"]) == set(names(found["causes"] + found["alternatives"])), seed
+        assert "no effect of the library comes near" not in terminal, seed
+    else:
+        assert found["verdict"] == "named" and found["next_experiment"] is None, seed
+
+
 def test_where_no_experiment_can_a_calibration_is_named(tmp_path):
     """What a sensor with a wrong gain shows, an object with more of everything shows as well."""
     record = run(tmp_path, {**SMALL, **NOISE, "profile.amplitude_m": 0.01, "sensor.gain_error": 0.1})
