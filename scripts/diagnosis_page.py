@@ -74,9 +74,14 @@ def causes_tables(diagnosis):
         return [parameter["key"], number(words.estimate(parameter), f"{of}.value"),
                 (given_text(parameter), 'class="number"')]
 
+    def share_of_counted(cause, of):
+        share = cause["share_explained"]
+        return "" if share is None else number(words.share_text(share, told["verdict"]), f"{of}.share_explained")
+
     text = ""
     if told["causes"]:
-        rows = [[cause["effect"], "counted in single samples", "", ""] if words.is_counted(cause) else
+        rows = [[cause["effect"], "counted in single samples", share_of_counted(cause, f"causes.{i}"), ""]
+                if words.is_counted(cause) else
                 [cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
                  number(words.share_text(cause["share_explained"], told["verdict"]), f"causes.{i}.share_explained"),
                  number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]

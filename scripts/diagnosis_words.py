@@ -92,7 +92,9 @@ def cause_sentence(cause, verdict):
     found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."
     if is_counted(cause):
-        return text + " It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
+        share = cause["share_explained"]
+        explains = "" if share is None else f" It explains {share_text(share, verdict)} of the explainable error."
+        return text + f"{explains} It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
     return (f"{text} It explains {share_text(cause['share_explained'], verdict)} of the explainable error, BIC is "
             f"better by {round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by "
             f"the noise, falls by {gain_text(cause['held_out_gain'])}.")

@@ -1,11 +1,13 @@
 #include "diagnosis.h"
 
 #include <algorithm>
+#include <array>
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
 #include "diagnosis_notes.h"
 #include "fit/base.h"
+#include "formatted.h"
 #include "noise/uneven_noise.h"
 #include "record/request_records.h"
 #include "record/sample_age.h"
@@ -14,6 +16,7 @@
 #include "search/as_given.h"
 #include "search/robot_and_force.h"
 #include "search/shown_by_force.h"
+#include "search/single_sample_causes.h"
 
 namespace berth
 {
@@ -131,10 +134,18 @@ class blocks_in_turn
             result_.extended = robot().extended;
             know_robot(input, robot(), result_.given);
         }
-        const block_start start{input, result_.extended, events_,
-                                which == block::force ? repeats_ : std::vector<event_finding>{}};
+        const std::optional<noise_model> told_floor = input.floor;
+        block_start start{input, result_.extended, events_,
+                          which == block::force ? repeats_ : std::vector<event_finding>{}};
         input.may_search_again = which == block::robot;
         block_diagnosis found = diagnose_block(which, input, result_.extended, events_, start.found_events);
+        if (found.floor_is_measured && is_refuted(*told_floor, found)) {
+            has_no_floor_[static_cast<std::size_t>(which)] = true;
+            start.input.floor.reset();
+            input.floor.reset();
+            events_ = start.events;
+            found = diagnose_block(which, input, result_.extended, events_, start.found_events);
+        }
         if (is_behind_robot(which)) {
             settle_robot_and_force(found, start);
         }
@@ -148,6 +159,7 @@ class blocks_in_turn
                  [&](const block_diagnosis &known) { return cost_refitted(known); }},
                 result_.notes);
         }
+        tell_unused_floor(told_floor, found);
         tell_earlier(found);
         result_.extended = found.extended;
         result_.blocks.push_back(std::move(found));
@@ -156,6 +168,13 @@ class blocks_in_turn
     const sample_events &events() const { return events_.fit; }
 
   private:
+    /* The error that is left is below it: what a robot that switches does in two runs differs by more than noise. */
+    static bool is_refuted(const noise_model &floor, const block_diagnosis &found)
+    {
+        constexpr double clearly = 1.25;
+        return floor.rms > clearly * found.fit_rms.after;
+    }
+
     /* No physics decides what this firmware computed. */
     bool is_computed_here(block which) const
     {
@@ -175,16 +194,34 @@ class blocks_in_turn
         input.fit = &result_.data;
         input.validation =
             records_.validation && can_replay(*records_.validation, which) ? &*records_.validation : nullptr;
-        if (records_.standstill) {
+        if (has_no_floor_[static_cast<std::size_t>(which)]) {
+            input.floor.reset();
+        } else if (records_.standstill) {
             input.floor = standstill_floor(*records_.standstill, which);
         } else if (records_.repetition) {
-            input.floor = repetition_floor(result_.data, *records_.repetition, which);
+            input.floor = repetition_floor(result_.data, *records_.repetition, which, result_.extended);
         }
         input.options = request_.options;
         input.options.tell = [this, which](const effect &tried) {
             tell(request_, looking_at(which) + ": " + std::string(tried.name));
         };
         return input;
+    }
+
+    /* Of a record that was given for it. */
+    void tell_unused_floor(const std::optional<noise_model> &told, const block_diagnosis &found)
+    {
+        const bool is_given = records_.standstill || records_.repetition;
+        if (!is_given || found.floor_is_measured || is_computed_here(found.block)) {
+            return;
+        }
+        const auto which = static_cast<int>(found.block);
+        const std::string unit(block_units[which]);
+        result_.notes.push_back(std::string(records_.standstill ? "--standstill" : "--repeat") +
+                                " does not tell the noise of the " + std::string(block_names[which]) + ": " +
+                                (told ? "there it is " + formatted("%.3g ", told->rms) + unit + " rms, and "
+                                      : "none that can be told from the signal's steps; ") +
+                                formatted("%.3g ", found.floor.rms) + unit + " is estimated from the record itself");
     }
 
     double cost_refitted(const block_diagnosis &known) const
@@ -223,6 +260,7 @@ class blocks_in_turn
     events_of_records events_;
     std::vector<event_finding> repeats_;
     block_start before_;
+    std::array<bool, 3> has_no_floor_{}; /* that was told by another record; by block */
 };
 
 bool can_judge(const record &data, const rig &given, block which)
@@ -299,6 +337,8 @@ diagnosis diagnose(const diagnosis_request &request)
     for (block_diagnosis &block : result.blocks) {
         drop_causes_as_given(block, records.replayed);
     }
+    show_error_with_single_samples(result.blocks, result.data, records.validation ? &*records.validation : nullptr);
+    tell_in_own_block(result.blocks);
     tell_input_steps(result);
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);

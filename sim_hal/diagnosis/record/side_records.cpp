@@ -30,8 +30,8 @@ bool is_hidden_by_steps(const noise_model &noise, const std::vector<double> &sig
     return noise.rms < least * lattice_step(signal);
 }
 
-/* To rounding, over the rows that both have. */
-bool is_same_command(const std::vector<double> &a, const std::vector<double> &b)
+/* To `share` of the largest one, over the rows that both have. */
+bool is_same(const std::vector<double> &a, const std::vector<double> &b, double share)
 {
     double largest = 0.0;
     double difference = 0.0;
@@ -39,7 +39,43 @@ bool is_same_command(const std::vector<double> &a, const std::vector<double> &b)
         largest = std::max(largest, std::abs(a[n]));
         difference = std::max(difference, std::abs(a[n] - b[n]));
     }
-    return difference <= 1e-6 * largest;
+    return difference <= share * largest;
+}
+
+constexpr double rounding = 1e-6;
+
+/* What the operator does, or what comes of it: in a closed loop the force's noise moves the command. */
+bool is_repeated(const record &data, const record &other)
+{
+    constexpr double about = 0.05;
+    for (const auto signal : {&record::operator_force_N, &record::operator_position_m}) {
+        if (!(data.*signal).empty() && !(other.*signal).empty() && is_same(data.*signal, other.*signal, rounding)) {
+            return true;
+        }
+    }
+    return is_same(data.command_position_m, other.command_position_m, about);
+}
+
+/* All that moves what the block's output shows. */
+bool has_same_input(const record &first, const record &second, block block)
+{
+    if (block != block::manipulator) {
+        return !first.command_position_m.empty() && !second.command_position_m.empty() &&
+               is_same(first.command_position_m, second.command_position_m, rounding);
+    }
+    return is_same(first.operator_force_N, second.operator_force_N, rounding) &&
+           is_same(first.operator_position_m, second.operator_position_m, rounding) &&
+           is_same(first.force_N, second.force_N, rounding);
+}
+
+/* Measured less simulated. */
+std::vector<double> error_of(const record &record, block block, const rig &rig)
+{
+    const sample_events none;
+    block_model model(block, record, rig, none, held_out_parts::none);
+    std::vector<double> error;
+    model.error(rig, error);
+    return error;
 }
 
 } // namespace
@@ -75,26 +111,23 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
     return is_hidden_by_steps(found, x) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
-std::optional<noise_model> repetition_floor(const record &first, const record &second, block block)
+std::optional<noise_model> repetition_floor(const record &first, const record &second, block block, const rig &rig)
 {
-    const std::vector<double> &a = output_of(first, block);
-    const std::vector<double> &b = output_of(second, block);
-    const std::vector<double> &ca = block == block::manipulator ? first.operator_force_N : first.command_position_m;
-    const std::vector<double> &cb =
-        block == block::manipulator ? second.operator_force_N : second.command_position_m;
-    const std::size_t size = std::min(a.size(), b.size());
-    if (size == 0 || ca.size() < size || cb.size() < size) {
+    if (!can_replay(first, block) || !can_replay(second, block)) {
         return {};
     }
-    if (!is_same_command({ca.begin(), ca.begin() + static_cast<std::ptrdiff_t>(size)}, cb)) {
-        return {}; /* another run: what differs is more than noise */
-    }
+    const bool is_same_way = has_same_input(first, second, block);
+    const std::vector<double> a = is_same_way ? output_of(first, block) : error_of(first, block, rig);
+    const std::vector<double> b = is_same_way ? output_of(second, block) : error_of(second, block, rig);
+    const std::size_t size = std::min(a.size(), b.size());
     std::vector<double> noise(size);
     for (std::size_t n = 0; n < size; n++) {
         noise[n] = (a[n] - b[n]) / std::sqrt(2.0);
     }
     const noise_model found = estimate_noise(noise, std::vector<row_use>(size, row_use::fit), 8, colour_of(block));
-    return is_hidden_by_steps(found, a) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
+    return is_hidden_by_steps(found, output_of(first, block))
+               ? std::nullopt
+               : std::optional(at_least(found, resolution_rms(block)));
 }
 
 void refuse_useless(const record &other, const std::string &role, const record &data)
@@ -122,10 +155,7 @@ void refuse_useless(const record &other, const std::string &role, const record &
                           formatted("%.3g m", range(other.command_position_m)) +
                           "; record it while the command stays where it is");
     }
-    const bool has_force_command = !data.operator_force_N.empty() && !other.operator_force_N.empty();
-    if (role == "--repeat" &&
-        !is_same_command(has_force_command ? data.operator_force_N : data.command_position_m,
-                         has_force_command ? other.operator_force_N : other.command_position_m)) {
+    if (role == "--repeat" && !is_repeated(data, other)) {
         throw input_error(
             other.path + ": repeats no command of " + data.path +
             ": the two differ; use it as --validate, or repeat the run with the same operator command");

@@ -15,8 +15,9 @@ namespace berth
 /* Noise of a channel while nothing moves: about a straight line. Nothing where the record says nothing of it. */
 std::optional<noise_model> standstill_floor(const record &record, block block);
 
-/* Half the variance of the difference of two runs with the same commands; nothing where these differ. */
-std::optional<noise_model> repetition_floor(const record &first, const record &second, block block);
+/* Half the variance of the difference of two runs. Where the force's noise has moved the command, the two do not go
+ * the same way: of what each measures less what the rig makes of it. Nothing where there is no telling. */
+std::optional<noise_model> repetition_floor(const record &first, const record &second, block block, const rig &rig);
 
 /* A record that could not serve at all in its role, --validate, --standstill or --repeat. Throws input_error. */
 void refuse_useless(const record &other, const std::string &role, const record &data);

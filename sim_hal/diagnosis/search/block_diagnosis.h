@@ -35,7 +35,7 @@ struct alternative {
     const berth::effect *effect;
     double delta_bic;                        /* to the winner, positive: worse */
     const berth::effect *rival_of = nullptr; /* the cause in whose place it would stand; nullptr: the last one */
-    fit_result fitted = {};                  /* with a rival_of: all of it in its place */
+    fit_result fitted = {};                  /* all of it in its place; empty: it is in the ranking */
 };
 
 /* How a candidate did in one round of the search. */
@@ -74,7 +74,9 @@ struct block_diagnosis {
     double left = 0.0;        /* share of it that is left and depends on the state or on time */
     error_class left_class = error_class::linear;
     std::vector<free_parameter> refinable; /* what was fitted, as a prior for the blocks after it */
-    berth::rig extended;                   /* the given rig with base and effects fitted */
+    berth::rig as_given;                   /* with what blocks before it have shown */
+    berth::rig retuned;                    /* the same with the base fitted */
+    berth::rig extended;                   /* and with the effects */
     fit_result fitted;                     /* what `extended` came from, without single samples */
     std::vector<parameter_estimate> base;
     std::vector<row_use> uses; /* one a row, as the two below */

@@ -29,6 +29,7 @@ block_search::block_search(block block, const diagnosis_input &input, const rig 
 
 void block_search::run(block_diagnosis &result)
 {
+    result.as_given = given_;
     model_.error(given_, result.error_before);
     look_at_command_steps();
     fit_base();

@@ -67,6 +67,7 @@ void block_search::conclude(block_diagnosis &result)
         result.base.push_back(
             {key, value_of(incumbent_.rig, key), incumbent_.ci95.empty() ? 0.0 : incumbent_.ci95[i]});
     }
+    result.retuned = retuned_;
     result.extended = incumbent_.rig;
     result.fitted = incumbent_;
     model_.error(incumbent_.rig, result.error_after);

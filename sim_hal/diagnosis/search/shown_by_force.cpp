@@ -20,6 +20,8 @@ bool is_of_robot(const cause &known)
 /* It began with a rig that knew the cause: what the user's rig leaves is what was said before. */
 void keep_as_given(block_diagnosis &now, const block_diagnosis &before)
 {
+    now.as_given = before.as_given;
+    now.retuned = before.retuned;
     now.error_before = before.error_before;
     for (const auto rms : {&block_diagnosis::fit_rms, &block_diagnosis::held_out_rms}) {
         (now.*rms).before = (before.*rms).before;

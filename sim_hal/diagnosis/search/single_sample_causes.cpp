@@ -1,0 +1,83 @@
+#include "single_sample_causes.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace berth
+{
+
+namespace
+{
+
+bool is_of_single_samples(const cause &known)
+{
+    return known.effect->is_of_single_samples;
+}
+
+/* Over the rows that were compared, and those that were not because of such samples. */
+void show_error(block_diagnosis &block, const record &data, const record *unseen)
+{
+    const sample_events none;
+    block_model model(block.block, data, block.as_given, none,
+                      unseen == nullptr ? held_out_parts::two_tenths : held_out_parts::none);
+    std::vector<row_use> uses = model.uses();
+    for (std::size_t n = 0; n < uses.size(); n++) {
+        uses[n] = block.uses[n] == row_use::none ? uses[n] : block.uses[n];
+    }
+    std::vector<double> error;
+    model.error(block.retuned, error);
+    block.fit_rms.retuned = rms_of(error, uses, row_use::fit);
+    block.held_out_rms.retuned = rms_of(error, uses, row_use::held_out);
+    model.error(block.as_given, error);
+    block.fit_rms.before = rms_of(error, uses, row_use::fit);
+    block.held_out_rms.before = rms_of(error, uses, row_use::held_out);
+    block.error_before = std::move(error);
+    if (unseen != nullptr) {
+        block_model other(block.block, *unseen, block.as_given, none, held_out_parts::none);
+        std::vector<double> of_other;
+        other.error(block.retuned, of_other);
+        block.held_out_rms.retuned = rms_of(of_other, other.uses(), row_use::fit);
+        other.error(block.as_given, of_other);
+        block.held_out_rms.before = rms_of(of_other, other.uses(), row_use::fit);
+    }
+}
+
+} // namespace
+
+void show_error_with_single_samples(std::vector<block_diagnosis> &blocks, const record &data, const record *unseen)
+{
+    const bool any = std::any_of(blocks.begin(), blocks.end(), [](const block_diagnosis &block) {
+        return std::any_of(block.causes.begin(), block.causes.end(), is_of_single_samples);
+    });
+    for (block_diagnosis &block : blocks) {
+        if (any && block.block != block::manipulator) {
+            show_error(block, data, unseen != nullptr && can_replay(*unseen, block.block) ? unseen : nullptr);
+        }
+    }
+}
+
+void tell_in_own_block(std::vector<block_diagnosis> &blocks)
+{
+    const auto find = [&](block which) {
+        return std::find_if(blocks.begin(), blocks.end(),
+                            [&](const block_diagnosis &block) { return block.block == which; });
+    };
+    const auto robot = find(block::robot);
+    const auto force = find(block::force);
+    if (robot == blocks.end() || force == blocks.end() || force->verdict != verdict::named) {
+        return;
+    }
+    const auto moved = std::stable_partition(force->causes.begin(), force->causes.end(), [](const cause &known) {
+        return !(is_of_single_samples(known) && known.effect->block() == "robot");
+    });
+    if (moved != force->causes.end() && robot->verdict == verdict::nothing_detectable) {
+        robot->verdict = verdict::named;
+    }
+    std::move(moved, force->causes.end(), std::back_inserter(robot->causes));
+    force->causes.erase(moved, force->causes.end());
+    if (force->causes.empty()) {
+        force->verdict = verdict::nothing_detectable;
+    }
+}
+
+} // namespace berth
