@@ -229,12 +229,15 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
     command.add_option("--validate", arguments.validation,
                        "a record with another command, on which the gain is proved");
     command.add_option("--repeat", arguments.repetition,
-                       "the same command once more: how much of a record is noise");
+                       "the operator's command once more: how much of a record is noise");
     command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone");
     command.add_option("--without", arguments.without, "leave out an effect; may be repeated")
         ->take_all()
         ->allow_extra_args(false);
-    command.add_option("--out", arguments.out_folder, "folder for diagnosis.json and extended.toml")
+    command
+        .add_option("--out", arguments.out_folder,
+                    "folder for diagnosis.json, the rigs given.toml and extended.toml, series.csv and, "
+                    "if one is proposed, next_experiment.csv")
         ->capture_default_str();
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }

@@ -180,8 +180,10 @@ void take_columns(record &made, const record_table &table, const rig &rig)
             const std::string hint = is_mapped ? "" : judge_absent(table, made.path, signal);
             if (is_mapped || signal.name == "t_s") {
                 throw input_error(line_of(made.path, table.header_line) + "there is no column " + source.column +
-                                  " for " + name + "; the columns are " + table.names() +
-                                  (hint.empty() ? "" : "; " + hint));
+                                  " for " + name + "; the columns are " + table.names() + "; " +
+                                  (hint.empty() ? "say in the rig file [signals] which one is meant: " + name +
+                                                      " = { column = \"...\", scale = ... }"
+                                                : hint));
             }
             if (!hint.empty()) {
                 hints.push_back(hint);
