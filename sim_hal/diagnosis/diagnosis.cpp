@@ -168,11 +168,12 @@ class blocks_in_turn
     const sample_events &events() const { return events_.fit; }
 
   private:
-    /* The error that is left is below it: what a robot that switches does in two runs differs by more than noise. */
-    static bool is_refuted(const noise_model &floor, const block_diagnosis &found)
+    /* The error that is left is below it: what a robot that switches does in two runs differs by more than noise. Of
+     * a standstill it is noise all the same: a sensor that saturates has less of it. */
+    bool is_refuted(const noise_model &floor, const block_diagnosis &found) const
     {
         constexpr double clearly = 1.25;
-        return floor.rms > clearly * found.fit_rms.after;
+        return !records_.standstill && floor.rms > clearly * found.fit_rms.after;
     }
 
     /* No physics decides what this firmware computed. */
@@ -200,6 +201,7 @@ class blocks_in_turn
             input.floor = standstill_floor(*records_.standstill, which);
         } else if (records_.repetition) {
             input.floor = repetition_floor(result_.data, *records_.repetition, which, result_.extended);
+            input.floor_is_of_replays = !go_the_same_way(result_.data, *records_.repetition, which);
         }
         input.options = request_.options;
         input.options.tell = [this, which](const effect &tried) {

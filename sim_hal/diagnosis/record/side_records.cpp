@@ -56,18 +56,6 @@ bool is_repeated(const record &data, const record &other)
     return is_same(data.command_position_m, other.command_position_m, about);
 }
 
-/* All that moves what the block's output shows. */
-bool has_same_input(const record &first, const record &second, block block)
-{
-    if (block != block::manipulator) {
-        return !first.command_position_m.empty() && !second.command_position_m.empty() &&
-               is_same(first.command_position_m, second.command_position_m, rounding);
-    }
-    return is_same(first.operator_force_N, second.operator_force_N, rounding) &&
-           is_same(first.operator_position_m, second.operator_position_m, rounding) &&
-           is_same(first.force_N, second.force_N, rounding);
-}
-
 /* Measured less simulated. */
 std::vector<double> error_of(const record &record, block block, const rig &rig)
 {
@@ -111,12 +99,23 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
     return is_hidden_by_steps(found, x) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
+bool go_the_same_way(const record &first, const record &second, block block)
+{
+    if (block != block::manipulator) {
+        return !first.command_position_m.empty() && !second.command_position_m.empty() &&
+               is_same(first.command_position_m, second.command_position_m, rounding);
+    }
+    return is_same(first.operator_force_N, second.operator_force_N, rounding) &&
+           is_same(first.operator_position_m, second.operator_position_m, rounding) &&
+           is_same(first.force_N, second.force_N, rounding);
+}
+
 std::optional<noise_model> repetition_floor(const record &first, const record &second, block block, const rig &rig)
 {
     if (!can_replay(first, block) || !can_replay(second, block)) {
         return {};
     }
-    const bool is_same_way = has_same_input(first, second, block);
+    const bool is_same_way = go_the_same_way(first, second, block);
     const std::vector<double> a = is_same_way ? output_of(first, block) : error_of(first, block, rig);
     const std::vector<double> b = is_same_way ? output_of(second, block) : error_of(second, block, rig);
     const std::size_t size = std::min(a.size(), b.size());

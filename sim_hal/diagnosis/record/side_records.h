@@ -15,6 +15,9 @@ namespace berth
 /* Noise of a channel while nothing moves: about a straight line. Nothing where the record says nothing of it. */
 std::optional<noise_model> standstill_floor(const record &record, block block);
 
+/* All that moves what the block's output shows is the same in both. */
+bool go_the_same_way(const record &first, const record &second, block block);
+
 /* Half the variance of the difference of two runs. Where the force's noise has moved the command, the two do not go
  * the same way: of what each measures less what the rig makes of it. Nothing where there is no telling. */
 std::optional<noise_model> repetition_floor(const record &first, const record &second, block block, const rig &rig);

@@ -99,6 +99,7 @@ struct diagnosis_input {
     const record *fit = nullptr;
     const record *validation = nullptr; /* or parts of `fit` are held out */
     std::optional<noise_model> floor;   /* measured at standstill or by repetition */
+    bool floor_is_of_replays = false;   /* of two runs that did not go the same way */
     search_options options;
     int effects_max = 3;
     bool may_search_again = false;        /* without a cause that may stand in for others; takes as long again */

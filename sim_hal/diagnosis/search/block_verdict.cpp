@@ -238,7 +238,7 @@ bool block_search::misses_unseen_record(const remains &left)
     if (unseen_ == nullptr || left.has_thresholds || input_.has_cause_upstream || is_of_our_steps(*unseen_)) {
         return false;
     }
-    const double far = has_floor_ ? far_from_floor : farther_from_found_floor;
+    const double far = has_floor_ && !input_.floor_is_of_replays ? far_from_floor : farther_from_found_floor;
     const auto count = static_cast<double>(std::count(unseen_->uses().begin(), unseen_->uses().end(), row_use::fit));
     const auto is_far = [&](const rig &rig, double more) {
         std::vector<double> error;
