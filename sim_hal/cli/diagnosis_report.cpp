@@ -88,9 +88,8 @@ void print_cause(const cause &known, bool has_rest)
         std::printf("                 %s\n", words_of(parameter).c_str());
     }
     if (known.effect->is_of_single_samples) {
-        const bool is_told = known.share_explained > 0.0;
         std::printf("                 seen in single samples\n");
-        if (is_told) {
+        if (known.share_explained > 0.0) { /* else it is not known */
             std::printf("                 explains %s of the explainable error\n",
                         share_words(known.share_explained, has_rest).c_str());
         }

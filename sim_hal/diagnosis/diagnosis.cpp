@@ -141,8 +141,7 @@ class blocks_in_turn
         block_diagnosis found = diagnose_block(which, input, result_.extended, events_, start.found_events);
         if (found.floor_is_measured && is_refuted(*told_floor, found)) {
             has_no_floor_[static_cast<std::size_t>(which)] = true;
-            start.input.floor.reset();
-            input.floor.reset();
+            input.floor = start.input.floor = {};
             events_ = start.events;
             found = diagnose_block(which, input, result_.extended, events_, start.found_events);
         }
@@ -195,11 +194,9 @@ class blocks_in_turn
         input.fit = &result_.data;
         input.validation =
             records_.validation && can_replay(*records_.validation, which) ? &*records_.validation : nullptr;
-        if (has_no_floor_[static_cast<std::size_t>(which)]) {
-            input.floor.reset();
-        } else if (records_.standstill) {
+        if (records_.standstill) {
             input.floor = standstill_floor(*records_.standstill, which);
-        } else if (records_.repetition) {
+        } else if (records_.repetition && !has_no_floor_[static_cast<std::size_t>(which)]) {
             input.floor = repetition_floor(result_.data, *records_.repetition, which, result_.extended);
             input.floor_is_of_replays = !go_the_same_way(result_.data, *records_.repetition, which);
         }
@@ -262,7 +259,7 @@ class blocks_in_turn
     events_of_records events_;
     std::vector<event_finding> repeats_;
     block_start before_;
-    std::array<bool, 3> has_no_floor_{}; /* that was told by another record; by block */
+    std::array<bool, 3> has_no_floor_{}; /* that a run made again has told; by block */
 };
 
 bool can_judge(const record &data, const rig &given, block which)

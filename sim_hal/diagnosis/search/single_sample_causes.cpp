@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace berth
 {
@@ -25,21 +26,19 @@ void show_error(block_diagnosis &block, const record &data, const record *unseen
         uses[n] = block.uses[n] == row_use::none ? uses[n] : block.uses[n];
     }
     std::vector<double> error;
-    model.error(block.retuned, error);
-    block.fit_rms.retuned = rms_of(error, uses, row_use::fit);
-    block.held_out_rms.retuned = rms_of(error, uses, row_use::held_out);
-    model.error(block.as_given, error);
-    block.fit_rms.before = rms_of(error, uses, row_use::fit);
-    block.held_out_rms.before = rms_of(error, uses, row_use::held_out);
-    block.error_before = std::move(error);
-    if (unseen != nullptr) {
-        block_model other(block.block, *unseen, block.as_given, none, held_out_parts::none);
-        std::vector<double> of_other;
-        other.error(block.retuned, of_other);
-        block.held_out_rms.retuned = rms_of(of_other, other.uses(), row_use::fit);
-        other.error(block.as_given, of_other);
-        block.held_out_rms.before = rms_of(of_other, other.uses(), row_use::fit);
+    for (const auto &[rig, member] :
+         {std::pair(&block.retuned, &part_rms::retuned), {&block.as_given, &part_rms::before}}) {
+        model.error(*rig, error);
+        block.fit_rms.*member = rms_of(error, uses, row_use::fit);
+        block.held_out_rms.*member = rms_of(error, uses, row_use::held_out);
+        if (unseen != nullptr) {
+            block_model other(block.block, *unseen, block.as_given, none, held_out_parts::none);
+            std::vector<double> of_other;
+            other.error(*rig, of_other);
+            block.held_out_rms.*member = rms_of(of_other, other.uses(), row_use::fit);
+        }
     }
+    block.error_before = std::move(error); /* of the rig as given, the last one */
 }
 
 } // namespace
