@@ -256,6 +256,19 @@ def test_friction_that_falls_with_speed_is_told_as_a_part(seed, causes, tmp_path
     assert any("falls with speed" in doubt for doubt in force["doubts"])
 
 
+@pytest.mark.parametrize("seed, effect, doubt", [
+    (861007, "outside.robot_lag_drift", "as a low-pass does"), (861107, "outside.robot_lag_drift", "as a low-pass does"),
+    # A bend over the position, as which a sine of a longer period than the way passes.
+    (861117, "outside.robot_curvature", "less than one and a half periods"),
+])
+@pytest.mark.slow
+def test_what_fits_to_the_noise_is_told_as_a_part_where_it_acts_otherwise(seed, effect, doubt, tmp_path):
+    _, told = hidden_and_told(tmp_path, seed, "--kind", "outside", "--effect", effect)
+    assert told["verdict"] == "partly_explained"
+    [robot] = [block for block in told["blocks"] if block["block"] == "robot"]
+    assert any(doubt in one for one in robot["doubts"])
+
+
 @pytest.mark.slow
 def test_a_mode_whose_mass_may_be_none_is_not_named(tmp_path):
     """Parameters a little beyond their tolerances, which a small second mode fits as well; its interval holds zero."""

@@ -64,6 +64,25 @@ def farther_upwards(goal_m, share=0.02):
     return goal_m * np.where(np.gradient(goal_m) > 0.0, 1.0 + share, 1.0)
 
 
+def lag_that_grows(goal_m, growth=6e-5):
+    """A first-order low-pass whose time constant grows from nothing to 1.8 ms in 30 s, integrated a tenth of a tick at a
+    time."""
+    parts = 10
+    x, made = goal_m[0], np.empty_like(goal_m)
+    for n in range(len(goal_m)):
+        for part in range(1, parts + 1 if n else 1):
+            goal = goal_m[n - 1] + (goal_m[n] - goal_m[n - 1]) * part / parts
+            lag_s = max(growth * PERIOD_s * (n - 1 + part / parts), 1e-9)
+            x = goal + (x - goal) * np.exp(-PERIOD_s / parts / lag_s)
+        made[n] = x
+    return made
+
+
+def dead_time_that_grows(goal_m, growth=6e-5):
+    t_s = PERIOD_s * np.arange(len(goal_m))
+    return np.interp(t_s * (1.0 - growth), t_s, goal_m)
+
+
 def motor_with_little_voltage(goal_m, gain_per_s=40.0, motor_s=0.05, voltage_max=0.06):
     """A proportional controller on a motor whose voltage ends: it gathers speed with its own lag up to a limit."""
     x, v, made = goal_m[0], 0.0, np.empty_like(goal_m)
@@ -424,3 +443,14 @@ def test_what_creeps_is_told_as_a_drift(tmp_path):
                                      robot_position_m=robot_m), "--rig", "ess")
     assert told["verdict"] == "unknown"
     assert told["blocks"][0]["left"]["depends"] == "drift over time", told["blocks"][0]["left"]
+
+
+@pytest.mark.parametrize("robot, verdicts", [(lag_that_grows, ["partly_explained"]),
+                                             (dead_time_that_grows, ["named", "one_of"])])
+def test_a_lag_that_grows_is_no_dead_time_that_grows(robot, verdicts, tmp_path):
+    """To first order both are one lateness that grows; the second order of the motion tells them apart. A clock of
+    another period that does not slip is the same as the dead time."""
+    told = diagnosed(tmp_path, robot_record(tmp_path, robot), "--rig", "ess")
+    assert told["verdict"] in verdicts and [one["effect"] for one in told["causes"]] == ["robot.dead_time_drift"]
+    [block] = [one for one in told["blocks"] if one["block"] == "robot"]
+    assert any("low-pass" in doubt for doubt in block["doubts"]) == (robot == lag_that_grows)

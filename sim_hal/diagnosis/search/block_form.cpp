@@ -75,6 +75,54 @@ void add_steps(std::size_t rows, std::size_t form, std::vector<modulation> &all)
 
 } // namespace
 
+std::vector<double> block_search::change_by_growing_lag()
+{
+    const std::string_view dead_time = "robot.dead_time_ms";
+    const std::string_view drift = "robot.dead_time_drift_ms_per_s";
+    const double period_s = model_.data().period_s;
+    std::vector<double> error;
+    model_.error(incumbent_.rig, error);
+    const std::vector<double> late_m = model_.motion().at_tick_m;
+    /* Without what grows: as late as it is where it is least late. */
+    const double rows_ms = 1e3 * period_s * static_cast<double>(late_m.size());
+    const double growth = 1e-3 * value_of(incumbent_.rig, drift);
+    const double least_ms = std::max(0.0, value_of(incumbent_.rig, dead_time) + std::min(0.0, growth * rows_ms));
+    const double first_lag_ms = value_of(incumbent_.rig, dead_time) - least_ms;
+    rig in_time = incumbent_.rig;
+    set_number(in_time, drift, 0.0);
+    set_number(in_time, dead_time, least_ms);
+    model_.error(in_time, error);
+    const std::vector<double> &goal_m = model_.motion().at_tick_m;
+    std::vector<double> change(late_m.size(), 0.0);
+    double behind_m = 0.0; /* tau r' = u - r, exact for a lag and a velocity that are constant within a tick */
+    for (std::size_t n = 1; n < change.size(); n++) {
+        const double lag_s = std::max(1e-9, 1e-3 * first_lag_ms + growth * period_s * static_cast<double>(n));
+        const double settled_m = lag_s * (goal_m[n] - goal_m[n - 1]) / period_s;
+        behind_m = settled_m + (behind_m - settled_m) * std::exp(-period_s / lag_s);
+        change[n] = late_m[n] - (goal_m[n] - behind_m);
+    }
+    return change;
+}
+
+bool block_search::is_any_curve(const remains &)
+{
+    const record_scales scales = scales_of(model_, incumbent_.rig, error_left(), input_.options);
+    return std::any_of(found_.begin(), found_.end(), [&](const effect *one) {
+        if (!one->is_curve || one->is_seen(incumbent_.rig, scales)) {
+            return false;
+        }
+        candidate with{one, incumbent_};
+        with.fitted.cost = cost_of(model_, noise_, incumbent_.rig);
+        metric_ = noise_;
+        const rig as_they_are = rig_without(*one);
+        incumbent_ = fit_without(*one);
+        incumbent_.rig = as_they_are; /* fitted anew, the others may have gone where their slopes mean nothing */
+        const bool is_any = !is_no_plain_curve(with);
+        incumbent_ = std::move(with.fitted);
+        return is_any;
+    });
+}
+
 block_search::forms block_search::improved_by_other_forms()
 {
     forms improved{};
@@ -90,9 +138,19 @@ block_search::forms block_search::improved_by_other_forms()
     std::vector<modulation> modulations;
     add_smooth(way_of(model_, here), modulations);
     add_steps(here.size(), static_cast<std::size_t>(form::at_once), modulations);
+    std::vector<double> white;
+    const auto decrease_by = [&](const std::vector<double> &change, bool either_sign) {
+        whiten(noise_, change, model_.uses(), row_use::fit, white);
+        const Eigen::VectorXd more = beside_parameters(Eigen::Map<const Eigen::VectorXd>(white.data(), left.size()));
+        const double along = more.dot(rest);
+        return either_sign || along < 0.0 ? along * along / std::max(more.squaredNorm(), 1e-300) : 0.0;
+    };
     for (const effect *const cause : found_) {
         if (cause->switch_on != nullptr) {
             continue; /* slopes mean little there */
+        }
+        if (cause->name == "robot.dead_time_drift" && model_.which() == block::robot) {
+            improved[static_cast<std::size_t>(form::as_low_pass)] = decrease_by(change_by_growing_lag(), false);
         }
         rig smaller = incumbent_.rig;
         const std::string_view key = cause->parameters[0].key;
@@ -100,16 +158,11 @@ block_search::forms block_search::improved_by_other_forms()
         std::vector<double> there;
         model_.error(smaller, there);
         std::vector<double> change(here.size());
-        std::vector<double> white;
         for (const modulation &one : modulations) {
             for (std::size_t n = 0; n < change.size(); n++) {
                 change[n] = one.by_row[n] * (there[n] - here[n]);
             }
-            whiten(noise_, change, model_.uses(), row_use::fit, white);
-            const Eigen::VectorXd more =
-                beside_parameters(Eigen::Map<const Eigen::VectorXd>(white.data(), left.size()));
-            const double decrease = std::pow(more.dot(rest), 2) / std::max(more.squaredNorm(), 1e-300);
-            improved[one.form] = std::max(improved[one.form], decrease);
+            improved[one.form] = std::max(improved[one.form], decrease_by(change, true));
         }
     }
     return improved;

@@ -188,10 +188,13 @@ class block_search
     void conclude(block_diagnosis &result);
     verdict verdict_of(block_diagnosis &result);
     /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out
-     * than in the middle of the way, fast than slow, or from a moment on: the most of all causes. */
-    enum class form : std::size_t { over_time, over_way, with_velocity, at_once, count };
+     * than in the middle of the way, fast than slow, or from a moment on: the most of all causes. And if a lateness
+     * that grows were a low-pass'. */
+    enum class form : std::size_t { over_time, over_way, with_velocity, at_once, as_low_pass, count };
     using forms = std::array<double, static_cast<std::size_t>(form::count)>;
     forms improved_by_other_forms();
+    /* What a first-order lag that grows in place of the dead time would change of the error, one a row. */
+    std::vector<double> change_by_growing_lag();
     struct remains {
         bool has_causes;
         bool has_thresholds; /* the causes' own, or of a fault upstream */
@@ -266,7 +269,10 @@ class block_search
     bool changes_over_way(const remains &left) { return acts_otherwise(left, form::over_way); }
     bool changes_with_velocity(const remains &left) { return acts_otherwise(left, form::with_velocity); }
     bool changes_at_once(const remains &left) { return acts_otherwise(left, form::at_once); }
+    bool acts_as_low_pass(const remains &left) { return acts_otherwise(left, form::as_low_pass); }
     bool acts_otherwise(const remains &left, form of);
+    /* A periodic error of less than one and a half periods, and a plain curve of the position does as well. */
+    bool is_any_curve(const remains &left);
     /* Above a measured floor by more than that and the error itself are uncertain; without one: yes. */
     bool exceeds_uncertainty(double cost) const;
     /* Far above a floor that was found without it, and more than our own precision of what was explained. */

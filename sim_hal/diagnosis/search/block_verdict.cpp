@@ -129,6 +129,10 @@ const block_search::doubt block_search::doubts[] = {
     {"what is named acts otherwise from one moment on", &block_search::changes_at_once},
     {"what is named acts otherwise far out than in the middle of the way", &block_search::changes_over_way},
     {"what is named acts otherwise fast than slow", &block_search::changes_with_velocity},
+    {"what grows over time makes the motion late as a low-pass does, and not as a dead time does",
+     &block_search::acts_as_low_pass},
+    {"less than one and a half periods are on the way: any other curve of the position may do as well",
+     &block_search::is_any_curve},
 };
 
 verdict block_search::verdict_of(block_diagnosis &result)
