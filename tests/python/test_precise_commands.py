@@ -109,6 +109,26 @@ def test_a_smooth_cause_is_named_and_its_interval_holds(tmp_path, effect):
     assert high - low < 1e-3 * VALUES[effect]
 
 
+SMALL = {  # forces of a ten thousandth of the push and less
+    "manipulator.gravity_offset": (lambda x, v: -1e-3, -1e-3),
+    "manipulator.asymmetric_friction": (lambda x, v: 2e-3 * abs(v), 2e-3),
+    "manipulator.cubic_stiffness": (lambda x, v: 2e2 * x**3, 2e2),
+    "manipulator.quadratic_stiffness": (lambda x, v: 5.0 * x**2, 5.0),
+}
+
+
+@pytest.mark.parametrize("effect", SMALL)
+def test_a_cause_that_is_less_than_a_regression_errs_is_named(tmp_path, effect):
+    law, value = SMALL[effect]
+    found = diagnosed(tmp_path, lambda push_N: motion_m(law, push_N, 1.02), 1e-11)
+    assert found["verdict"] == "named", found["blocks"][0]["doubts"]
+    assert [cause["effect"] for cause in found["causes"]] == [effect]
+    told = found["causes"][0]["parameters"][0]
+    low, high = told["ci95"]
+    assert min(abs(low), abs(high)) < abs(value) < max(abs(low), abs(high)), told
+    assert high - low < 0.05 * abs(value)
+
+
 @pytest.mark.parametrize("seed", [3, 4, 5])
 @pytest.mark.first(1)
 def test_dry_friction_is_named_although_it_catches_between_steps(tmp_path, seed):

@@ -74,12 +74,15 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
         tell(options, *effect);
-        const std::vector<rig> regressed = regressed_starts(model, incumbent, found, *effect);
-        for (const rig &rig : regressed) {
+        /* The regression's own error is a share of all that pushes: an effect that is less starts as others do. */
+        bool is_regressed = false;
+        for (const rig &rig : regressed_starts(model, incumbent, found, *effect)) {
             const Eigen::VectorXd change = white_error(model, noise, rig) - here;
-            starts.push_back({effect, rig, base.best_share(target, change, 0.9, 1.1, effect).decrease, false, true});
+            const double promise = base.best_share(target, change, 0.9, 1.1, effect).decrease;
+            starts.push_back({effect, rig, promise, false, true});
+            is_regressed = is_regressed || promise >= worth_a_fit;
         }
-        if (!regressed.empty()) {
+        if (is_regressed) {
             continue;
         }
         std::vector<effect_values> sizes = effect->starts(incumbent.rig, scales);
@@ -92,7 +95,8 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
                 options.robot_in_force && effect->block() == "robot" && is_rough_here(*effect, options);
             /* The effect in another size, as far as it is linear in it. */
             const bool is_scaled = effect->is_proportional && values[0] != 0.0;
-            const double least = is_scaled ? 1e-3 : 0.1;
+            /* A manipulator that was computed shows of an effect what is a millionth of its start. */
+            const double least = !is_scaled ? 0.1 : model.which() == block::manipulator ? 1e-6 : 1e-3;
             const double most = is_scaled ? 30.0 : 3.0;
             if (!is_scaled && !start.is_hidden && first.rules_out(start.rig, least, most, worth_a_fit)) {
                 starts.push_back(std::move(start));
