@@ -216,10 +216,16 @@ class blocks_in_turn
         }
         const auto which = static_cast<int>(found.block);
         const std::string unit(block_units[which]);
+        if (told && std::abs(told->rms - found.floor.rms) < 0.01 * found.floor.rms) {
+            return; /* the same is told */
+        }
+        const bool lacks_columns =
+            !records_.standstill && !have_same_columns(result_.data, *records_.repetition, found.block);
         result_.notes.push_back(std::string(records_.standstill ? "--standstill" : "--repeat") +
                                 " does not tell the noise of the " + std::string(block_names[which]) + ": " +
                                 (told ? "there it is " + formatted("%.3g ", told->rms) + unit + " rms, and "
-                                      : "none that can be told from the signal's steps; ") +
+                                 : lacks_columns ? "it lacks columns that this record has; "
+                                                 : "none that can be told from the signal's steps; ") +
                                 formatted("%.3g ", found.floor.rms) + unit + " is estimated from the record itself");
     }
 
@@ -342,6 +348,7 @@ diagnosis diagnose(const diagnosis_request &request)
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);
     tell_other_zero_of_force(result);
+    tell_delay_of_rows(result);
     const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, result.data);
     result.notes.insert(result.notes.end(), uneven.begin(), uneven.end());
     result.verdict = overall(result.blocks);

@@ -130,4 +130,37 @@ void tell_other_zero_of_force(diagnosis &result)
                            mapping_of(source));
 }
 
+void tell_delay_of_rows(diagnosis &result)
+{
+    constexpr double alike = 0.02;  /* of a row */
+    constexpr double coarse = 0.35; /* any number is near a whole one then */
+    struct delay {
+        std::string_view effect;
+        const char *key;
+        const char *signal;
+    };
+    constexpr delay delays[] = {{"sensor.delay", "sensor.delay_ms", "force_N"},
+                                {"robot.dead_time", "robot.dead_time_ms", "robot_position_m"}};
+    const double row_ms = 1e3 * result.data.period_s;
+    for (const block_diagnosis &block : result.blocks) {
+        for (const delay &one : delays) {
+            const auto known = std::find_if(block.causes.begin(), block.causes.end(),
+                                            [&](const cause &each) { return each.effect->name == one.effect; });
+            if (known == block.causes.end() || known->parameters.empty()) {
+                continue;
+            }
+            const parameter_estimate &told = known->parameters[0];
+            const double rows = (told.value - value_of(result.given, one.key)) / row_ms;
+            const double whole = std::round(rows);
+            const double uncertain = std::max(alike, told.ci95 / row_ms);
+            if (whole != 0.0 && uncertain < coarse && std::abs(rows - whole) < uncertain) {
+                result.notes.push_back(
+                    std::string(one.key) +
+                    formatted(" is off by a whole number of rows, %.0f: that is so, too, where ", whole) +
+                    one.signal + " stands in other rows; a row has what had arrived when its command was computed");
+            }
+        }
+    }
+}
+
 } // namespace berth

@@ -25,6 +25,9 @@ void tell_scaled_manipulator(diagnosis &result);
 /* A log's force from another zero than the one that the firmware got is two causes, of which neither is there. */
 void tell_other_zero_of_force(diagnosis &result);
 
+/* A delay that is off by whole rows may be that of the log. */
+void tell_delay_of_rows(diagnosis &result);
+
 } // namespace berth
 
 #endif

@@ -200,3 +200,24 @@ def test_a_rig_file_that_is_far_off_is_no_wrong_sign(columns, tmp_path, wrong):
     record = write(tmp_path / "record.csv", part_of(columns, "all"))
     found = diagnosed(tmp_path / "out", record, "--rig", "ess", "--set", wrong)
     assert not any("looks as if" in note for note in found["notes"])
+
+
+@pytest.mark.parametrize("rows", [1, -1])
+def test_a_force_that_stands_in_another_row_is_told(columns, tmp_path, rows):
+    """As sampled, or as logged after the tick: by the manipulator, and without one by a delay of whole rows."""
+    shifted = columns | {"force_N": np.roll(columns["force_N"], -rows)}
+    told = diagnosed(tmp_path / "all", write(tmp_path / "all.csv", shifted), "--rig", "ess")
+    where = "before" if rows > 0 else "behind"
+    assert any(f"force_N stands one row {where}" in note for note in told["notes"]), told["notes"]
+
+
+def test_a_delay_of_whole_rows_may_be_that_of_the_log(columns, tmp_path):
+    """Without an operator's signal there is no manipulator that tells."""
+    shifted = part_of(columns | {"force_N": np.roll(columns["force_N"], 2)}, "force")
+    told = diagnosed(tmp_path / "force", write(tmp_path / "force.csv", shifted), "--rig", "ess")
+    assert "sensor.delay" in [cause["effect"] for cause in told["causes"] + told["alternatives"]]
+    assert any("sensor.delay_ms is off by a whole number of rows, 2" in note for note in told["notes"]), told["notes"]
+
+
+def test_a_force_in_its_row_is_not_told_as_shifted(good):
+    assert not any("stands" in note for told in good.values() for note in told["notes"])

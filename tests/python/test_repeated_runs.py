@@ -66,6 +66,35 @@ def test_a_run_with_another_command_repeats_none(tmp_path):
     assert done.returncode == EXIT_INPUT and b"repeats no command" in done.stderr
 
 
+@pytest.mark.parametrize("nothing, something", [("operator_force_N", "operator_position_m"),
+                                                ("operator_position_m", "operator_force_N")])
+def test_a_column_of_zeros_makes_no_repetition(tmp_path, nothing, something):
+    t_s = 0.0025 * np.arange(2000)
+    for name, tone_Hz in (("first", 0.5), ("second", 0.8)):
+        operator = 0.01 * np.sin(2 * np.pi * tone_Hz * t_s)
+        columns = {"t_s": t_s, nothing: 0.0 * t_s, something: operator, "command_position_m": operator,
+                   "force_N": 500.0 * operator}
+        np.savetxt(tmp_path / f"{name}.csv", np.column_stack(list(columns.values())), delimiter=",", comments="",
+                   header=",".join(columns), fmt="%.9g")
+    done = command("diagnose", tmp_path / "first.csv", "--rig", "ess", "--repeat", tmp_path / "second.csv", "--out",
+                   tmp_path / "out")
+    assert done.returncode == EXIT_INPUT and b"repeats no command" in done.stderr, done.stderr.decode()
+
+
+def test_a_repetition_without_a_column_says_so(tmp_path):
+    first, second = (run(tmp_path / str(seed), "ess", seed, {}) for seed in (1, 2))
+    done = command("diagnose", second, "--rig", "ess", *GIVEN, "--out", tmp_path / "second")
+    assert done.returncode == EXIT_DONE
+    series = np.genfromtxt(tmp_path / "second" / "series.csv", delimiter=",", names=True)
+    kept = ("t_s", "operator_position_m", "command_position_m", "robot_position_m")
+    np.savetxt(tmp_path / "second.csv", np.column_stack([series[name] for name in kept]), delimiter=",", comments="",
+               header=",".join(kept), fmt="%.13g")
+    told = diagnose(tmp_path / "out", first, "--rig", "ess", "--repeat", tmp_path / "second.csv")
+    assert "force" not in floors(told)
+    [note] = [note for note in told["notes"] if "the noise of the force" in note]
+    assert "it lacks columns" in note, note
+
+
 def test_a_standstill_that_is_noisier_than_the_record_is_not_its_floor_and_that_is_said(tmp_path):
     record = run(tmp_path / "1", "ess", 1, {})
     keys = {"sensor.noise_N": 2.0, "robot.feedback_noise_m": NOISE_m, "run.duration_s": LENGTH_s, "run.seed": 2,

@@ -257,6 +257,32 @@ void tell_other_zero(record &data, const rig &given)
                          "as if it counted from another zero: say in the rig file " + mapping_of(source));
 }
 
+/* The manipulator is moved by the newest force that has arrived when its command is computed. Stamped when it was
+ * sampled, or logged after the tick, a force that fits it stands a row before or behind. */
+void tell_shifted_force(record &data, const rig &given)
+{
+    constexpr double nearly_nothing = 0.1; /* of what the rows as they are leave */
+    if (data.force_N.empty() || !can_replay(data, block::manipulator)) {
+        return;
+    }
+    const double as_it_is = share_unexplained(block::manipulator, data, given);
+    for (const std::ptrdiff_t rows : {1, -1}) {
+        record shifted = data;
+        for (const record_segment &part : data.segments) {
+            for (std::size_t n = part.begin + 1; n + 1 < part.end; n++) {
+                shifted.force_N[n] = data.force_N[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(n) - rows)];
+            }
+        }
+        if (share_unexplained(block::manipulator, shifted, given) < nearly_nothing * as_it_is) {
+            data.notes.push_back(std::string("force_N stands one row ") + (rows > 0 ? "before" : "behind") +
+                                 " the one in which it moves the manipulator: a row has the newest force that had "
+                                 "arrived when its command was computed; move it there, or the manipulator and the "
+                                 "delay of the sensor are told wrongly");
+            return;
+        }
+    }
+}
+
 } // namespace
 
 void refuse_mistaken_signals(record &data, const rig &given)
@@ -299,6 +325,7 @@ void refuse_mistaken_signals(record &data, const rig &given)
                           "; or scale = 1, if it is right as it is");
     }
     tell_other_zero(data, given);
+    tell_shifted_force(data, given);
 }
 
 } // namespace berth

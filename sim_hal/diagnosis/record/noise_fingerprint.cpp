@@ -166,6 +166,7 @@ bool is_same_cause(const measured_signal &first, const measured_signal &other, c
 {
     constexpr double same = 0.1; /* of the largest change: in a closed loop the force's noise moves the command */
     constexpr double most = 0.5; /* of the rows */
+    constexpr double as_large = 0.05; /* one that was scaled is another one */
     if (first.cause.empty() || other.cause.empty()) {
         return false;
     }
@@ -174,12 +175,17 @@ bool is_same_cause(const measured_signal &first, const measured_signal &other, c
         largest = std::max(largest, std::abs(change(first.cause, static_cast<std::size_t>(n))));
     }
     std::ptrdiff_t rows = 0;
+    double product = 0.0;
+    double square = 0.0;
     for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
         const double here = change(first.cause, static_cast<std::size_t>(n));
         const double there = change(other.cause, static_cast<std::size_t>(n - at.shift));
         rows += std::abs(here - there) <= same * largest;
+        product += here * there;
+        square += here * here;
     }
-    return static_cast<double>(rows) > most * static_cast<double>(at.end - at.begin - 1);
+    return static_cast<double>(rows) > most * static_cast<double>(at.end - at.begin - 1) &&
+           std::abs(product - square) <= as_large * square;
 }
 
 /* The mean squares of the news over stretches, sorted, and the signs that both share in the quietest of them. */

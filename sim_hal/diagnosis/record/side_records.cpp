@@ -44,16 +44,35 @@ bool is_same(const std::vector<double> &a, const std::vector<double> &b, double 
 
 constexpr double rounding = 1e-6;
 
-/* What the operator does, or what comes of it: in a closed loop the force's noise moves the command. */
+bool is_nothing(const std::vector<double> &x)
+{
+    return std::all_of(x.begin(), x.end(), [](double value) { return value == 0.0; });
+}
+
+/* What the operator does, in all that both records tell of it; where they tell nothing, or that he does nothing,
+ * what comes of it: in a closed loop the force's noise moves the command. */
 bool is_repeated(const record &data, const record &other)
 {
     constexpr double about = 0.05;
+    bool is_told = false;
     for (const auto signal : {&record::operator_force_N, &record::operator_position_m}) {
-        if (!(data.*signal).empty() && !(other.*signal).empty() && is_same(data.*signal, other.*signal, rounding)) {
-            return true;
+        const std::vector<double> &a = data.*signal;
+        const std::vector<double> &b = other.*signal;
+        if (a.empty() || b.empty() || (is_nothing(a) && is_nothing(b))) {
+            continue;
         }
+        if (!is_same(a, b, rounding)) {
+            return false;
+        }
+        is_told = true;
     }
-    return is_same(data.command_position_m, other.command_position_m, about);
+    return is_told || is_same(data.command_position_m, other.command_position_m, about);
+}
+
+/* Both have it, or neither. */
+bool have_alike(const std::vector<double> &a, const std::vector<double> &b)
+{
+    return a.empty() == b.empty();
 }
 
 /* Measured less simulated. */
@@ -99,6 +118,14 @@ std::optional<noise_model> standstill_floor(const record &record, block block)
     return is_hidden_by_steps(found, x) ? std::nullopt : std::optional(at_least(found, resolution_rms(block)));
 }
 
+bool have_same_columns(const record &first, const record &second, block block)
+{
+    return can_replay(first, block) && can_replay(second, block) &&
+           (block != block::manipulator || (have_alike(first.operator_force_N, second.operator_force_N) &&
+                                            have_alike(first.operator_position_m, second.operator_position_m) &&
+                                            have_alike(first.force_N, second.force_N)));
+}
+
 bool go_the_same_way(const record &first, const record &second, block block)
 {
     if (block != block::manipulator) {
@@ -112,7 +139,7 @@ bool go_the_same_way(const record &first, const record &second, block block)
 
 std::optional<noise_model> repetition_floor(const record &first, const record &second, block block, const rig &rig)
 {
-    if (!can_replay(first, block) || !can_replay(second, block)) {
+    if (!have_same_columns(first, second, block)) {
         return {};
     }
     const bool is_same_way = go_the_same_way(first, second, block);

@@ -15,6 +15,9 @@ namespace berth
 /* Noise of a channel while nothing moves: about a straight line. Nothing where the record says nothing of it. */
 std::optional<noise_model> standstill_floor(const record &record, block block);
 
+/* Whether what moves the block, and what shows it, is told in both. */
+bool have_same_columns(const record &first, const record &second, block block);
+
 /* All that moves what the block's output shows is the same in both. */
 bool go_the_same_way(const record &first, const record &second, block block);
 

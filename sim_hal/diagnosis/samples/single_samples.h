@@ -20,8 +20,8 @@ bool verify_spikes(block block, const diagnosis_input &input, const block_diagno
 /* Of the explainable error of the fit, what is less of it as the rows of this finding are known; not a number where
  * a replay does not know of them, as of rounding, or nothing can be explained. `extended`: the rig of that replay.
  */
-double share_explained_by(const event_finding &found, block block, const diagnosis_input &input, const rig &extended,
-                          const sample_events &events, double floor_rms);
+double share_explained_by(const event_finding &found, block block, const diagnosis_input &input, const rig &given,
+                          const rig &extended, const sample_events &events, double floor_rms);
 
 } // namespace berth
 

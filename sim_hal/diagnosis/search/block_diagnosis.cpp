@@ -167,7 +167,7 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         cause made;
         made.effect = found.effect;
         made.share_explained =
-            share_explained_by(found, block, input, result.extended, events.fit, result.fit_rms.floor);
+            share_explained_by(found, block, input, given, result.extended, events.fit, result.fit_rms.floor);
         for (std::size_t i = 0; i < found.values.size(); i++) {
             made.parameters.push_back(
                 {std::string(found.effect->parameters[i].key), found.values[i], found.ci95[i]});

@@ -53,8 +53,8 @@ bool block_search::may_be_none(const effect &known)
 
 void block_search::withdraw_what_may_be_none(block_diagnosis &result)
 {
-    if (result.verdict != verdict::partly_explained || input_.without_switching_fault == nullptr ||
-        model_.which() != block::force ||
+    const bool is_behind_switch = input_.without_switching_fault != nullptr && model_.which() == block::force;
+    if (result.verdict != verdict::partly_explained || !(is_behind_switch || model_.which() == block::manipulator) ||
         !std::all_of(found_.begin(), found_.end(), [&](const effect *one) { return may_be_none(*one); })) {
         return;
     }
@@ -69,7 +69,8 @@ void block_search::withdraw_what_may_be_none(block_diagnosis &result)
     result.verdict = verdict::unknown; /* however little is left: something was found in it */
     result.refinable = refinable();
     result.doubts.emplace_back(
-        "it lies behind a robot that switches, and beside it the size of a cause may be none");
+        is_behind_switch ? "it lies behind a robot that switches, and beside it the size of a cause may be none"
+                         : "beside what is left, the size of a cause may be none");
 }
 
 void block_search::withdraw(block_diagnosis &result)

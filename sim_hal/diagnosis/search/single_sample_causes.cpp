@@ -72,7 +72,9 @@ void tell_in_own_block(std::vector<block_diagnosis> &blocks)
     if (moved != force->causes.end() && robot->verdict == verdict::nothing_detectable) {
         robot->verdict = verdict::named;
     }
-    std::move(moved, force->causes.end(), std::back_inserter(robot->causes));
+    /* In front: the last cause is the one that the robot's rivals stand beside. */
+    robot->causes.insert(robot->causes.begin(), std::make_move_iterator(moved),
+                         std::make_move_iterator(force->causes.end()));
     force->causes.erase(moved, force->causes.end());
     if (force->causes.empty()) {
         force->verdict = verdict::nothing_detectable;
