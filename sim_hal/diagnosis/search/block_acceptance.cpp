@@ -297,6 +297,14 @@ bool block_search::leaves_nothing_that_depends(const candidate &best)
     return after.share_of_rms * best.fitted.cost < hardly * leftover_.share_of_rms * incumbent_.cost;
 }
 
+bool block_search::makes_error_larger(const candidate &best)
+{
+    constexpr double clearly = 1.05; /* times: what slow noise is off by may be a little more */
+    std::vector<double> error;
+    model_.error(best.fitted.rig, error);
+    return rms_of(error, model_.uses(), row_use::fit) > clearly * rms_of(error_left(), model_.uses(), row_use::fit);
+}
+
 bool block_search::accept(block_diagnosis &result, const std::vector<candidate> &candidates, const candidate &best,
                           double bic_before, double explainable)
 {
@@ -312,7 +320,9 @@ bool block_search::accept(block_diagnosis &result, const std::vector<candidate> 
         std::max(1e-9, cost_of(model_, metric_, base_.rig) - static_cast<double>(rows_under(metric_)));
     gain gained{}; /* fits on parts of the record: only for what else speaks for */
     double asked = held_out_least;
-    if (is_worthwhile(best, better, share, of_all)) {
+    if (makes_error_larger(best)) {
+        asked = 1.0;
+    } else if (is_worthwhile(best, better, share, of_all)) {
         gained = gain_of(best, share > share_of_rest && better > bic_unseen);
     } else if (may_be_shown_by_unseen(best, better, share, of_all)) {
         gained = gain_on_unseen(best);

@@ -74,6 +74,8 @@ class block_search
     bool is_worthwhile(const candidate &best, double better, double share, double of_all) const;
     double won_by_smoothing(const effect &best, const effect &other) const;
     bool leaves_nothing_that_depends(const candidate &best); /* on state or time */
+    /* As it is measured: what is slow counts for little in the white sum of squares where the floor is as slow. */
+    bool makes_error_larger(const candidate &best);
     /* Little beside the first effect may be its own finer way, unless, where there is a record with another command,
      * it proves itself clearly there: of a real servo its lag and dead time beside its velocity limit. */
     bool may_be_shown_by_unseen(const candidate &best, double better, double share, double of_all) const;
