@@ -76,7 +76,10 @@ def causes_tables(diagnosis):
 
     def share_of_counted(cause, of):
         share = cause["share_explained"]
-        return "" if share is None else number(words.share_text(share, told["verdict"]), f"{of}.share_explained")
+        if share is None:
+            return ""
+        of_force = " of the force's" if words.is_shown_by_force(cause) else ""
+        return number(words.share_text(share, told["verdict"]) + of_force, f"{of}.share_explained")
 
     text = ""
     if told["causes"]:

@@ -80,6 +80,11 @@ def is_counted(cause):
     return cause["delta_bic"] is None
 
 
+def is_shown_by_force(cause):
+    """What the robot does, below the noise of its reports: the share that it explains is of the force's error."""
+    return cause["effect"].startswith("robot.") and cause["shown_by"] == "force"
+
+
 def ranked_share(candidate):
     """A candidate's share of the explainable error, 0 to 1, and what is written at it."""
     share = candidate["share_explained"]
@@ -93,7 +98,9 @@ def cause_sentence(cause, verdict):
     text = f"{cause['effect']}: {found}."
     if is_counted(cause):
         share = cause["share_explained"]
-        explains = "" if share is None else f" It explains {share_text(share, verdict)} of the explainable error."
+        of_force = " of the force" if is_shown_by_force(cause) else ""
+        explains = "" if share is None else \
+            f" It explains {share_text(share, verdict)} of the explainable error{of_force}."
         return text + f"{explains} It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
     return (f"{text} It explains {share_text(cause['share_explained'], verdict)} of the explainable error, BIC is "
             f"better by {round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by "

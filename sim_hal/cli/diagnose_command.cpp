@@ -59,12 +59,13 @@ nlohmann::json as_json(const part_rms &rms)
 }
 
 /* What was counted in single samples was not fitted: no BIC and no gain belong to it. */
-nlohmann::json as_json(const cause &known)
+nlohmann::json as_json(const cause &known, block told_in)
 {
     nlohmann::json json{{"effect", known.effect->name},
                         {"parameters", as_json(known.parameters)},
                         {"delta_bic", nullptr},
                         {"share_explained", known.share_explained},
+                        {"shown_by", name_of(known.is_shown_by_force ? block::force : told_in)},
                         {"held_out_gain", nullptr}};
     if (!known.effect->is_of_single_samples) {
         json["delta_bic"] = known.delta_bic;
@@ -95,7 +96,7 @@ nlohmann::json as_json(const block_diagnosis &block, const record &data)
 {
     nlohmann::json causes = nlohmann::json::array();
     for (const cause &known : block.causes) {
-        causes.push_back(as_json(known));
+        causes.push_back(as_json(known, block.block));
     }
     nlohmann::json alternatives = nlohmann::json::array();
     for (const alternative &other : block.alternatives) {

@@ -90,8 +90,9 @@ void print_cause(const cause &known, bool has_rest)
     if (known.effect->is_of_single_samples) {
         std::printf("                 seen in single samples\n");
         if (known.share_explained > 0.0) { /* else it is not known */
-            std::printf("                 explains %s of the explainable error\n",
-                        share_words(known.share_explained, has_rest).c_str());
+            std::printf("                 explains %s of the explainable error%s\n",
+                        share_words(known.share_explained, has_rest).c_str(),
+                        known.is_shown_by_force ? " of the force" : "");
         }
         return;
     }

@@ -26,7 +26,8 @@ struct cause {
     std::vector<parameter_estimate> parameters;
     double delta_bic = 0.0;
     double share_explained = 0.0;
-    double held_out_gain = 0.0; /* share by which the held-out sum of squares falls */
+    bool is_shown_by_force = false; /* told in the robot, where it happens; the share is of the force's error */
+    double held_out_gain = 0.0;     /* share by which the held-out sum of squares falls */
     double held_out_gain_low = 0.0;
     double held_out_gain_high = 0.0;
 };

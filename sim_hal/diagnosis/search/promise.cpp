@@ -74,13 +74,14 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
         tell(options, *effect);
-        /* The regression's own error is a share of all that pushes: an effect that is less starts as others do. */
+        /* The regression's own error is a share of all that pushes: an effect that is less starts as others do, but
+         * only beside nothing: beside friction each replay is long. */
         bool is_regressed = false;
         for (const rig &rig : regressed_starts(model, incumbent, found, *effect)) {
             const Eigen::VectorXd change = white_error(model, noise, rig) - here;
             const double promise = base.best_share(target, change, 0.9, 1.1, effect).decrease;
             starts.push_back({effect, rig, promise, false, true});
-            is_regressed = is_regressed || promise >= worth_a_fit;
+            is_regressed = is_regressed || promise >= worth_a_fit || !found.empty();
         }
         if (is_regressed) {
             continue;

@@ -72,6 +72,7 @@ void tell_in_own_block(std::vector<block_diagnosis> &blocks)
     if (moved != force->causes.end() && robot->verdict == verdict::nothing_detectable) {
         robot->verdict = verdict::named;
     }
+    std::for_each(moved, force->causes.end(), [](cause &known) { known.is_shown_by_force = true; });
     /* In front: the last cause is the one that the robot's rivals stand beside. */
     robot->causes.insert(robot->causes.begin(), std::make_move_iterator(moved),
                          std::make_move_iterator(force->causes.end()));
