@@ -237,6 +237,10 @@ class block_search
     bool holds_zero(const remains &left);
     /* A cause makes so much or so little of a body that it stands in for something else. */
     bool is_another_body(const remains &left);
+    /* Slow motion shows neither the sensor's lag or delay nor the damping that was found with it, d = k tau: an
+     * object that relaxes, (k + d s + k1 tau s / (1 + tau s)) = (k + (d + k tau + k1 tau) s + d tau s2) / (1 + tau
+     * s), is the same as a sensor's lag with another damping and mass. */
+    bool is_late_and_damped(const remains &left);
     bool may_be_scaled_object(const remains &) { return may_be_scaled_object_; }
     bool shows_line(const remains &left);
     /* On the validation record the error is twice a measured floor, within all that the parameters are uncertain:

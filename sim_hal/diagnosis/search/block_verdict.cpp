@@ -115,6 +115,10 @@ const block_search::doubt block_search::doubts[] = {
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"a mass or a stiffness would be less than a hundredth, or more than a hundred times, of what the rig file says",
      &block_search::is_another_body},
+    {"what the sensor is late by, the object's damping makes up for: an object that relaxes, as rubber does, is the "
+     "same; "
+     "what the sensor makes of a force that is known would tell",
+     &block_search::is_late_and_damped},
     {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
      &block_search::may_be_scaled_object},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
@@ -396,8 +400,5 @@ std::vector<double> block_search::white_error_left()
     whiten(noise_, error, all, row_use::fit, white);
     return white;
 }
-
-/* What the model lacks is no noise that averages out: along what a parameter moves there may have been as much of it
- * as is left. */
 
 } // namespace berth

@@ -85,8 +85,25 @@ void block_search::withdraw(block_diagnosis &result)
 bool block_search::holds_zero(const remains &)
 {
     return std::any_of(found_.begin(), found_.end(), [&](const effect *known) {
-        return value_of(given_, known->parameters[0].key) == 0.0 && may_be_none(*known);
+        /* Of several parameters that the rig file has, another one than the first may be what is off. */
+        const bool is_size = known->parameters.size() == 1 || value_of(given_, known->parameters[0].key) == 0.0;
+        return is_size && may_be_none(*known);
     });
+}
+
+bool block_search::is_late_and_damped(const remains &)
+{
+    constexpr double as_much = 0.25;
+    const auto is_found = [&](std::string_view name) {
+        return std::any_of(found_.begin(), found_.end(), [&](const effect *known) { return known->name == name; });
+    };
+    if (!is_found("object.parameters") || !(is_found("sensor.lag") || is_found("sensor.delay"))) {
+        return false;
+    }
+    const auto change = [&](std::string_view key) { return value_of(incumbent_.rig, key) - value_of(given_, key); };
+    const double late_s = 1e-3 * (change("sensor.lag_ms") + change("sensor.delay_ms"));
+    const double late_N_s_per_m = value_of(incumbent_.rig, "object.stiffness_N_per_m") * late_s;
+    return std::abs(change("object.damping_N_s_per_m") - late_N_s_per_m) < as_much * std::abs(late_N_s_per_m);
 }
 
 bool block_search::is_another_body(const remains &)
