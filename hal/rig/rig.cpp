@@ -65,15 +65,14 @@ std::optional<rig_error> check_robot(const rig &rig)
     if (robot.dead_time_ms > 1e5) {
         return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
     }
-    if (robot.interpolation == interpolation::linear &&
-        ns_from_ms(robot.dead_time_ms) < config_period_ns(&rig.firmware)) {
+    const bool is_too_short = ns_from_ms(robot.dead_time_ms) < least_dead_time_ns(rig);
+    if (robot.interpolation == interpolation::linear && is_too_short) {
         return rig_error{"robot.dead_time_ms",
                          "must be at least one period (" + std::to_string(period_ms) +
                              " ms) with robot.interpolation = \"linear\": the robot must know the next setpoint to "
                              "move towards it; use \"hold\" for shorter dead times"};
     }
-    if (robot.interpolation == interpolation::hold &&
-        ns_from_ms(robot.dead_time_ms) < robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8)) {
+    if (robot.interpolation == interpolation::hold && is_too_short) {
         return rig_error{"robot.dead_time_ms",
                          "is shorter than the setpoint's time on the bus, which it includes (feedback and operator "
                          "command go first); set bus.ideal = true"};
@@ -377,6 +376,12 @@ std::int64_t sync_wait_ns(const rig &rig)
 std::int64_t command_to_motion_ns(const rig &rig)
 {
     return ns_from_ms(rig.robot.dead_time_ms) + sync_wait_ns(rig);
+}
+
+std::int64_t least_dead_time_ns(const rig &rig)
+{
+    return rig.robot.interpolation == interpolation::linear ? config_period_ns(&rig.firmware)
+                                                            : robot_frames_a_tick(rig) * frame_time_ns(rig.bus, 8);
 }
 
 std::int64_t robot_frames_a_tick(const rig &rig)

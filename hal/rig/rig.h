@@ -273,6 +273,10 @@ std::int64_t sync_wait_ns(const rig &rig);
 /* T_R: command to motion, robot.dead_time_ms and that wait. */
 std::int64_t command_to_motion_ns(const rig &rig);
 
+/* A robot that moves in a straight line to a setpoint must know it a period ahead; else a setpoint's time on the
+ * bus. */
+std::int64_t least_dead_time_ns(const rig &rig);
+
 /* On the robot's bus in each tick: feedback, operator command, setpoint; in this order. A CiA 402 drive: and SYNC.
  */
 std::int64_t robot_frames_a_tick(const rig &rig);

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import command, settings
+from conftest import EXIT_DONE, command, settings
 
 NOISE_N = 0.05
 NOISE_m = 2e-6
@@ -109,6 +109,24 @@ def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tm
     replaced = [part["effect"] for part in (told["describing_function"] or {"effects": []})["effects"]]
     assert replaced == ([effect] if effect in ("robot.backlash", "object.cubic_stiffness") else [])
     assert command("map", extended, "--vary", "mass", "--grid", "4x4", "--out", tmp_path).returncode == 0
+
+
+def test_a_robot_that_is_hardly_late_is_extended_to_what_runs(tmp_path):
+    """A straight line to a setpoint needs it a period ahead: what is less late is told in part."""
+    period_s, late_s, rows = 0.0025, 0.001, 4000
+    t_s = period_s * np.arange(rows)
+    command_m = 0.01 * np.sin(2 * np.pi * 0.7 * t_s) * np.sin(2 * np.pi * 0.11 * t_s)
+    robot_m = np.interp(t_s - late_s, t_s, command_m) + 2e-6 * np.random.default_rng(1).standard_normal(rows)
+    np.savetxt(tmp_path / "record.csv", np.column_stack([t_s, command_m, robot_m]), delimiter=",", comments="",
+               header="t_s,command_position_m,robot_position_m", fmt="%.12g")
+    (tmp_path / "rig.toml").write_text('name = "quick"\n[loop]\nrate_Hz = 400\n[robot]\ndead_time_ms = 12\n'
+                                       'interpolation = "linear"\n[bus]\nideal = true\n')
+    done = command("diagnose", tmp_path / "record.csv", "--rig", tmp_path / "rig.toml", "--out", tmp_path, text=True)
+    assert done.returncode == EXIT_DONE, done.stderr
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] in ("partly_explained", "unknown")
+    for what in ("run", "eigen"):
+        done = command(what, tmp_path / "extended.toml", "--json", *["--no-log"] * (what == "run"), text=True)
+        assert done.returncode == EXIT_DONE, done.stderr
 
 
 LINEAR = [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]]

@@ -228,6 +228,8 @@ class block_search
     /* A sensor's gain beside another cause, without which all forces of the object scaled by it do as well: where a
      * grip gives way they decide the moments, and a fit finds only one of the two. */
     void withdraw_gain_of_scaled_object(block_diagnosis &result);
+    /* Fits anew where the robot would be less late than its interpolation lets it be: no rig takes that. */
+    void keep_dead_time_possible();
     /* All causes: back to the re-tuned base. */
     void withdraw(block_diagnosis &result);
     /* Its interval holds the size at which it does nothing. */

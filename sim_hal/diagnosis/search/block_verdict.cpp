@@ -46,6 +46,7 @@ void block_search::conclude(block_diagnosis &result)
 {
     withdraw_what_follows_nothing(result);
     withdraw_gain_of_scaled_object(result);
+    keep_dead_time_possible();
     result.verdict = verdict_of(result);
     if (incumbent_.rig.robot.clock == robot_clock::free) {
         wrap_clock_phase(incumbent_.rig, model_.data().period_s);

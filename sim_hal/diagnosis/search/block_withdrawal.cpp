@@ -73,6 +73,27 @@ void block_search::withdraw_what_may_be_none(block_diagnosis &result)
                          : "beside what is left, the size of a cause may be none");
 }
 
+void block_search::keep_dead_time_possible()
+{
+    constexpr double ms_per_ns = 1e-6;
+    const std::string_view key = "robot.dead_time_ms";
+    const double least_ms = ms_per_ns * static_cast<double>(least_dead_time_ns(given_));
+    if (value_of(incumbent_.rig, key) >= least_ms) {
+        return;
+    }
+    rig possible = incumbent_.rig;
+    set_number(possible, key, least_ms);
+    std::vector<free_parameter> parameters = incumbent_.parameters;
+    for (free_parameter &known : parameters) {
+        if (known.key->path == key) {
+            known.low = least_ms;
+            known.high = std::max(known.high, 2.0 * least_ms);
+        }
+    }
+    incumbent_ = fit(model_, noise_, possible, parameters, input_.options.replays_max);
+    find_what_is_left();
+}
+
 void block_search::withdraw(block_diagnosis &result)
 {
     found_.clear();
