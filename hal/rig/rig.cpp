@@ -37,7 +37,7 @@ std::string near_rates(const app_config &config)
         above++;
     }
     return "; the nearest whole rates that do are " + std::to_string(below) + " and " + std::to_string(above) +
-           " Hz";
+           " Hz (a record has any rate: to diagnose one, leave it out)";
 }
 
 constexpr std::int64_t status_frames_a_second = 10;

@@ -239,6 +239,9 @@ class block_search
     bool holds_zero(const remains &left);
     /* A cause makes so much or so little of a body that it stands in for something else. */
     bool is_another_body(const remains &left);
+    /* The object's second mode is where a robot with a cause resonates: what is not known of one looks like the
+     * other. A robot at 69 Hz whose reports were noisy left the force a mode at 72. */
+    bool is_mode_of_robot(const remains &left);
     /* Slow motion shows neither the sensor's lag or delay nor the damping that was found with it, d = k tau: an
      * object that relaxes, (k + d s + k1 tau s / (1 + tau s)) = (k + (d + k tau + k1 tau) s + d tau s2) / (1 + tau
      * s), is the same as a sensor's lag with another damping and mass. */

@@ -120,6 +120,8 @@ const block_search::doubt block_search::doubts[] = {
      "same; "
      "what the sensor makes of a force that is known would tell",
      &block_search::is_late_and_damped},
+    {"the object's second mode is at the robot's own frequency: what is not known of that does the same",
+     &block_search::is_mode_of_robot},
     {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
      &block_search::may_be_scaled_object},
     {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},

@@ -112,6 +112,19 @@ bool block_search::holds_zero(const remains &)
     });
 }
 
+bool block_search::is_mode_of_robot(const remains &)
+{
+    constexpr double near = 0.1;
+    const bool has_mode = std::any_of(found_.begin(), found_.end(),
+                                      [](const effect *known) { return known->name == "object.second_mode"; });
+    if (model_.which() != block::force || !has_mode || !input_.has_cause_upstream ||
+        !incumbent_.rig.has_transfer_behaviour()) {
+        return false;
+    }
+    const double robot_Hz = value_of(incumbent_.rig, "robot.transfer_frequency_Hz");
+    return std::abs(value_of(incumbent_.rig, "object.second_frequency_Hz") - robot_Hz) < near * robot_Hz;
+}
+
 bool block_search::is_late_and_damped(const remains &)
 {
     constexpr double as_much = 0.25;
