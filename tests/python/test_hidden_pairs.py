@@ -112,3 +112,13 @@ def test_what_a_limit_with_windup_leaves_in_a_stiff_contact_is_not_told_as_a_sen
     assert told["verdict"] == "partly_explained"
     assert {one["effect"] for one in told["causes"]} == {one["effect"] for one in hidden}
     assert next(block for block in told["blocks"] if block["block"] == "force")["verdict"] == "unknown"
+
+
+@pytest.mark.slow
+def test_what_is_not_known_of_a_robot_that_resonates_is_no_mode_of_the_object(tmp_path):
+    """At 69 Hz, and at low noise: the force shows more of the robot than its reports."""
+    hidden, told = hidden_and_told(tmp_path, 881183, "--kind", "single", "--effect", "robot.resonance", "--size", "tiny")
+    blocks = {block["block"]: block for block in told["blocks"]}
+    [resonance] = blocks["robot"]["causes"]
+    assert [one["effect"] for one in hidden] == [resonance["effect"]] and blocks["robot"]["verdict"] == "named"
+    assert blocks["force"]["verdict"] in ("nothing_detectable", "partly_explained")
