@@ -117,8 +117,7 @@ const block_search::doubt block_search::doubts[] = {
     {"a mass or a stiffness would be less than a hundredth, or more than a hundred times, of what the rig file says",
      &block_search::is_another_body},
     {"what the sensor is late by, the object's damping makes up for: an object that relaxes, as rubber does, is the "
-     "same; "
-     "what the sensor makes of a force that is known would tell",
+     "same; what the sensor makes of a force that is known would tell",
      &block_search::is_late_and_damped},
     {"the object's second mode is at the robot's own frequency: what is not known of that does the same",
      &block_search::is_mode_of_robot},
