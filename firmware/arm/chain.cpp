@@ -1,8 +1,7 @@
 #include "chain.h"
 
-#include <Eigen/Cholesky>
-
 #include "../pi.h"
+#include "factors.h"
 
 namespace berth
 {
@@ -67,7 +66,7 @@ arm_error check_inertia(const arm_config &config)
         beyond = made.joints[i].placement.to_parent(beyond);
     }
     beyond += made.base;
-    if (made.base_is_free && beyond.matrix().llt().info() != Eigen::Success) {
+    if (made.base_is_free && !is_positive_definite<motion_of<Space>::size>(beyond.matrix())) {
         return {"base", 0, "mass_kg", "a free base needs mass and inertia"};
     }
     return {nullptr, 0, nullptr, nullptr};

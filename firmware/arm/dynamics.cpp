@@ -1,7 +1,8 @@
 #include "dynamics.h"
 
 #include <algorithm>
-#include <Eigen/Cholesky>
+
+#include "factors.h"
 
 namespace berth
 {
@@ -127,7 +128,8 @@ forward_dynamics(const chain<Space> &chain, const chain_state<Space> &state, con
     const motion_of<Space> falling = {Space::angular::Zero(), world_axes.transpose() * chain.gravity_m_per_s2};
     motion_of<Space> acceleration = falling * -1.0;
     if (chain.base_is_free) {
-        acceleration = motion_from<Space>(-inertias[0].matrix().llt().solve(stacked(biases[0])));
+        acceleration =
+            motion_from<Space>(-positive_solution<motion_of<Space>::size>(inertias[0].matrix(), stacked(biases[0])));
     }
     result.base = chain.base_is_free ? acceleration + falling : motion_of<Space>::zero();
     for (int i = 0; i < count; i++) {

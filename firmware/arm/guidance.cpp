@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Cholesky>
+
+#include "factors.h"
 
 extern "C" {
 const char *const guidance_limit_names[GUIDANCE_LIMIT_COUNT] = {"rate", "acceleration", "angle", "singular"};
@@ -72,13 +73,6 @@ typename task<Space>::square gram_of(const task<Space> &led)
     return gram;
 }
 
-template <class Space>
-double least_pivot(const typename task<Space>::square &gram)
-{
-    const Eigen::LDLT<typename task<Space>::square> factors(gram);
-    return std::max(factors.vectorD().minCoeff(), 0.0);
-}
-
 /* Small turn that leads from one attitude to the other, in the axes both are given in. */
 template <class Space>
 typename Space::angular turn_to(const typename Space::rotation &from, const typename Space::rotation &to)
@@ -109,13 +103,13 @@ joint_vector resolved_rates(guidance<Space> &guidance, const chain<Space> &chain
     wanted.template tail<Space::dimension>() =
         (velocity + gain_per_s * (goal.origin_m - tool.origin_m)) / led.reach_m;
     typename task<Space>::square gram = gram_of(led);
-    const double pivot = least_pivot<Space>(gram);
+    const double pivot = least_pivot<task<Space>::size>(gram);
     if (pivot < guidance_singular) {
         const double missing = 1.0 - pivot / guidance_singular;
         gram.diagonal().array() += guidance_singular * missing * missing;
         guidance.active |= GUIDANCE_SINGULAR;
     }
-    return led.rows.transpose() * gram.ldlt().solve(wanted);
+    return led.rows.transpose() * semidefinite_solution<task<Space>::size>(gram, wanted);
 }
 
 /* The line's point now, and how fast it goes; the tool is at `tool_m` along the line. */
@@ -246,7 +240,7 @@ void set_rates(guidance<Space> &guidance, const arm_config &config, joint_vector
 template <class Space>
 double guidance_dexterity(const chain<Space> &chain, const joint_vector &link_rad)
 {
-    return least_pivot<Space>(gram_of(task_at(chain, pose_of(chain, link_rad))));
+    return least_pivot<task<Space>::size>(gram_of(task_at(chain, pose_of(chain, link_rad))));
 }
 
 template <class Space>

@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <cstdio>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../firmware/pi.h"
+#include "../solver/factors.h"
 
 namespace berth
 {
@@ -42,7 +43,7 @@ std::vector<coupled_mode> visible_modes(const arm_config &config, const reductio
     const linear_arm moving = combined(whole, basis);
     const linear_arm both = with_object(moving, choice.direction.normalized().transpose() * moving.tool_way, object);
     const Eigen::RowVectorXd way = choice.direction.normalized().transpose() * both.tool_way;
-    const double mobility = (way * both.inertia.llt().solve(way.transpose()))(0);
+    const double mobility = (way * positive_solutions(both.inertia, way.transpose()))(0);
     const Eigen::Index further = both.count() - basis.cols();
     std::vector<coupled_mode> modes;
     for (const std::complex<double> &s : eigenvalues_of(both)) {

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../firmware/arm/dynamics.h"
 #include "../../firmware/pi.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/decompositions.h"
+#include "../solver/factors.h"
 
 namespace berth
 {
@@ -168,10 +169,8 @@ Eigen::MatrixXd guided_basis(const linear_arm &arm, const Eigen::VectorXd &direc
         held.bottomRows(3) = arm.tool_turn;
     }
     const Eigen::MatrixXd scaled = scaling(arm);
-    Eigen::FullPivLU<Eigen::MatrixXd> free(held * scaled);
-    free.setThreshold(1e-10);
-    const Eigen::MatrixXd kernel = free.kernel();
-    return scaled * orthonormal_basis(kernel).leftCols(kernel.cols());
+    const Eigen::MatrixXd free = kernel(held * scaled, 1e-10);
+    return scaled * orthonormal_basis(free).leftCols(free.cols());
 }
 
 linear_arm guided(const linear_arm &arm, const Eigen::VectorXd &direction)
@@ -186,10 +185,10 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
 
 std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &direction, const linear_arm &free)
 {
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(arm.stiffness, arm.inertia);
+    const eigenpairs swings = generalised_eigenpairs(arm.stiffness, arm.inertia);
     const Eigen::RowVectorXd at_tool = direction.normalized().transpose() * arm.tool_way;
-    const Eigen::VectorXd mobility = (at_tool * solver.eigenvectors()).array().square();
-    const double all_ways = (free.tool_way * free.inertia.llt().solve(free.tool_way.transpose())).trace();
+    const Eigen::VectorXd mobility = (at_tool * swings.vectors).array().square();
+    const double all_ways = (free.tool_way * positive_solutions(free.inertia, free.tool_way.transpose())).trace();
     std::vector<arm_mode> modes;
     if (!(mobility.sum() > share_min * all_ways)) {
         return modes;
@@ -199,8 +198,8 @@ std::vector<arm_mode> modes_along(const linear_arm &arm, const Eigen::VectorXd &
         if (share < share_min) {
             continue;
         }
-        const Eigen::VectorXd shape = solver.eigenvectors().col(i);
-        double w = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
+        const Eigen::VectorXd shape = swings.vectors.col(i);
+        double w = std::sqrt(std::max(0.0, swings.values(i)));
         w = w < two_pi * held_min_Hz ? 0.0 : w;
         const double loss = shape.dot(arm.damping * shape);
         const double by_attitude = shape.dot(arm.attitude_stiffness * shape);
@@ -230,11 +229,10 @@ std::vector<std::complex<double>> eigenvalues_of(const linear_arm &arm)
     const Eigen::Index n = arm.count();
     const Eigen::MatrixXd scaled = scaling(arm);
     const linear_arm even = combined(arm, scaled);
-    const Eigen::LLT<Eigen::MatrixXd> inertia(even.inertia);
     Eigen::MatrixXd first_order = Eigen::MatrixXd::Zero(2 * n, 2 * n);
     first_order.topRightCorner(n, n).setIdentity();
-    first_order.bottomLeftCorner(n, n) = -inertia.solve(even.stiffness);
-    first_order.bottomRightCorner(n, n) = -inertia.solve(even.damping);
+    first_order.bottomLeftCorner(n, n) = -positive_solutions(even.inertia, even.stiffness);
+    first_order.bottomRightCorner(n, n) = -positive_solutions(even.inertia, even.damping);
     std::vector<std::complex<double>> found;
     for (const std::complex<double> &s : eigenvalues(first_order)) {
         if (s.imag() >= 0.0) {
@@ -250,8 +248,7 @@ Eigen::VectorXcd shape_of(const linear_arm &arm, std::complex<double> s)
     const Eigen::MatrixXd scaled = scaling(arm);
     const linear_arm even = combined(arm, scaled);
     const Eigen::MatrixXcd stiffness = s * s * even.inertia + s * even.damping + even.stiffness;
-    const Eigen::JacobiSVD<Eigen::MatrixXcd> parts(stiffness, Eigen::ComputeFullV);
-    return scaled * parts.matrixV().rightCols(1);
+    return scaled * least_singular_vector(stiffness);
 }
 
 linear_arm arm_of(const manipulator_config &manipulator)

@@ -3,13 +3,14 @@
 #define SIM_HAL_ARM_SWINGING_ARM_H
 
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <optional>
 
 #include "../../firmware/arm/attitude_control.h"
 #include "../../firmware/arm/dynamics.h"
 #include "../../hal/rig/rig_file.h"
 #include "../solver/decompositions.h"
+#include "../solver/factors.h"
 #include "free_swing.h"
 
 namespace berth
@@ -126,7 +127,7 @@ class swinging_arm
         by_load(0, 0) += weight;
         Eigen::VectorXd wanted = -alone;
         wanted(0) = first.mass_kg * wanted(0) - known_N;
-        const Eigen::VectorXd loads = by_load.partialPivLu().solve(wanted);
+        const Eigen::VectorXd loads = solution(by_load, wanted);
 
         input.tool = wrench_from(loads);
         Eigen::VectorXd result(states());

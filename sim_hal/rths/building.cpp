@@ -1,11 +1,11 @@
 #include "building.h"
 
-#include <Eigen/Eigenvalues>
 #include <fstream>
 #include <sstream>
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/profile.h"
+#include "../solver/decompositions.h"
 
 namespace berth::rths
 {
@@ -57,8 +57,7 @@ Eigen::Matrix<double, 3 * floors, floors> read_rows(const std::string &path)
 
 void check_definite(const std::string &path, const char *name, const floor_matrix &matrix)
 {
-    const Eigen::SelfAdjointEigenSolver<floor_matrix> eigen(0.5 * (matrix + matrix.transpose()));
-    if (!(eigen.eigenvalues().minCoeff() > 0.0)) {
+    if (!(symmetric_eigenpairs(0.5 * (matrix + matrix.transpose())).values.minCoeff() > 0.0)) {
         throw input_error(path + ": " + name + " must be positive definite");
     }
 }

@@ -1,7 +1,8 @@
 #include "frame.h"
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
+#include "../solver/factors.h"
 #include "runge_kutta.h"
 
 namespace berth::rths
@@ -28,7 +29,7 @@ frame::frame(const building &all, const transfer_parameters &specimen) : frame(a
 
 frame::frame(const building &all, const building &simulated)
 {
-    const floor_matrix mobility_per_kg = simulated.mass_kg.inverse();
+    const floor_matrix mobility_per_kg = inverse(simulated.mass_kg);
     dynamics_ << floor_matrix::Zero(), floor_matrix::Identity(), -mobility_per_kg * simulated.stiffness_N_per_m,
         -mobility_per_kg * simulated.damping_N_s_per_m;
     ground_input_ << per_floor::Zero(), -mobility_per_kg * all.mass_kg * per_floor::Ones();

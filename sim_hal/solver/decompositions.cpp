@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 namespace berth
 {
@@ -9,6 +10,30 @@ namespace berth
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd &matrix)
 {
     return matrix.eigenvalues();
+}
+
+schur_form real_schur(const Eigen::MatrixXd &a)
+{
+    const Eigen::RealSchur<Eigen::MatrixXd> schur(a);
+    return {schur.matrixT(), schur.matrixU()};
+}
+
+eigenpairs generalised_eigenpairs(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b)
+{
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(a, b);
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+eigenpairs symmetric_eigenpairs(const Eigen::MatrixXd &a)
+{
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Eigen::VectorXcd least_singular_vector(const Eigen::MatrixXcd &a)
+{
+    const Eigen::JacobiSVD<Eigen::MatrixXcd, Eigen::NoQRPreconditioner> parts(a, Eigen::ComputeFullV);
+    return parts.matrixV().rightCols(1);
 }
 
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd &columns)
@@ -31,6 +56,11 @@ Eigen::MatrixXd column_space(const Eigen::MatrixXd &columns)
 Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b)
 {
     return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::VectorXd full_rank_least_squares(const Eigen::MatrixXd &a, const Eigen::VectorXd &b)
+{
+    return a.householderQr().solve(b);
 }
 
 Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd &a, const Eigen::VectorXd &b)

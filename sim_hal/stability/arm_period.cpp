@@ -1,7 +1,8 @@
 #include "arm_period.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <Eigen/Core>
+
+#include "../solver/factors.h"
 
 namespace berth
 {
@@ -27,7 +28,7 @@ Eigen::MatrixXd step_of(arm_integrator integrator, const Eigen::MatrixXd &rates,
     case ARM_RK4:
         return stay + way * (stay + way / 2.0 * (stay + way / 3.0 * (stay + way / 4.0)));
     default:
-        return (stay - 0.5 * way).partialPivLu().solve(stay + 0.5 * way);
+        return solution(stay - 0.5 * way, stay + 0.5 * way);
     }
 }
 
@@ -42,14 +43,14 @@ arm_period period_of(const linear_arm &arm, const arm_config &config, const Eige
     };
     const Eigen::MatrixXd way = ways * scale.asDiagonal();
     const Eigen::Index axes = way.rows();
-    const Eigen::LLT<Eigen::MatrixXd> inertia(even(arm.inertia));
+    const Eigen::MatrixXd inertia = even(arm.inertia);
     /* Inputs: the loads along the axes, and the attitude control's force on each q. */
     Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(3 * n + axes, 3 * n + axes);
     rates.block(0, n, n, n).setIdentity();
-    rates.block(n, 0, n, n) = -inertia.solve(even(arm.stiffness - arm.attitude_stiffness));
-    rates.block(n, n, n, n) = -inertia.solve(even(arm.damping - arm.attitude_damping));
-    rates.block(n, 2 * n, n, axes) = inertia.solve(way.transpose());
-    rates.block(n, 2 * n + axes, n, n) = inertia.solve(Eigen::MatrixXd::Identity(n, n));
+    rates.block(n, 0, n, n) = -positive_solutions(inertia, even(arm.stiffness - arm.attitude_stiffness));
+    rates.block(n, n, n, n) = -positive_solutions(inertia, even(arm.damping - arm.attitude_damping));
+    rates.block(n, 2 * n, n, axes) = positive_solutions(inertia, way.transpose());
+    rates.block(n, 2 * n + axes, n, n) = positive_inverse(inertia);
     const double step_s = period_s / static_cast<double>(config.substeps);
     const Eigen::MatrixXd step = step_of(static_cast<arm_integrator>(config.integrator), rates, n, step_s);
     Eigen::MatrixXd over = step;

@@ -1,6 +1,5 @@
 #include "hardware_chain.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "../../hal/rig/rig_file.h"
@@ -20,9 +19,9 @@ hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_ma
     body_matrix rest = a;
     for (Eigen::Index first = 0; first + 2 < count; first += 2) {
         const Eigen::Index left = count - first;
-        const Eigen::RealSchur<body_matrix> schur(rest);
-        const body_matrix &t = schur.matrixT();
-        body_matrix turned = schur.matrixU();
+        const schur_form schur = real_schur(rest);
+        const body_matrix t = schur.t;
+        body_matrix turned = schur.u;
         if (t(2, 1) != 0.0) { /* t (x, 1)' = (x, 1)' pair in the first three */
             const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
             const Eigen::Matrix2d apart = pair - t(0, 0) * Eigen::Matrix2d::Identity();

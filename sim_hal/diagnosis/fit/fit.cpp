@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <utility>
 
+#include "../../solver/factors.h"
 #include "least_squares.h"
 
 namespace berth
@@ -208,7 +209,7 @@ spread spread_of(problem &problem, const least_squares_result &found, double cos
     const Eigen::MatrixXd scaled = jacobian * scale.cwiseInverse().asDiagonal();
     Eigen::MatrixXd information = scaled.transpose() * scaled;
     information.diagonal().array() += 1e-12;
-    const Eigen::MatrixXd covariance = information.inverse();
+    const Eigen::MatrixXd covariance = inverse(information);
     const Eigen::MatrixXd sandwich =
         covariance * spread_of_scores(scaled, found.residual, problem.rows(), block) * covariance;
     const double excess = std::max(1.0, cost_per_row);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <limits>
+
+#include "../../solver/factors.h"
 
 namespace berth
 {
@@ -38,7 +40,7 @@ Eigen::VectorXd minimum_of_free(const Eigen::MatrixXd &hessian, const Eigen::Vec
             h(i, j) = hessian(row, free[static_cast<std::size_t>(j)]);
         }
     }
-    const Eigen::VectorXd part = h.ldlt().solve(-g);
+    const Eigen::VectorXd part = semidefinite_solution(h, -g);
     Eigen::VectorXd made = step;
     for (Eigen::Index i = 0; i < count; i++) {
         made(free[static_cast<std::size_t>(i)]) = part(i);

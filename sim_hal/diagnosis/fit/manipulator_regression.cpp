@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <iterator>
 #include <optional>
+
+#include "../../solver/decompositions.h"
 
 namespace berth
 {
@@ -174,7 +176,7 @@ Eigen::VectorXd solution(const Eigen::MatrixXd &stretches, const Eigen::VectorXd
             }
         }
         const Eigen::VectorXd scale = a.colwise().norm().cwiseMax(1e-300);
-        const Eigen::VectorXd scaled = (a * scale.cwiseInverse().asDiagonal()).colPivHouseholderQr().solve(b);
+        const Eigen::VectorXd scaled = least_squares_solution(a * scale.cwiseInverse().asDiagonal(), b);
         found = scaled.cwiseQuotient(scale);
         sigma_N = overlap * std::sqrt((push_N - stretches * found).squaredNorm() / static_cast<double>(count));
     }

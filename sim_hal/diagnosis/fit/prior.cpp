@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include "../../effects/effect.h"
+#include "../../solver/factors.h"
 
 namespace berth
 {
@@ -25,7 +26,7 @@ Eigen::MatrixXd information_of(const Eigen::MatrixXd &correlation, Eigen::Index 
     Eigen::MatrixXd made = Eigen::MatrixXd::Identity(count, count);
     Eigen::MatrixXd together = correlation.topLeftCorner(known, known);
     together.diagonal().array() += least;
-    made.topLeftCorner(known, known) = together.llt().solve(Eigen::MatrixXd::Identity(known, known));
+    made.topLeftCorner(known, known) = positive_inverse(together);
     return made;
 }
 
@@ -71,8 +72,8 @@ std::vector<free_parameter> known_together(const std::vector<free_parameter> &al
             information(at(i), at(j)) = all(at(stays[i]), at(stays[j]));
         }
     }
-    const Eigen::MatrixXd root = information.llt().matrixU();
-    const Eigen::MatrixXd covariance = information.llt().solve(Eigen::MatrixXd::Identity(root.rows(), root.cols()));
+    const Eigen::MatrixXd root = upper_root(information);
+    const Eigen::MatrixXd covariance = positive_inverse(information);
     std::vector<free_parameter> made;
     for (std::size_t i = 0; i < stays.size(); i++) {
         free_parameter one = alone[stays[i]];

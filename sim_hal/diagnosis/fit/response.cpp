@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <iterator>
 #include <utility>
 
 #include "../../solver/decompositions.h"
+#include "../../solver/factors.h"
 
 namespace berth
 {
@@ -169,9 +170,8 @@ tangent_space::prospect tangent_space::best_inward(const target &error, const Ei
     for (;;) {
         Eigen::MatrixXd products = products_of_all_(released, released);
         products.diagonal().array() += rounding;
-        const Eigen::LLT<Eigen::MatrixXd> solver(products);
-        const Eigen::VectorXd for_error = solver.solve(error.along_all(released));
-        const Eigen::VectorXd for_change = solver.solve(along(released));
+        const Eigen::VectorXd for_error = positive_solution(products, error.along_all(released));
+        const Eigen::VectorXd for_change = positive_solution(products, along(released));
         const double square = change_square - along(released).dot(for_change);
         if (!(square > 0.0) || !std::isfinite(square)) {
             return {0.0, least};

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <functional>
+
+#include "../../solver/factors.h"
 
 namespace berth
 {
@@ -28,7 +30,7 @@ Eigen::VectorXd solve(const Eigen::MatrixXd &g, const Eigen::VectorXd &b, double
     Eigen::MatrixXd regular = g;
     regular.diagonal() *= 1.0 + ridge;
     regular.diagonal().array() += 1e-6;
-    return regular.ldlt().solve(b);
+    return semidefinite_solution(regular, b);
 }
 
 using block_parts = std::array<normal_equations, blocks>;

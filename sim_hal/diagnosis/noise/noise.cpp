@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <limits>
 
+#include "../../solver/factors.h"
 #include "lattice_step.h"
 
 namespace berth
@@ -114,7 +115,7 @@ noise_model estimate_noise(const std::vector<double> &error, const std::vector<r
         if (order > 0) {
             Eigen::MatrixXd g = sums.block(1, 1, order, order);
             g.diagonal().array() *= 1.0 + 1e-12;
-            a = g.ldlt().solve(sums.col(0).segment(1, order));
+            a = semidefinite_solution(g, sums.col(0).segment(1, order));
             left -= a.dot(sums.col(0).segment(1, order));
         }
         left = std::max(left, 1e-14 * sums(0, 0));

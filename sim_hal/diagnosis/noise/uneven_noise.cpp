@@ -3,8 +3,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "../../solver/factors.h"
 #include "../formatted.h"
 
 namespace berth
@@ -71,13 +72,13 @@ growth growth_of(const moments_of_block &moments)
         return found;
     }
     const Eigen::MatrixX3d causes = moments.causes * scale.cwiseInverse().asDiagonal();
-    const Eigen::Matrix3d inverse = (causes.transpose() * causes).inverse();
-    const Eigen::Vector3d shares = inverse * (causes.transpose() * moments.error);
+    const Eigen::Matrix3d covariance = inverse(causes.transpose() * causes);
+    const Eigen::Vector3d shares = covariance * (causes.transpose() * moments.error);
     const auto freedom = static_cast<double>(moments.error.size() - 3);
     const double variance = (moments.error - causes * shares).squaredNorm() / freedom;
     const double mean = moments.error.mean();
     const auto is_clear = [&](Eigen::Index i) {
-        return shares[i] <= mean && shares[i] > sure * std::sqrt(variance * inverse(i, i)) &&
+        return shares[i] <= mean && shares[i] > sure * std::sqrt(variance * covariance(i, i)) &&
                shares[i] > much * mean;
     };
     found.with_velocity = is_clear(1) ? shares[1] / scale[1] : 0.0;

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../../hal/rig/rig_file.h"
+#include "../../solver/decompositions.h"
 #include "../formatted.h"
 #include "noise_fingerprint.h"
 
@@ -81,7 +82,7 @@ double direction_of_time(const signal &response, const signal &cause, std::size_
         values.row(i) << 1.0, c, c * c, c * c * c;
         both.row(i) << response[n], cause[n + 1] - cause[n - 1];
     }
-    const Eigen::MatrixXd rest = both - values * values.colPivHouseholderQr().solve(both);
+    const Eigen::MatrixXd rest = both - values * least_squares_solution(values, both);
     Eigen::VectorXd sums(parts);
     Eigen::VectorXd energies(parts);
     for (Eigen::Index part = 0; part < parts; part++) {

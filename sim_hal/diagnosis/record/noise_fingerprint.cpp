@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <limits>
 #include <unsupported/Eigen/FFT>
 

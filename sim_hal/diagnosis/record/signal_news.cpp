@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "../../solver/factors.h"
 #include "../noise/noise.h"
 
 namespace berth
@@ -50,7 +51,7 @@ Eigen::VectorXd prediction_of(const measured_signal &signal)
     const Eigen::MatrixXd scaled = past * scale.asDiagonal();
     Eigen::MatrixXd normal = scaled.transpose() * scaled;
     normal.diagonal().array() += 1e-12;
-    return scale.cwiseProduct(normal.ldlt().solve(scaled.transpose() * changes));
+    return scale.cwiseProduct(semidefinite_solution(normal, scaled.transpose() * changes));
 }
 
 /* Gain from white noise in the signal to its news. */

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../effects/active.h"
 #include "../../solver/object_steps.h"

@@ -1,7 +1,7 @@
 /* The manipulator's block: windows that each start anew, from the state that fits them best. */
 #include <algorithm>
 #include <cmath>
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <iterator>
 #include <numeric>
 
@@ -162,8 +162,7 @@ std::vector<Eigen::Vector2d> block_model::remove_starts(const rig &rig, std::vec
             power = (transition * power).eval();
         }
         Eigen::Map<Eigen::VectorXd> part(error.data() + window.begin, count);
-        const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
-        off.emplace_back(qr.solve(part));
+        off.emplace_back(full_rank_least_squares(basis, part));
         part -= basis * off.back();
     }
     return off;

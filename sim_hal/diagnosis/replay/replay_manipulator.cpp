@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "../../solver/decompositions.h"
 #include "../../solver/manipulator_steps.h"
 #include "replay.h"
 
@@ -27,7 +28,7 @@ Eigen::Vector2d first_state(const std::vector<double> &position_m, const record_
         basis.row(static_cast<Eigen::Index>(i)) << 1.0, t, t * t;
         values(static_cast<Eigen::Index>(i)) = position_m[window.begin + i];
     }
-    const Eigen::Vector3d c = basis.householderQr().solve(values);
+    const Eigen::Vector3d c = full_rank_least_squares(basis, values);
     return {c(0), c(1) / period_s};
 }
 

@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <Eigen/QR>
+#include <Eigen/Core>
 
 #include "../../effects/active.h"
+#include "../../solver/decompositions.h"
 #include "../fit/response.h"
 #include "../noise/floor.h"
 #include "../noise/spectrum_lines.h"
@@ -216,7 +217,7 @@ bool block_search::is_no_plain_curve(const candidate &one)
             power[n] *= (place[n] - middle_m) / half_m;
         }
     }
-    const Eigen::VectorXd shares = curves.colPivHouseholderQr().solve(left);
+    const Eigen::VectorXd shares = least_squares_solution(curves, left);
     return (left - curves * shares).squaredNorm() - one.fitted.cost > clear;
 }
 
