@@ -178,9 +178,9 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def arm64():
-    """How to start the host command built for arm64. Absent is a failure, no skip: deselect with -m "not arm64"."""
-    program = ARM64_BUILD / "berth"
-    assert program.exists(), "build it: make CROSS_COMPILE=aarch64-linux-gnu- all"
+    """How to start `run` and `replay` built for arm64. Absent is a failure, no skip: deselect with -m "not arm64"."""
+    program = ARM64_BUILD / "replay"
+    assert program.exists(), "build it: make CROSS_COMPILE=aarch64-linux-gnu- build/aarch64-linux-gnu/replay"
     return "qemu-aarch64-static", program
 
 
