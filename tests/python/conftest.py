@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from pyulog import ULog
 
+pytest.register_assert_rewrite("checks", "table", "refusals")  # of diagnosis/ and bad_input/: they assert for the rows
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BERTH = ROOT / "build" / "berth"
 ARM64_BUILD = ROOT / "build" / "aarch64-linux-gnu"
