@@ -80,12 +80,6 @@ def test_bad_step():
     assert b"no shipped arm" in done.stderr and b"ess" in done.stderr
 
 
-@pytest.mark.parametrize("repeatability", ["nan", "0", "-1"])
-def test_a_repeatability_that_is_none_is_refused(repeatability):
-    done = command("accuracy", "ess", "--repeatability-um", repeatability)
-    assert done.returncode == EXIT_INPUT and b"--repeatability-um" in done.stderr
-
-
 @pytest.mark.slow
 def test_a_beam_is_measured_by_its_reduction():
     """An object of several modes is refused with what to do about it, and that works."""

@@ -261,19 +261,6 @@ def test_beyond_the_arm_s_reach_there_is_no_swing():
     assert b"does not swing so far" in command("reduce", "ess", "--held", "--amplitude", "0.01:20:2").stdout
 
 
-@pytest.mark.parametrize("words,says", [
-    (("--amplitude", "0.1"), "must be FROM:TO:COUNT"),
-    (("--amplitude", "0:1:3"), "must be FROM:TO:COUNT"),
-    (("--amplitude", "1:0.1:3"), "must be FROM:TO:COUNT"),
-    (("--amplitude", "0.1:1:1"), "must be FROM:TO:COUNT"),
-    (("--amplitude", "0.1:nan:3"), "must be FROM:TO:COUNT"),
-    (("--amplitude", "0.1:1:3", "--sweep", "2=-2:-1:3"), "leave --sweep out"),
-])
-def test_what_is_no_range_is_refused(words, says):
-    done = command("reduce", "ess", *words)
-    assert done.returncode == EXIT_INPUT and says in done.stderr.decode()
-
-
 def seven_of(folder):
     arm = folder / "seven.toml"
     arm.write_bytes(command("arm", RIG_FOLDER.parents[1] / "tests" / "arms" / "seven.urdf", "--tool", "gripper").stdout)
@@ -371,15 +358,3 @@ def test_where_the_guide_leaves_no_way_nothing_is_springy():
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
     poses = reduce("--held", "--guided", "--sweep", "2=-0.001:0.001:3")["poses"]
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
-
-
-def test_one_sided_contact_has_no_reduction():
-    for words in ((), ("--amplitude", "0.001:0.1:4")):
-        done = command("reduce", "concept-foam", *words)
-        assert done.returncode == EXIT_INPUT
-        assert "object.kind" in done.stderr.decode() and "give an --amplitude" not in done.stderr.decode()
-
-
-def test_an_empty_range_is_refused():
-    done = command("reduce", "ess", "--amplitude", "")
-    assert done.returncode == EXIT_INPUT and "--amplitude" in done.stderr.decode() and not done.stdout

@@ -109,22 +109,6 @@ def test_all_that_is_left_of_the_5_Hz_wall_is_stable_with_prediction(dead_time_m
     assert (np.abs(radius[below] - coupled) < (turn**3 / 12).max() + np.abs(rigid - coupled) / 3)[is_slowest].all()
 
 
-def test_limits_and_lyapunov_exponents_of_a_compensated_loop_are_refused():
-    for words in (["limits", "ess"], ["eigen", "ess", "--set", "robot.jitter_ms=0.3"]):
-        done = command(*words, "--with", "prediction")
-        assert done.returncode == EXIT_INPUT and b"compensation is on" in done.stderr
-    for unit, key in (("passivity", b"passivity.action"), ("identification", b"identification.enabled"),
-                      ("adaptive-inverse", b"adaptive_inverse.tolerance")):
-        done = command("eigen", "ess", "--with", unit)
-        assert done.returncode == EXIT_INPUT and key in done.stderr
-
-
-def test_an_unknown_compensation_is_refused_with_those_that_there_are():
-    done = command("run", "ess", "--no-log", "--with", "magic")
-    assert done.returncode == EXIT_INPUT
-    assert b"magic" in done.stderr and b"prediction" in done.stderr
-
-
 def test_a_prediction_that_is_told_another_robots_dead_time_is_refused(tmp_path):
     """The rig file tells of its own robot, --robot puts another there."""
     rig = tmp_path / "rig.toml"
@@ -162,14 +146,6 @@ def test_what_is_recommended_held_on_every_rig_that_was_tried():
     worst = max(trial["error"] for trial in best["trials"])
     assert best["worst_error"] == worst
     assert all(method["worst_error"] >= worst for method in result["methods"] if method["robust"])
-
-
-@pytest.mark.parametrize("option", ["--dead-time", "--stiffness", "--mass", "--noise", "--margin-ms", "--margin-dB",
-                                    "--duration"])
-@pytest.mark.parametrize("value", ["nan", "-1", "1e9"])
-def test_what_is_no_tolerance_is_refused(option, value):
-    done = command("compensate", "ess", option, value)
-    assert done.returncode == EXIT_INPUT and option.encode() in done.stderr
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -310,20 +286,6 @@ def test_an_object_that_is_let_go_pulls_no_more_and_swings_by_itself(tmp_path):
     assert np.abs(x - np.exp(-d / 2 / m * t) * (a * np.cos(w * t) + b * np.sin(w * t))).max() < 1e-6 * np.abs(x).max()
 
 
-@pytest.mark.parametrize("changes, key", [
-    ({"run.dead_time_jump_s": 1, "run.dead_time_jump_ms": -14}, "run.dead_time_jump_ms"),
-    ({"run.grip_release_s": 1, "solver.kind": "cvode", "object.cubic_stiffness_N_per_m3": 1e6}, "solver.kind"),
-])
-def test_events_that_cannot_be_are_refused(changes, key):
-    done = command("run", "ess", "--no-log", *settings(changes))
-    assert done.returncode == EXIT_INPUT and key.encode() in done.stderr
-
-
-def test_a_tool_that_only_touches_cannot_be_let_go():
-    done = command("run", "concept-copper", "--no-log", "--set", "run.grip_release_s=1")
-    assert done.returncode == EXIT_INPUT and b"run.grip_release_s" in done.stderr
-
-
 @pytest.mark.parametrize("disturbance", [name for name in DISTURBANCES if "go" not in name])
 def test_identification_keeps_the_loop_stable(disturbance, tmp_path):
     bare = {"object.stiffness_N_per_m": 20000, "run.duration_s": 10}
@@ -386,11 +348,6 @@ def test_at_the_rig_itself_the_rigs_model_is_the_points_model(tmp_path):
     _, (_, _, told_rig, *_) = map_json(tmp_path, "ess", *keys, "--with", "prediction", "--model", "rig")
     same = radius == told_rig
     assert same.flat[0] and same.sum() == 1
-
-
-def test_a_model_without_anyone_who_has_one_is_refused():
-    done = command("map", "ess", "--vary", "mass", "--model", "rig")
-    assert done.returncode == EXIT_INPUT and b"--model" in done.stderr
 
 
 def test_an_inverse_that_adapts_has_a_map_in_the_time_domain_and_a_fixed_one_has_eigenvalues(tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import EXIT_INPUT, RIG_FOLDER, ROOT, STATE_RUNNING, command, replay_json, run_json, settings, topic
+from conftest import RIG_FOLDER, ROOT, STATE_RUNNING, command, replay_json, run_json, settings, topic
 from scipy.linalg import expm
 from test_beam import modes
 
@@ -183,19 +183,6 @@ def test_the_report_shows_a_grip(tmp_path):
     page = open(log.replace(".ulg", ".html")).read()
     for word in ("Pose: ways beside the direction", "Pose: turns", "Loads beside the direction", "beam_length_m"):
         assert word in page, word
-
-
-@pytest.mark.parametrize("values,says", [
-    ({"run.grip_close_s": 2.0, "run.grip_release_s": 1.0}, "run.grip_release_s: must be later than run.grip_close_s"),
-    ({"run.grip_close_s": "inf"}, "run.grip_close_s"),
-    ({"object.kind": "contact", "run.grip_release_s": 2.0}, "run.grip_release_s: needs a gripped object"),
-    ({"object.kind": "contact", "run.grip_close_s": 2.0}, "run.grip_close_s: needs a gripped object"),
-    ({"run.grip_close_s": 2.0, "robot.backlash_m": 1e-4, "solver.kind": "cvode"}, "solver.kind: CVODE integrates"),
-])
-def test_what_is_wrong_is_said(values, says):
-    done = command("run", "ess", "--no-log", *settings(values))
-    message = done.stderr.decode()
-    assert done.returncode == EXIT_INPUT and says in message and message.count("\n") == 1, message
 
 
 @pytest.mark.parametrize("values", [

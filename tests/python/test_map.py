@@ -132,62 +132,6 @@ def test_threads_give_the_same_bytes(tmp_path):
     assert texts[0] == texts[1] == texts[2]
 
 
-BAD = {
-    "nothing to vary": ([], "--vary"),
-    "both ways": (["--vary", "mass", "--x", "object.mass_kg=1:2:3"], "either"),
-    "unknown variation": (["--vary", "colour"], "elasticity or mass"),
-    "one axis": (["--x", "object.mass_kg=1:2:3"], "--y is missing"),
-    "empty range": (["--x", "object.mass_kg=300:10:5", "--y", "robot.dead_time_ms=3:9:4"], "did you mean 10:300?"),
-    "no width": (["--x", "object.mass_kg=10:10:5", "--y", "robot.dead_time_ms=3:9:4"], "no width"),
-    "one point": (["--x", "object.mass_kg=10:20:1", "--y", "robot.dead_time_ms=3:9:4"], "2 to"),
-    "half a point": (["--x", "object.mass_kg=10:20:1.5", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
-    "nan": (["--x", "object.mass_kg=nan:20:5", "--y", "robot.dead_time_ms=3:9:4"], "finite"),
-    "inf": (["--x", "object.mass_kg=1:inf:5", "--y", "robot.dead_time_ms=3:9:4"], "finite"),
-    "not a number": (["--x", "object.mass_kg=one:20:5", "--y", "robot.dead_time_ms=3:9:4"], '"one" is not a number'),
-    "unknown key": (["--x", "object.mas_kg=1:20:5", "--y", "robot.dead_time_ms=3:9:4"], "object.mass_kg"),
-    "a word": (["--x", "object.kind=1:20:5", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
-    "a flag": (["--x", "bus.ideal=0:1:2", "--y", "robot.dead_time_ms=3:9:4"], "not a number"),
-    "negative mass": (["--x", "object.mass_kg=-5:20:5", "--y", "robot.dead_time_ms=3:9:4"], "greater than 0"),
-    "between whole numbers": (["--x", "manipulator.substeps=1:5:4", "--y", "robot.dead_time_ms=3:9:4"], "whole number"),
-    "the same twice": (["--x", "object.mass_kg=1:2:3", "--y", "object.mass_kg=1:2:3"], "x axis already"),
-    "no syntax": (["--x", "object.mass_kg", "--y", "robot.dead_time_ms=3:9:4"], "KEY=FROM:TO:COUNT"),
-    "bad grid": (["--vary", "mass", "--grid", "200"], "NXxNY"),
-    "grid of one": (["--vary", "mass", "--grid", "1x5"], "2 to"),
-    "huge grid": (["--vary", "mass", "--grid", "999999x999999"], "more than"),
-    "overflowing grid": (["--vary", "mass", "--grid", "99999999999999999999x5"], "whole number"),
-    "x from 0": (["--vary", "mass", "--x-range", "0:1"], "greater than 0"),
-    "x range": (["--vary", "mass", "--x-range", "1"], "FROM:TO"),
-    "negative damping": (["--vary", "mass", "--y-range", "-1:1"], "0 or more"),
-    "no threads": (["--vary", "mass", "--threads", "0"], "1"),
-    "no manipulator stiffness": (["--vary", "mass", "--set", "manipulator.stiffness_N_per_m=0"], "frequency ratio"),
-    "no mass": (["--vary", "mass", "--set", "object.mass_kg=0"], "object.mass_kg"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_line_that_says_what_is_wrong(name, tmp_path):
-    arguments, says = BAD[name]
-    done = command("map", "ess", *arguments, "--out", tmp_path / "maps")
-    assert done.returncode == EXIT_INPUT
-    assert done.stdout == b""
-    message = done.stderr.decode()
-    assert len(message.splitlines()) == 1 and says in message, message
-    assert not (tmp_path / "maps").exists()
-
-
-def test_contact_has_no_map(tmp_path):
-    done = command("map", "concept-copper", "--vary", "mass", "--out", tmp_path)
-    assert done.returncode == EXIT_INPUT and b"contact" in done.stderr
-
-
-def test_a_very_large_map_is_announced_and_not_begun(tmp_path):
-    done = command("map", "ess", "--vary", "elasticity", "--grid", "10000x10000", "--out", tmp_path / "maps")
-    assert done.returncode == EXIT_INPUT and done.stdout == b""
-    message = done.stderr.decode()
-    assert "1e+08 points take about" in message and "GB of memory" in message and "--yes" in message
-    assert not (tmp_path / "maps").exists()
-
-
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     done = command("map", "ess", "--vary", "mass", "--grid", "3x3", "--out", tmp_path / "file" / "maps")

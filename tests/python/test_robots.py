@@ -1,6 +1,5 @@
 """`--robot`: presets against the table that they come from, bands against maps of their ends, and what is refused."""
 
-import json
 import math
 import pathlib
 import subprocess
@@ -293,38 +292,3 @@ def test_a_file_of_a_user_is_called_after_itself(tmp_path):
     told = ask("eigen", "ess", "--robot", path)
     assert told["robot"]["preset"] == "our robot" and told["robot"]["dead_time_band_ms"] == [10, 30]
     assert command("robots", path).stdout.decode() == MINE
-
-
-BAD = {
-    "unknown key": (("dead_time_ms", "dead_tme_ms"), ":5: robot.dead_tme_ms: unknown key; the nearest known one is "
-                                                     "robot.dead_time_ms"),
-    "reversed range": (("[10.0, 30.0]", "[30.0, 10.0]"), ":5: robot.dead_time_ms: the range from 30.0 to "
-                                                         "10.0 is reversed"),
-    "nan": (("30.0]", "nan]"), ":5: robot.dead_time_ms: must be a finite number (is nan)"),
-    "missing source": (('source = "our own measurement"\n', ""), ": source: is missing"),
-    "too short for straight lines": (("[10.0, 30.0]", "[1.0, 30.0]"), ":5: robot.dead_time_ms: must be at "
-                                                                       "least one period"),
-    "no period of whole ns": (("period_ms = 5.0", "rate_Hz = 300"), ":3: loop.rate_Hz: must divide 1e9"),
-    "part of the object": (("[robot]", "[object]\nmass_kg = 3.0\n[robot]"), ":4: object: is no section"),
-    "no TOML": (("[robot]", "[robot"), ":4: "),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-@pytest.mark.parametrize("subcommand", [["run", "--no-log"], ["eigen"], ["limits"], ["map", "--vary", "mass"],
-                                        ["deadtime"]], ids=lambda words: words[0])
-def test_a_wrong_preset_is_one_clear_message(subcommand, name, tmp_path):
-    (old, new), says = BAD[name]
-    assert old in MINE
-    path = tmp_path / "mine.toml"
-    path.write_text(MINE.replace(old, new))
-    done = command(*subcommand, "ess", "--robot", path, "--json")
-    message = done.stderr.decode()
-    assert done.returncode == EXIT_INPUT and done.stdout == b""
-    assert message.startswith(f"berth: {path}{says}") and message.count("\n") == 1, message
-
-
-@pytest.mark.parametrize("subcommand", [["run", "ess", "--robot"], ["robots"]])
-def test_an_unknown_preset_leads_to_the_nearest(subcommand):
-    done = command(*subcommand, "abb-emg")
-    assert done.returncode == EXIT_INPUT and b"abb-emg" in done.stderr and b"nearest is abb-egm" in done.stderr

@@ -9,7 +9,7 @@ import subprocess
 import cantools
 import numpy as np
 import pytest
-from conftest import DBC, EXIT_INPUT, ROOT, STATE_RUNNING, command, run_json, settings, topic
+from conftest import DBC, ROOT, command, run_json, settings, topic
 
 # Rig key -> messages of a sample in their order, as in berth.dbc.
 LAYOUTS = {
@@ -204,21 +204,6 @@ def test_a_slow_sensor_is_an_older_force():
 
 
 # --- what does not fit -------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("overrides, key, says", [
-    ({"sensor_channel.layout": "four_frames"}, "sensor_channel.layout", "three_frames_motorola"),
-    ({"sensor_channel.axis": "w"}, "sensor_channel.axis", '"z"'),
-    ({"sensor.rate_Hz": 0.5}, "sensor.rate_Hz", "must be 0"),
-    ({"sensor.rate_Hz": 9000}, "sensor.rate_Hz", "queue up"),
-    ({"sensor.rate_Hz": 3000, "sensor_channel.layout": "three_frames_intel"}, "sensor.rate_Hz", "queue up"),
-    ({"sensor.rate_Hz": 4000, "loop.rate_Hz": 100, "robot.dead_time_ms": 20}, "sensor.rate_Hz", "at most 32 frames"),
-    ({"sensor.delay_ms": 0.3, "sensor_channel.layout": "three_frames_intel"}, "sensor.delay_ms", "time on the bus"),
-])
-def test_a_sensor_that_cannot_be_is_refused(overrides, key, says):
-    done = command("run", "ess", "--no-log", *settings(overrides))
-    assert done.returncode == EXIT_INPUT
-    assert key in done.stderr.decode() and says in done.stderr.decode()
-
-
 def test_a_run_tells_of_samples_and_their_age():
     done = command("run", "ess", "--no-log", *settings({"sensor.rate_Hz": 1000, "run.duration_s": 2}))
     assert "1996 samples, 0 torn ones rejected; arrived 0.000 to 0.500 ms before their use" in done.stdout.decode()

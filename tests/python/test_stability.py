@@ -128,33 +128,6 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("subcommand", ["eigen", "limits"])
-@pytest.mark.parametrize("rig, values, contains", [
-    ("ess", {"object.mass_kg": 0}, ["object.mass_kg", "greater than 0"]),
-    ("ess", {"object.mass_kg": -1}, ["object.mass_kg", "greater than 0"]),
-    ("ess", {"object.stiffness_N_per_m": "nan"}, ["object.stiffness_N_per_m", "finite"]),
-    ("ess", {"robot.dead_time_ms": "inf"}, ["robot.dead_time_ms", "finite"]),
-    ("concept-foam", {}, ["object.kind", "contact"]),
-    ("nosuchrig", {}, ["nosuchrig", "no shipped rig"]),
-])
-def test_wrong_input_is_one_clear_message(subcommand, rig, values, contains):
-    for json in ([], ["--json"]):
-        done = command(subcommand, rig, *json, *settings(values))
-        message = done.stderr.decode()
-        assert done.returncode == EXIT_INPUT and done.stdout == b""
-        assert message.startswith("berth: ") and message.count("\n") == 1 and "internal" not in message
-        assert all(part in message for part in contains), message
-
-
-@pytest.mark.parametrize("subcommand", ["eigen", "limits"])
-@pytest.mark.parametrize("amplitude_m", [0.3, 1.0, 1e300])
-def test_an_amplitude_at_which_a_spring_has_softened_to_nothing_is_refused(subcommand, amplitude_m):
-    done = command(subcommand, "ess", "--amplitude", amplitude_m, "--set", "object.cubic_stiffness_N_per_m3=-1e7")
-    message = done.stderr.decode()
-    assert done.returncode == EXIT_INPUT and done.stdout == b""
-    assert message.startswith("berth: --amplitude: at ") and message.count("\n") == 1
-
-
 @pytest.mark.parametrize("values, effect", [
     ({"robot.clock": "free", "robot.clock_drift_ppm": 50}, "a clock of its own"),
     ({"robot.jitter_ms": 0.5}, "up to 0.5 ms early or late"),
