@@ -9,6 +9,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,15 @@ DISTURBED = {
     "bus.error_probability": 0.01,
     "robot.jitter_ms": 0.3,
 }
+
+
+def pytest_sessionstart(session):
+    """Once, before pytest-xdist's workers start: records of the tables that no run has used for a day go."""
+    if not hasattr(session.config, "workerinput"):
+        sys.path.insert(0, str(ROOT / "tests" / "python" / "diagnosis"))
+        import record_store
+
+        record_store.remove_unused()
 
 
 def pytest_collection_modifyitems(items):

@@ -1,7 +1,6 @@
 """What `berth diagnose` writes is as its schema says, and a folder that is not is refused by the report."""
 
 import copy
-import csv
 import json
 import shutil
 import sys
@@ -86,19 +85,6 @@ def test_a_folder_that_is_none_and_a_missing_program_are_named(tmp_path, made):
     for arguments, words in (((tmp_path / "nowhere",), "nowhere"), ((folder, "--berth", tmp_path / "no"), "no")):
         done = report(*arguments)
         assert done.returncode == EXIT_INPUT and words in done.stderr and "Traceback" not in done.stderr
-
-
-def test_a_record_without_a_command_or_a_force_is_refused(tmp_path):
-    write_record(tmp_path / "whole.csv", FAULTS["nothing_detectable"], 20.0)
-    header, *rows = csv.reader((tmp_path / "whole.csv").read_text().splitlines())
-    kept = [header.index(name) for name in ("t_s", "robot_position_m")]
-    (tmp_path / "record.csv").write_text(
-        "".join(",".join(row[column] for column in kept) + "\n" for row in [header, *rows]))
-    done = command("diagnose", tmp_path / "record.csv", "--rig", "ess", "--out", tmp_path)
-    assert done.returncode == EXIT_INPUT and b"no block can be replayed" in done.stderr
-
-
-# --- the schema ---------------------------------------------------------------------------------------------------
 
 
 # --- the schema ---------------------------------------------------------------------------------------------------

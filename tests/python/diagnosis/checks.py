@@ -57,9 +57,11 @@ class Told:
         return next(one for one in self.found["causes"] if one["effect"] == effect)
 
     def parameter(self, name):
-        """{value, ci95, ...} of the cause that has it."""
-        [one] = [one for cause in self.found["causes"] for one in cause["parameters"] if one["name"] == name]
-        return one
+        """{value, ci95, ...} of a parameter, as lag_ms or robot.lag.lag_ms. Where several causes have it, that of the last
+        one, which was fitted beside the others."""
+        effect, _, name = name.rpartition(".")
+        return [one for cause in self.found["causes"] if effect in ("", cause["effect"])
+                for one in cause["parameters"] if one["name"] == name][-1]
 
     def at(self, path):
         """What stands at a path such as residual.force_N.fit.after or blocks.robot.verdict: a block by its name."""
