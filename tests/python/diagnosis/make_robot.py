@@ -167,18 +167,19 @@ ideal = true
 """
 
 
-def columns_of_robot(law, goes, rows, seed, noise_seed, noise_m):
+def columns_of_robot(law, goes, rows, seed, noise_seed, noise_m, noise_skips=0):
     t_s, command_m = goes(rows, seed)
     rng = np.random.default_rng(noise_seed)
+    rng.random(noise_skips)
     robot_m = law(command_m, t_s, rng)
     return {"t_s": t_s, "command_position_m": command_m, "robot_position_m": robot_m + noise_m * rng.standard_normal(rows)}
 
 
 @recipe()
-def robot(folder, law, goes=multisine, rows=12000, seed=1, noise_seed=101, noise_m=5e-6, unseen_seed=None, rig=None,
-          digits=12):
-    """`unseen_seed`: a further record for --validate."""
-    save(folder / "record.csv", digits, **columns_of_robot(law, goes, rows, seed, noise_seed, noise_m))
+def robot(folder, law, goes=multisine, rows=12000, seed=1, noise_seed=101, noise_m=5e-6, noise_skips=0,
+          unseen_seed=None, rig=None, digits=12):
+    """`unseen_seed`: a further record for --validate; `noise_skips`: so many random numbers before the noise."""
+    save(folder / "record.csv", digits, **columns_of_robot(law, goes, rows, seed, noise_seed, noise_m, noise_skips))
     if unseen_seed is not None:
         save(folder / "validate.csv", digits, **columns_of_robot(law, goes, rows, unseen_seed, unseen_seed + 100, noise_m))
     if rig is not None:

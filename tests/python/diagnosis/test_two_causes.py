@@ -51,7 +51,7 @@ def effect_of(key):
 
 
 ROWS = [
-    *[Row(" and ".join(pair), run_with(LONG | pair), verdict("named"), sizes_and_intervals(pair), slow=n > 1)
+    *[Row(" and ".join(pair), run_with(LONG | pair), verdict("named"), sizes_and_intervals(pair), slow=n > 0)
       for n, pair in enumerate(PAIRS)],
     # To reports that are as noisy as this the robot is late in any way.
     Row("a late sensor behind noisy reports of a late robot",
