@@ -43,24 +43,32 @@ struct arm_config arm_default(void)
     return config;
 }
 
-/* trace / 2 - I is the second moment of mass: it must have no negative direction. For a matrix that is symmetric:
- * no principal minor below 0. Rounding of what a CAD program prints is let pass. */
+/* A symmetric matrix, xx, xy, xz, yy, yz, zz, plus `added` on the diagonal has no negative direction: no principal
+ * minor below 0. `size`: of its entries, for what rounding makes of 0. */
+static int has_no_negative_direction(const double a[6], double added, double size)
+{
+    const double rounding = 1e-6 * size;
+    const double xx = a[0] + added;
+    const double yy = a[3] + added;
+    const double zz = a[5] + added;
+    const double least_minor = -rounding * size;
+    const double determinant =
+        xx * yy * zz + 2.0 * a[1] * a[2] * a[4] - xx * a[4] * a[4] - yy * a[2] * a[2] - zz * a[1] * a[1];
+    return xx >= -rounding && yy >= -rounding && zz >= -rounding && xx * yy - a[1] * a[1] >= least_minor &&
+           xx * zz - a[2] * a[2] >= least_minor && yy * zz - a[4] * a[4] >= least_minor &&
+           determinant >= least_minor * size;
+}
+
+/* An inertia has no negative direction, and neither has the second moment of mass, trace / 2 - I: there the smallest
+ * moment is (a + b - c) / 2 of principal moments a, b and c, half the trace (a + b + c) / 2. What is allowed of
+ * c / (a + b) - 1 is added to it. */
 static int is_inertia(const double i[6])
 {
     const double half = 0.5 * (i[0] + i[3] + i[5]);
-    const double xx = half - i[0];
-    const double yy = half - i[3];
-    const double zz = half - i[5];
-    const double allowed = 1e-6 * half;
-    const double xy_minor = xx * yy - i[1] * i[1];
-    const double xz_minor = xx * zz - i[2] * i[2];
-    const double yz_minor = yy * zz - i[4] * i[4];
-    /* Off the diagonal the sign changes: -xy, -xz, -yz. */
-    const double determinant =
-        xx * yy * zz - 2.0 * i[1] * i[2] * i[4] - xx * i[4] * i[4] - yy * i[2] * i[2] - zz * i[1] * i[1];
-    const double least_minor = -allowed * half;
-    return half >= 0.0 && xx >= -allowed && yy >= -allowed && zz >= -allowed && xy_minor >= least_minor &&
-           xz_minor >= least_minor && yz_minor >= least_minor && determinant >= least_minor * half;
+    const double moment[6] = {half - i[0], -i[1], -i[2], half - i[3], -i[4], half - i[5]};
+    const double allowed = half * ARM_INERTIA_EXCESS_MAX / (2.0 + ARM_INERTIA_EXCESS_MAX);
+    return half >= 0.0 && has_no_negative_direction(i, 0.0, half) &&
+           has_no_negative_direction(moment, allowed, half);
 }
 
 static struct arm_error check_body(const struct arm_body *body, const char *section, int64_t joint, int is_planar)
@@ -74,10 +82,10 @@ static struct arm_error check_body(const struct arm_body *body, const char *sect
     const struct arm_error wrong_centre = {section, joint, "centre_m", "must be finite"};
     const struct arm_error wrong_turning = {section, joint, "inertia_kg_m2",
                                             "zz must be 0 or more, about the centre of mass"};
-    const struct arm_error wrong_inertia = {
-        section, joint, "inertia_kg_m2",
-        "no body has it: about the centre of mass no principal moment may be negative or larger than the sum of the "
-        "others"};
+    const struct arm_error wrong_inertia = {section, joint, "inertia_kg_m2",
+                                            "no body has it: about the centre of mass no principal moment may be "
+                                            "negative, or larger than the sum of the "
+                                            "others by more than 5 %"};
     if (!(body->mass_kg >= 0.0 && isfinite(body->mass_kg))) {
         return wrong_mass;
     }

@@ -15,6 +15,9 @@ extern "C" {
 
 #define ARM_JOINTS_MAX 7
 #define ARM_ANGLE_MAX_rad 1e6 /* as far as sine_and_cosine keeps every digit */
+/* By so much the largest principal moment of inertia may exceed the sum of the others, of that sum: makers state
+ * moments to two digits, of bodies as slender as links. No body has such moments, and the dynamics take them. */
+#define ARM_INERTIA_EXCESS_MAX 0.05
 
 /* ARM_NONE: the manipulator has one degree of freedom. */
 enum arm_kind { ARM_NONE, ARM_PLANAR, ARM_SPATIAL, ARM_KIND_COUNT };

@@ -82,6 +82,35 @@ class state_reader
     std::vector<std::string> known_;
 };
 
+/* The forces of velocities alone, base first: what it takes that nothing accelerates, by the recursive Newton-Euler
+ * algorithm (Featherstone 2008, chapter 5.3). To every digit, as nothing is solved for; and for a base of no mass.
+ */
+template <class Space>
+Eigen::VectorXd bias_of(const chain<Space> &chain, const chain_pose<Space> &pose, const chain_state<Space> &state)
+{
+    const int n = chain.joint_count;
+    motion_of<Space> motions[ARM_JOINTS_MAX + 1] = {state.twist()}; /* base first */
+    wrench_of<Space> wrenches[ARM_JOINTS_MAX + 1];
+    motion_of<Space> acceleration = motion_of<Space>::zero();
+    wrenches[0] = cross(motions[0], chain.base * motions[0]);
+    wrenches[0].torque += Space::cross(motions[0].angular, typename Space::angular(state.wheel()));
+    for (int i = 0; i < n; i++) {
+        const inertia_of<Space> &link = chain.joints[i].link;
+        const motion_of<Space> turning = chain.joints[i].axis * state.link_rate()(i);
+        motions[i + 1] = pose.links[i].to_child(motions[i]) + turning;
+        acceleration = pose.links[i].to_child(acceleration) + cross(motions[i + 1], turning);
+        wrenches[i + 1] = link * acceleration + cross(motions[i + 1], link * motions[i + 1]);
+    }
+    constexpr int size = motion_of<Space>::size;
+    Eigen::VectorXd bias(size + n);
+    for (int i = n - 1; i >= 0; i--) {
+        bias(size + i) = dot(chain.joints[i].axis, wrenches[i + 1]);
+        wrenches[i] = wrenches[i] + pose.links[i].to_parent(wrenches[i + 1]);
+    }
+    bias.head(size) << wrenches[0].torque, wrenches[0].force;
+    return bias;
+}
+
 template <class Space>
 json at_state(const chain<Space> &chain, const json &given, const std::string &where)
 {
@@ -110,28 +139,17 @@ json at_state(const chain<Space> &chain, const json &given, const std::string &w
     Eigen::MatrixXd all(size + n, size + n);
     all << inertia.base.matrix(), inertia.coupling.leftCols(n), inertia.coupling.leftCols(n).transpose(),
         inertia.joints.topLeftCorner(n, n);
-    const auto accelerate = [&](const chain_input<Space> &with, const joint_drive &driven,
-                                const berth::chain<Space> &of) {
-        const chain_acceleration<Space> found = forward_dynamics(of, state, driven, with);
-        Eigen::VectorXd values(size + n);
-        values << found.base.angular, found.base.linear, found.link_rad_per_s2.head(n);
-        return values;
-    };
-    /* Bias: what the bare chain's own accelerations would take. */
-    berth::chain<Space> bare = chain;
-    bare.gravity_m_per_s2.setZero();
-    bare.base_is_free = true;
-    chain_input<Space> nothing = input;
-    nothing.tool = wrench_of<Space>::zero();
-    const joint_drive none = {joint_vector::Zero(), joint_vector::Zero()};
+    const chain_acceleration<Space> found = forward_dynamics(chain, state, drive, input);
+    Eigen::VectorXd acceleration(size + n);
+    acceleration << found.base.angular, found.base.linear, found.link_rad_per_s2.head(n);
     const wrench_of<Space> total = momentum(chain, state);
     const chain_energy energies = energy(chain, state);
     const tool_jacobian<Space> jacobian = jacobian_of(chain, pose);
     Eigen::MatrixXd jacobians(size, size + n);
     jacobians << jacobian.base, jacobian.joints.leftCols(n);
     return {{"inertia", rows_as_json(all)},
-            {"bias", as_json(Eigen::VectorXd(-all * accelerate(nothing, none, bare)))},
-            {"acceleration", as_json(accelerate(input, drive, chain))},
+            {"bias", as_json(bias_of(chain, pose, state))},
+            {"acceleration", as_json(acceleration)},
             {"momentum", {{"angular", as_json(total.torque)}, {"linear", as_json(total.force)}}},
             {"kinetic_J", energies.kinetic_J},
             {"tool_m", as_json((state.base() * tool_in_base(chain, pose)).origin_m)},

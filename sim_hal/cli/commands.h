@@ -34,6 +34,7 @@ struct arm_arguments {
     std::string base;
     std::string tool;
     bool is_planar = false;
+    std::vector<std::string> holds; /* JOINT=VALUE or JOINT */
     std::string states_file;
 };
 

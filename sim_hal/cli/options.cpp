@@ -125,12 +125,26 @@ void add_map_options(CLI::App &command, map_arguments &arguments)
 
 void add_arm_options(CLI::App &command, arm_arguments &arguments)
 {
-    command.add_option("ARM", arguments.arm, "a shipped arm, the path of an arm file, or of a URDF file")
+    command
+        .add_option("ARM", arguments.arm,
+                    "a shipped arm, the path of an arm file, or of a URDF file (.urdf, .xacro)")
         ->required();
-    command.add_option("--base", arguments.base, "URDF: the link that is the satellite; default: the root")
+    command
+        .add_option("--base", arguments.base,
+                    "URDF: the link that is the satellite; default: the root, or the link behind a floating joint")
         ->type_name("LINK");
-    command.add_option("--tool", arguments.tool, "URDF: the link at the arm's end; default: the only leaf")
+    command
+        .add_option("--tool", arguments.tool,
+                    "URDF: the link at the arm's end; default: the end of the longest movable chain")
         ->type_name("LINK");
+    command
+        .add_option(
+            "--hold", arguments.holds,
+            "URDF: a joint that does not move, at a value in rad or m; may be repeated. Joints beside the arm "
+            "are held at 0 or, where their range excludes it, in its middle")
+        ->type_name("JOINT[=VALUE]")
+        ->expected(1)
+        ->take_all();
     command.add_flag("--planar", arguments.is_planar, "URDF: joints about z, motion in x and y");
     command
         .add_option("--states", arguments.states_file,
