@@ -52,7 +52,7 @@ std::vector<std::string> candump_paths(const std::string &log_path)
     const std::string stem = log_path.substr(0, dot > log_path.rfind('/') + 1 ? dot : std::string::npos);
     std::vector<std::string> paths;
     for (const char *const bus : bus_names) {
-        paths.push_back(stem + "." + bus + ".candump");
+        paths.push_back(stem + "." + bus + ".candump.log");
     }
     return paths;
 }

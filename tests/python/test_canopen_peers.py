@@ -371,7 +371,7 @@ def test_a_run_is_understood_by_a_listener(tmp_path):
     seen = {"sync": 0, "nmt": [], "target": [], "actual": []}
     node.rpdo[1].add_callback(lambda pdo: seen["target"].append(pdo[0x607A].raw))
     node.tpdo[1].add_callback(lambda pdo: seen["actual"].append(pdo[0x6064].raw))
-    for message in can.CanutilsLogReader(tmp_path / "ess.robot.candump"):
+    for message in can.CanutilsLogReader(tmp_path / "ess.robot.candump.log"):
         seen["sync"] += message.arbitration_id == SYNC
         if message.arbitration_id == NMT:
             seen["nmt"].append(bytes(message.data))

@@ -186,7 +186,7 @@ def test_candump(logs):
     done = command("candump", log, "--json")
     assert done.returncode == 0 and done.stderr == b""
     assert one_json_object(done.stdout) == {
-        "log": str(log), "candumps": [str(log.with_suffix(f".{bus}.candump")) for bus in ("robot", "sensor")]}
+        "log": str(log), "candumps": [str(log.with_suffix(f".{bus}.candump.log")) for bus in ("robot", "sensor")]}
 
 
 @pytest.mark.parametrize("arguments", [("run", "ess", "--no-log"), ("rigs",), ("deadtime", "ess")])

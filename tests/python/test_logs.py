@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 
+import can
 import cantools
 import numpy as np
 import pytest
@@ -94,7 +95,7 @@ BUSES = {"robot": "can0", "sensor": "can1"}
 
 def candump(log, bus):
     """The lines of one bus: (time in us, interface, identifier, data, text)."""
-    text = log.with_suffix(f".{bus}.candump").read_text()
+    text = log.with_suffix(f".{bus}.candump.log").read_text()
     assert text.endswith("\n")
     lines = []
     for line in text.splitlines():
@@ -188,11 +189,28 @@ def test_lines_of_a_disturbed_run_decode_but_for_error_frames(logs):
 def test_can_utils_read_every_line(overrides, logs, tmp_path):
     _, log = logs("ess", overrides)
     for bus, interface in BUSES.items():
-        source, target = log.with_suffix(f".{bus}.candump"), tmp_path / f"{bus}.asc"
+        source, target = log.with_suffix(f".{bus}.candump.log"), tmp_path / f"{bus}.asc"
         done = subprocess.run(["log2asc", "-I", source, "-O", target, interface], capture_output=True, timeout=60)
         assert done.returncode == 0 and done.stderr == b""
         frames = [line for line in target.read_text().splitlines() if re.match(r"\s*\d+\.\d+ +1 +", line)]
         assert len(frames) == len(candump(log, bus))
+
+
+@pytest.mark.parametrize("overrides", [SHORT, {**SHORT, **DISTURBED}], ids=["ideal", "disturbed"])
+def test_python_can_reads_the_files_by_their_ending_and_writes_blf_from_them(overrides, logs, tmp_path):
+    _, log = logs("ess", overrides)
+    for bus in BUSES:
+        blf = tmp_path / f"{bus}.blf"
+        with can.LogReader(log.with_suffix(f".{bus}.candump.log")) as frames, can.Logger(blf) as writer:
+            for frame in frames:
+                if not frame.is_extended_id:  # those that are are error frames, which python-can takes for data
+                    writer(frame)
+        with can.LogReader(blf) as frames:
+            read = [(round(frame.timestamp * 1e6), frame.arbitration_id, bytes(frame.data)) for frame in frames]
+        wanted = [(line[0], line[2], line[3]) for line in candump(log, bus) if not line[2] & 0x20000000]
+        assert [frame[1:] for frame in read] == [frame[1:] for frame in wanted] and len(wanted) > 500
+        off_us = [abs(a[0] - read[0][0] - (b[0] - wanted[0][0])) for a, b in zip(read, wanted)]
+        assert max(off_us) <= 1
 
 
 def test_candump_of_a_log_gives_the_same_files_again(logs, tmp_path):
@@ -200,7 +218,7 @@ def test_candump_of_a_log_gives_the_same_files_again(logs, tmp_path):
     copy = shutil.copy(log, tmp_path / "a.b.ulg")
     assert command("candump", copy).returncode == EXIT_DONE
     for bus in BUSES:
-        assert (tmp_path / f"a.b.{bus}.candump").read_bytes() == log.with_suffix(f".{bus}.candump").read_bytes()
+        assert (tmp_path / f"a.b.{bus}.candump.log").read_bytes() == log.with_suffix(f".{bus}.candump.log").read_bytes()
 
 
 def test_candump_lines_sent_to_the_robot_are_what_it_was_told(logs):

@@ -203,7 +203,7 @@ def test_cut_log(tmp_path):
         log.write_bytes(content[:size])
         done = report(log)
         assert done.returncode == 2 and str(log) in done.stderr and "Traceback" not in done.stderr, size
-    assert sorted(path.suffix for path in tmp_path.glob("ess.*")) == [".candump", ".candump", ".ulg"]
+    assert sorted(path.suffix for path in tmp_path.glob("ess.*")) == [".log", ".log", ".ulg"]
 
 
 def test_missing_ticks(tmp_path):

@@ -113,7 +113,7 @@ def test_a_signal_beyond_its_range_is_refused(layout, dbc, firmware_layouts):
 # --- a run, by cantools ------------------------------------------------------------------------------------------
 def candump(log):
     """(us, id, data) of each line of the sensor bus beside a log."""
-    words = (line.split() for line in log.with_suffix(".sensor.candump").read_text().splitlines())
+    words = (line.split() for line in log.with_suffix(".sensor.candump.log").read_text().splitlines())
     return [(round(float(time.strip("()")) * 1e6), int(frame.split("#")[0], 16), bytes.fromhex(frame.split("#")[1]))
             for time, _, frame in words]
 

@@ -101,7 +101,7 @@ def test_disk_with_room_for_the_log_and_not_for_the_frames_as_text(tmp_path):
     """The result is told all the same; no half text file stays."""
     assert command("run", "ess", "--out", tmp_path).returncode == 0
     log_bytes = (tmp_path / "ess.ulg").stat().st_size
-    text_bytes = sum(path.stat().st_size for path in tmp_path.glob("*.candump"))
+    text_bytes = sum(path.stat().st_size for path in tmp_path.glob("*.candump.log"))
     with small_disk(tmp_path / "disk", f"{log_bytes + text_bytes // 2}") as disk:
         done = command("run", "ess", "--out", disk, "--json")
         assert done.returncode == EXIT_INPUT
@@ -115,9 +115,9 @@ def test_disk_with_room_for_the_log_and_not_for_the_frames_as_text(tmp_path):
 
 def test_text_files_of_an_earlier_run_do_not_stay_beside_an_incomplete_log(tmp_path):
     run_json("ess", tmp_path, *settings({"run.duration_s": 1.0}))
-    assert len(list(tmp_path.glob("*.candump"))) == 2
+    assert len(list(tmp_path.glob("*.candump.log"))) == 2
     check_incomplete(command("run", "ess", "--out", tmp_path, "--json", preexec_fn=limit_file_size(1_000_000)))
-    assert list(tmp_path.glob("*.candump")) == []
+    assert list(tmp_path.glob("*.candump.log")) == []
 
 
 def test_a_person_is_told_of_dropped_records(tmp_path):
@@ -155,7 +155,7 @@ def test_interrupted_run_closes_its_log(rig, number, tmp_path):
     # The stopping tick itself sends no setpoint any more.
     speed_m_per_s = abs(tick["command_position_m"][-2] - tick["command_position_m"][-3]) / period_s
     assert speed_m_per_s < 1e-3, "stopped while the robot was still moving"
-    assert {path.suffix for path in tmp_path.iterdir()} == {".ulg", ".candump"}
+    assert {path.suffix for path in tmp_path.iterdir()} == {".ulg", ".log"}
 
 
 def test_interruption_before_the_release_stops_as_well(tmp_path):
