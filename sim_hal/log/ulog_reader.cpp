@@ -13,7 +13,9 @@ namespace
 
 constexpr std::size_t file_header_bytes = 16;
 constexpr std::size_t message_header_bytes = 3;
-constexpr std::string_view known_messages = "BFIADO"; /* those that log_file writes */
+/* Of the format: log_file writes the first six; those after them (several infos, parameters and their defaults,
+ * texts, sync marks, ends of subscriptions) are passed over. */
+constexpr std::string_view known_messages = "BFIADOMPQLCSR";
 constexpr std::size_t can_data_bytes_max = 8;
 
 /* Of logs from before motors at their torque limits were told: the same bytes, with 0 in their place. */
@@ -22,6 +24,39 @@ std::string arm_format_without_motors()
     const std::string now = "uint16_t guided_by;uint16_t motors_at_limit;";
     std::string format = arm_record_format;
     return format.replace(format.find(now), now.size(), "uint32_t guided_by;");
+}
+
+struct known_topic {
+    std::string_view name;
+    std::uint16_t id;
+    std::size_t bytes;
+};
+constexpr known_topic known_topics[] = {{"tick", ULOG_TICK_ID, sizeof(tick_record)},
+                                        {"can_frame", ULOG_FRAME_ID, sizeof(frame_record)},
+                                        {"arm", ULOG_ARM_ID, sizeof(arm_record)},
+                                        {"side", ULOG_SIDE_ID, sizeof(side_record)}};
+
+const known_topic *topic_of(std::uint16_t id)
+{
+    const auto found = std::find_if(std::begin(known_topics), std::end(known_topics),
+                                    [&](const known_topic &known) { return known.id == id; });
+    return found == std::end(known_topics) ? nullptr : found;
+}
+
+/* All records begin with it. */
+std::uint64_t timestamp_of(std::string_view record)
+{
+    return record_as<std::uint64_t>(record);
+}
+
+/* Fit for a terminal. */
+std::string printable_name(std::string_view text)
+{
+    constexpr std::size_t longest = 40;
+    std::string result(text.substr(0, longest));
+    std::replace_if(
+        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c >= 0x7f; }, '?');
+    return result;
 }
 
 } // namespace
@@ -60,6 +95,71 @@ bool ulog_reader::next_message(char &type, std::string_view &content)
     return true;
 }
 
+void ulog_reader::take_info(std::string_view content, std::size_t at_byte)
+{
+    const std::size_t key_size = content.empty() ? 0 : static_cast<unsigned char>(content[0]);
+    if (content.size() < 1 + key_size) {
+        fail_damaged(at_byte);
+    }
+    const std::string_view typed_key = content.substr(1, key_size);
+    infos_[std::string(typed_key.substr(typed_key.find(' ') + 1))] = content.substr(1 + key_size);
+}
+
+/* A subscription gives a topic its message id in this file. */
+void ulog_reader::take_subscription(std::string_view content, std::size_t at_byte)
+{
+    constexpr std::size_t name_at = 3; /* behind the number of the instance and the message id */
+    if (content.size() < name_at) {
+        fail_damaged(at_byte);
+    }
+    std::uint16_t id = 0;
+    std::memcpy(&id, content.data() + 1, sizeof id);
+    const std::string_view name = content.substr(name_at);
+    topics_[id] = name;
+    for (const known_topic &known : known_topics) {
+        if (known.name == name) {
+            ids_[id] = known.id;
+        }
+    }
+}
+
+/* Reads on to the end: a program may subscribe to topics at any time. */
+void ulog_reader::refuse_other_program()
+{
+    if (infos_.count("sys_name") == 0 && topics_.empty()) {
+        throw input_error(path_ +
+                          ": carries no configuration; is it a log of this program, and not cut in its header?");
+    }
+    if (infos_.count("sys_name") != 0 && infos_["sys_name"] == "berth") {
+        throw input_error(path_ + ": carries no configuration; was it cut in its header?");
+    }
+    char type = 0;
+    std::string_view content;
+    for (std::size_t before = at_; next_message(type, content); before = at_) {
+        if (type == 'A') {
+            take_subscription(content, before);
+        }
+    }
+    constexpr std::size_t named_max = 8;
+    std::set<std::string> names;
+    for (const auto &[id, name] : topics_) {
+        names.insert(printable_name(name));
+    }
+    std::string told;
+    std::size_t count = 0;
+    for (const std::string &name : names) {
+        if (count++ < named_max) {
+            told += (told.empty() ? "" : ", ") + name;
+        }
+    }
+    const std::string further = count > named_max ? " and " + std::to_string(count - named_max) + " more" : "";
+    const std::string of = infos_.count("sys_name") == 0 ? "a log of another program"
+                                                         : "a " + printable_name(infos_["sys_name"]) + " log";
+    throw input_error(path_ + ": is " + of + ": no berth topics; " +
+                      (names.empty() ? "there are none inside" : "these are inside: " + told + further) +
+                      "; a record of another program is read as a CSV file");
+}
+
 void ulog_reader::read_header()
 {
     at_ = file_header_bytes;
@@ -70,20 +170,16 @@ void ulog_reader::read_header()
         if (type == 'F') {
             formats.insert(content);
         } else if (type == 'I') {
-            const std::size_t key_size = content.empty() ? 0 : static_cast<unsigned char>(content[0]);
-            if (content.size() < 1 + key_size) {
-                fail_damaged(before);
-            }
-            const std::string_view typed_key = content.substr(1, key_size);
-            infos_[std::string(typed_key.substr(typed_key.find(' ') + 1))] = content.substr(1 + key_size);
+            take_info(content, before);
+        } else if (type == 'A') {
+            take_subscription(content, before);
         } else if (type == 'D' || type == 'O') {
             at_ = before;
             break;
         }
     }
     if (infos_.count("berth_config") == 0) {
-        throw input_error(path_ +
-                          ": carries no configuration; is it a log of this program, and not cut in its header?");
+        refuse_other_program();
     }
     const std::string without_motors = arm_format_without_motors();
     knows_motors_ = formats.count(without_motors) == 0;
@@ -99,26 +195,64 @@ void ulog_reader::read_header()
     }
 }
 
-bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
+bool ulog_reader::next_data(data_message &data)
 {
+    if (ahead_) {
+        data = *ahead_;
+        ahead_.reset();
+        return true;
+    }
     char type = 0;
     std::string_view content;
     while (next_message(type, content)) {
+        const std::size_t at_byte = at_ - content.size() - message_header_bytes;
         has_dropouts_ = has_dropouts_ || type == 'O';
-        if (type != 'D' || content.size() < sizeof id) {
+        if (type == 'A') {
+            take_subscription(content, at_byte);
+        }
+        if (type != 'D' || content.size() < sizeof data.id) {
             continue;
         }
-        std::memcpy(&id, content.data(), sizeof id);
-        record = content.substr(sizeof id);
-        const std::size_t expected = id == ULOG_TICK_ID    ? sizeof(tick_record)
-                                     : id == ULOG_FRAME_ID ? sizeof(frame_record)
-                                     : id == ULOG_ARM_ID   ? sizeof(arm_record)
-                                     : id == ULOG_SIDE_ID  ? sizeof(side_record)
-                                                           : record.size();
-        if (record.size() != expected ||
-            (id == ULOG_FRAME_ID && record_as<frame_record>(record).length > can_data_bytes_max)) {
-            fail_damaged(at_ - content.size() - message_header_bytes);
+        std::memcpy(&data.id, content.data(), sizeof data.id);
+        data.record = content.substr(sizeof data.id);
+        const auto ours = ids_.find(data.id);
+        if (ours == ids_.end()) {
+            data.id = other_topic_id;
+            return true;
         }
+        data.id = ours->second;
+        if (data.record.size() != topic_of(data.id)->bytes ||
+            (data.id == ULOG_FRAME_ID && record_as<frame_record>(data.record).length > can_data_bytes_max)) {
+            fail_damaged(at_byte);
+        }
+        return true;
+    }
+    return false;
+}
+
+/* A tick comes behind all else of its time: programs that sort by topic put it first. */
+bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
+{
+    data_message data{};
+    while (next_data(data)) {
+        const bool is_of_tick = tick_ && data.id != ULOG_TICK_ID && data.record.size() >= sizeof(std::uint64_t) &&
+                                timestamp_of(data.record) == timestamp_of(tick_->record);
+        if (tick_ && !is_of_tick) {
+            ahead_ = data;
+            data = *tick_;
+            tick_.reset();
+        } else if (data.id == ULOG_TICK_ID) {
+            tick_ = data;
+            continue;
+        }
+        id = data.id;
+        record = data.record;
+        return true;
+    }
+    if (tick_) {
+        id = tick_->id;
+        record = tick_->record;
+        tick_.reset();
         return true;
     }
     return false;

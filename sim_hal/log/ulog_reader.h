@@ -1,10 +1,12 @@
-/* Reads what log_file writes, also if the file was cut anywhere: all whole messages before the cut. */
+/* Reads what log_file writes, also if the file was cut anywhere: all whole messages before the cut; and also as
+ * other programs save it again, with other message ids and the records of one time in another order. */
 #ifndef SIM_HAL_LOG_ULOG_READER_H
 #define SIM_HAL_LOG_ULOG_READER_H
 
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,7 +22,8 @@ class ulog_reader
     /* Reads the whole file and its header. Throws input_error if it is no log of this program. */
     explicit ulog_reader(const std::string &path);
 
-    /* The next data message: its id and bytes. False at the end. */
+    /* The next data message: its id, as in recorder.h or other_topic_id, and bytes. False at the end. */
+    static constexpr std::uint16_t other_topic_id = 0xffff;
     bool next(std::uint16_t &id, std::string_view &record);
 
     /* Of the file. */
@@ -41,14 +44,26 @@ class ulog_reader
     bool has_dropouts() const { return has_dropouts_; }
 
   private:
+    struct data_message {
+        std::uint16_t id;
+        std::string_view record;
+    };
     bool next_message(char &type, std::string_view &content);
+    bool next_data(data_message &data);
     void read_header();
+    void take_info(std::string_view content, std::size_t at_byte);
+    void take_subscription(std::string_view content, std::size_t at_byte);
+    [[noreturn]] void refuse_other_program();
     [[noreturn]] void fail_damaged(std::size_t at_byte) const;
 
     std::string path_;
     std::string bytes_;
     std::size_t at_ = 0;
     std::map<std::string, std::string> infos_;
+    std::map<std::uint16_t, std::string> topics_;
+    std::map<std::uint16_t, std::uint16_t> ids_; /* those of the file to ours */
+    std::optional<data_message> tick_;           /* waits for what belongs to it */
+    std::optional<data_message> ahead_;
     bool knows_motors_ = true;
     bool is_cut_ = false;
     bool has_dropouts_ = false;
