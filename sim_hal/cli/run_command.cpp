@@ -153,8 +153,11 @@ int run_command(const run_arguments &arguments)
         options.robot = robot_as_text(chosen);
     }
     options.stop = &stop_wanted;
+    const profile profile(rig); /* throws before a folder is made for nothing */
+    if (!profile.note().empty()) {
+        std::fprintf(stderr, "berth: %s\n", profile.note().c_str());
+    }
     if (!arguments.no_log) {
-        const profile readable(rig); /* throws before a folder is made for nothing */
         if (!arguments.out_folder.empty()) {
             make_folder(arguments.out_folder);
         }

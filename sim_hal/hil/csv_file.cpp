@@ -1,16 +1,11 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <memory>
-#include <sstream>
-
-#ifdef BERTH_WITH_ZLIB
-#include <zlib.h>
-#else
-#include <fstream>
-#endif
+#include <cstdio>
 
 #include "../../hal/rig/rig_file.h"
+#include "column_units.h"
+#include "csv_cells.h"
+#include "csv_reader.h"
 #include "profile.h"
 
 namespace berth
@@ -19,136 +14,141 @@ namespace berth
 namespace
 {
 
-#ifdef BERTH_WITH_ZLIB
-/* zlib reads plain files as they are. */
-std::string read_whole(const std::string &path)
-{
-    const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
-    if (!file) {
-        throw input_error(path + ": cannot be read; is it a file?");
-    }
-    std::string text;
-    char block[1 << 16];
-    int got = 0;
-    while ((got = gzread(file.get(), block, sizeof block)) > 0) {
-        text.append(block, static_cast<std::size_t>(got));
-    }
-    int error = Z_OK; /* Z_BUF_ERROR: the compressed data stop halfway, of which gzread() tells nothing */
-    gzerror(file.get(), &error);
-    if (got < 0 || error != Z_OK) {
-        throw input_error(path + ": cannot be read to its end; is it damaged?");
-    }
-    return text;
-}
-#else
-std::string read_whole(const std::string &path)
-{
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (!file || text.fail()) {
-        throw input_error(path + ": cannot be read; is it a file?");
-    }
-    if (text.str().compare(0, 2, "\x1f\x8b") == 0) {
-        throw input_error(path + ": is compressed, and this program was built without zlib; gunzip it first");
-    }
-    return text.str();
-}
-#endif
+constexpr std::size_t profile_rows_max = 5000000; /* 100 MB in memory; hours of a motion */
 
-std::vector<std::string_view> split(std::string_view line)
+/* By a name that says so, and not by one that stands beside a number, as in a preamble: "Time, 10:12". */
+bool names_a_time(const std::vector<std::string_view> &cells)
 {
-    std::vector<std::string_view> cells;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) {
-        line.remove_suffix(1);
-    }
-    for (std::size_t comma = 0; comma != std::string_view::npos;
-         line.remove_prefix(std::min(comma + 1, line.size()))) {
-        comma = line.find(',');
-        std::string_view cell = line.substr(0, comma);
-        while (!cell.empty() && cell.front() == ' ') {
-            cell.remove_prefix(1);
+    const bool is_plain =
+        std::any_of(cells.begin(), cells.end(), [](std::string_view cell) { return is_column_called(cell, "t_s"); });
+    return is_plain || (cells.size() > 1 && std::any_of(cells.begin(), cells.end(), is_name_of_time) &&
+                        std::none_of(cells.begin(), cells.end(), [](std::string_view cell) {
+                            return cell_number(cell, '.') || cell_stamp_s(cell);
+                        }));
+}
+
+std::string header_place(const csv_reader &file)
+{
+    return file.header_line() == 0 ? "" : ":" + std::to_string(file.header_line()) + ": ";
+}
+
+std::size_t time_column(const csv_reader &file, const std::string &path)
+{
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < file.columns().size(); i++) {
+        if (is_column_called(file.columns()[i].name, "t_s")) {
+            return i;
         }
-        cells.push_back(cell);
-        if (comma == std::string_view::npos) {
-            break;
+        if (is_name_of_time(file.columns()[i].name)) {
+            found.push_back(i);
         }
     }
-    return cells;
-}
-
-/* Fit for a terminal: short, and nothing that it would obey. */
-std::string printable(std::string_view text)
-{
-    constexpr std::size_t longest = 60;
-    std::string result(text.substr(0, longest));
-    std::replace_if(
-        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-    return result + (text.size() > longest ? "..." : "");
-}
-
-double number(std::string_view cell, const std::string &where)
-{
-    double value = 0.0;
-    if (cell.size() > 1 && cell.front() == '+') {
-        cell.remove_prefix(1);
+    if (found.size() == 1) {
+        return found.front();
     }
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
-        throw input_error(where + ": \"" + printable(cell) + "\" is not a finite number");
-    }
-    return value;
+    throw input_error(path + header_place(file) +
+                      (found.empty() ? "there is no column t_s" : "several columns are a time and none is t_s") +
+                      "; the columns are " + file.names());
 }
 
-std::size_t column_of(const std::vector<std::string_view> &header, const std::string &name, const std::string &path)
+std::size_t value_column(const csv_reader &file, const std::string &path, const file_column &wanted,
+                         std::size_t time)
 {
-    const auto found = std::find(header.begin(), header.end(), name);
-    if (found == header.end()) {
-        std::string names;
-        for (const auto cell : header) {
-            names += (names.empty() ? "" : ", ") + printable(cell);
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < file.columns().size(); i++) {
+        const std::string &name = file.columns()[i].name;
+        if (wanted.name.empty() ? i != time && !name.empty() : is_column_called(name, wanted.name)) {
+            found.push_back(i);
         }
-        throw input_error(path + ":1: there is no column " + name + "; the columns are " + names);
     }
-    return static_cast<std::size_t>(found - header.begin());
+    if (found.size() == 1) {
+        return found.front();
+    }
+    if (!wanted.name.empty()) {
+        throw input_error(path + header_place(file) +
+                          (found.empty() ? "there is no column " : "several columns are called ") + wanted.name +
+                          "; the columns are " + file.names());
+    }
+    throw input_error(path + header_place(file) + "has " + std::to_string(found.size()) +
+                      " columns beside the time (" + file.names() + "); name one with " + wanted.name_key);
+}
+
+std::string unit_place(const csv_reader &file, const std::string &path, bool is_of_row)
+{
+    return path + ":" + std::to_string(is_of_row ? file.unit_line() : file.header_line()) + ": ";
+}
+
+/* What makes seconds of the column's numbers; nothing: it says no unit. */
+std::optional<double> seconds_a_number(const csv_reader &file, const csv_column &column, const std::string &path)
+{
+    const auto other = unit_other_than("s", column.name, column.row_unit);
+    if (!other) {
+        const bool says_s = !column.row_unit.empty() || !split_column_name(column.name).unit.empty();
+        return says_s ? std::optional(1.0) : std::nullopt;
+    }
+    if (!other->factor || (other->is_of_row && !split_column_name(column.name).unit.empty())) {
+        throw input_error(unit_place(file, path, other->is_of_row) + printable_cell(column.name) + " is in " +
+                          printable_cell(other->text) + " here, which is not the unit of its name or no time");
+    }
+    return other->factor;
+}
+
+/* A unit that is not the one wanted, where no scale converts it. */
+void refuse_other_unit(const csv_reader &file, const csv_column &column, const std::string &path,
+                       const file_column &wanted)
+{
+    const auto other = unit_other_than(wanted.si, column.name, column.row_unit);
+    if (!other || std::abs(wanted.scale) != 1.0) {
+        return;
+    }
+    char scale[40] = "...";
+    if (other->factor) {
+        std::snprintf(scale, sizeof scale, "%.10g", *other->factor);
+    }
+    throw input_error(unit_place(file, path, other->is_of_row) + printable_cell(column.name) + " is in " +
+                      printable_cell(other->text) + ", and what is played in " + std::string(wanted.si) +
+                      (other->factor ? "; convert it: "
+                                     : ", which is something else; name another column with " + wanted.name_key +
+                                           ", or convert it: ") +
+                      wanted.scale_key + "=" + scale);
 }
 
 } // namespace
 
-csv_columns read_csv_columns(const std::string &path, const std::string &column)
+csv_columns read_csv_columns(const std::string &path, const file_column &wanted)
 {
+    csv_reader file(path, names_a_time);
+    const std::size_t time_at = time_column(file, path);
+    const csv_column &time = file.columns()[time_at];
+    const auto second = seconds_a_number(file, time, path);
+    const std::size_t value_at = value_column(file, path, wanted, time_at);
+    const csv_column &value = file.columns()[value_at];
+    refuse_other_unit(file, value, path, wanted);
+
     csv_columns read;
-    const std::string text = read_whole(path);
-    std::istringstream lines(text);
-    std::string line;
-    std::getline(lines, line);
-    if (line.compare(0, 3, "\xef\xbb\xbf") == 0) {
-        line.erase(0, 3); /* the byte order mark that spreadsheets write */
+    if (value.row_unit.empty() && split_column_name(value.name).unit.empty() && wanted.scale == 1.0) {
+        read.note = path + header_place(file) + "the column " + printable_cell(value.name) +
+                    " names no unit; its values count as " + std::string(wanted.si) + ", times " + wanted.scale_key +
+                    " = 1";
     }
-    const std::string header_line = line;
-    const auto header = split(header_line);
-    const std::size_t time_at = column_of(header, "t_s", path);
-    if (column.empty() && header.size() != 2) {
-        throw input_error(path + ":1: has " + std::to_string(header.size() - 1) + " columns beside t_s (" +
-                          header_line + "); name one with profile.column");
-    }
-    const std::size_t value_at = column.empty() ? 1 - time_at : column_of(header, column, path);
-    for (int number_of_line = 2; std::getline(lines, line); number_of_line++) {
-        const std::string where = path + ":" + std::to_string(number_of_line);
-        const auto cells = split(line);
-        if (cells.size() == 1 && cells[0].empty()) {
-            continue;
+    while (file.next()) {
+        const std::string where = path + ":" + std::to_string(file.line()) + ": ";
+        if (read.times_s.size() >= profile_rows_max) {
+            throw input_error(where + "is beyond row " + std::to_string(profile_rows_max) +
+                              ", the last one that is read; give a part of the file, or fewer rows a second");
         }
-        if (cells.size() <= std::max(time_at, value_at)) {
-            throw input_error(where + ": has " + std::to_string(cells.size()) + " cells, too few");
+        const auto stamp_s = file.stamp_s(time_at);
+        if (!stamp_s && !second) {
+            throw input_error(where + "the column " + printable_cell(time.name) +
+                              " names no unit; call it t_s if it is in seconds");
         }
-        const double time_s = number(cells[time_at], where);
+        const double time_s = stamp_s ? *stamp_s : *second * file.number(time_at);
         if (!read.times_s.empty() && time_s <= read.times_s.back()) {
-            throw input_error(where + ": t_s does not increase");
+            throw input_error(where + printable_cell(time.name) + " does not increase");
         }
         read.times_s.push_back(time_s);
-        read.values.push_back(number(cells[value_at], where));
-        read.lines.push_back(number_of_line);
+        read.values.push_back(file.number(value_at));
+        read.lines.push_back(static_cast<int>(file.line()));
     }
     if (read.times_s.size() < 2) {
         throw input_error(path + ": needs at least two rows");

@@ -92,8 +92,11 @@ profile::profile(const rig &rig)
                                                                                      : rig.profile.amplitude_m)
 {
     if (rig_.kind == profile_kind::file) {
-        csv_columns read = read_csv_columns(rig_.file, rig_.column);
+        const bool is_motion = rig.firmware.operator_command.interface == OPERATOR_INTERFACE_MOTION;
+        csv_columns read = read_csv_columns(
+            rig_.file, {rig_.column, is_motion ? "m" : "N", rig_.scale, "profile.column", "profile.scale"});
         refuse_beyond_limits(rig, read, offset_);
+        note_ = std::move(read.note);
         times_s_ = std::move(read.times_s);
         values_ = std::move(read.values);
     }

@@ -76,7 +76,8 @@ building read_building(const std::string &path)
 
 ground_motion::ground_motion(const std::string &path, double scale)
 {
-    csv_columns read = read_csv_columns(path, "ground_acceleration_m_per_s2");
+    csv_columns read =
+        read_csv_columns(path, {"ground_acceleration_m_per_s2", "m_per_s2", scale, "the header", "--scale"});
     times_s_ = std::move(read.times_s);
     values_m_per_s2_ = std::move(read.values);
     if (times_s_.size() < 2) {

@@ -4,7 +4,7 @@ import gzip
 
 import numpy as np
 import pytest
-from conftest import data_folder, run_json, settings, topic
+from conftest import command, data_folder, run_json, settings, topic
 from reference_loop import Loop, simulate
 from test_physics import POSITION_TOLERANCE_m, first_running_tick
 
@@ -80,6 +80,31 @@ def test_one_of_several_columns_and_a_scale(tmp_path):
                       *settings({**START_AT_ZERO, "profile.column": "p_mm", "profile.scale": 1e-3,
                                  "run.duration_s": 3.0}))
     check_follows(result["log"], t_s, position_m, Loop(**ESS), 3.0)
+
+
+QUOTED = '"t_s","x_m"'
+FORMS = {"quoted names": (QUOTED, ",", "."), "comment above": ("# a slow move\n% of one axis\nt_s,x_m", ",", "."),
+         "spreadsheet": ("Move 7\n\nt_s;x_m\ns;m", ";", ","), "time in ms": ("Time [ms],x_m", ",", ".")}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_profile_as_other_programs_write_it(form, tmp_path):
+    header, separator, mark = FORMS[form]
+    t_s = np.linspace(0.0, 2.0, 41)
+    position_m = 0.03 * np.sin(1.5 * t_s) ** 2
+    scale = 1e3 if "ms" in form else 1.0
+    rows = [f"{scale * t!r}{separator}{x!r}".replace(".", mark) for t, x in zip(t_s.tolist(), position_m.tolist())]
+    (tmp_path / "move.csv").write_text("\n".join([header, *rows]) + "\n")
+    result = run_json("ess", tmp_path, "--profile", tmp_path / "move.csv",
+                      *settings({**START_AT_ZERO, "run.duration_s": 3.0}))
+    check_follows(result["log"], t_s, position_m, Loop(**ESS), 3.0)
+
+
+@pytest.mark.parametrize("name, is_told", [("x", True), ("position_m", False)])
+def test_a_column_without_a_unit_is_told(name, is_told, tmp_path):
+    write_csv(tmp_path / "move.csv", {"t_s": [0.0, 1.0], name: [0.0, 0.01]})
+    done = command("run", "ess", "--no-log", "--profile", tmp_path / "move.csv", "--set", "run.duration_s=1")
+    assert done.returncode == 0 and (b"names no unit" in done.stderr) == is_told
 
 
 @pytest.fixture(scope="module")

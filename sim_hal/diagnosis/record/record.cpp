@@ -272,7 +272,7 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     for (const signal_member &signal : signal_members) {
         wanted.push_back(source_of(rig, signal.name).column);
     }
-    const record_table table = read_record_table(path, wanted);
+    const record_table table = read_record_table(path, source_of(rig, "t_s").column, wanted);
     made.hash = table.hash;
     made.header_line = table.header_line;
     take_columns(made, table, rig);

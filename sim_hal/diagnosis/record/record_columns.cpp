@@ -7,6 +7,8 @@
 #include <functional>
 
 #include "../../../hal/rig/rig_file.h"
+#include "../../hil/column_units.h"
+#include "../../hil/csv_cells.h"
 #include "../formatted.h"
 #include "../replay/block_model.h"
 
@@ -41,7 +43,7 @@ std::string bare_name(const signal_member &signal)
 }
 
 /* Columns that may be meant for a signal that is not there: the same name up to the unit, or without one, in small
- * letters or large ones. */
+ * letters or large ones; for t_s any name of a time. */
 std::vector<std::string> columns_like(const record_table &table, const signal_member &signal)
 {
     const std::string bare = bare_name(signal);
@@ -50,7 +52,10 @@ std::vector<std::string> columns_like(const record_table &table, const signal_me
         const bool is_other = std::any_of(std::begin(signal_members), std::end(signal_members),
                                           [&](const signal_member &known) { return known.name == column.name; });
         const std::string small = in_small_letters(column.name);
-        if (!is_other && (small == bare || small.compare(0, bare.size() + 1, bare + "_") == 0)) {
+        const bool is_alike = small == bare || small.compare(0, bare.size() + 1, bare + "_") == 0 ||
+                              in_small_letters(std::string(split_column_name(column.name).bare)) == bare ||
+                              (signal.name == "t_s" && is_name_of_time(column.name));
+        if (!is_other && is_alike) {
             like.push_back(column.name);
         }
     }
@@ -59,14 +64,29 @@ std::vector<std::string> columns_like(const record_table &table, const signal_me
 
 bool has_unit(const std::string &column, std::string_view unit)
 {
-    const std::string end = "_" + std::string(unit);
-    return column.size() > end.size() && column.compare(column.size() - end.size(), end.size(), end) == 0;
+    return !split_column_name(column).unit.empty() && !unit_other_than(unit, column, {});
 }
 
-std::string that_has_another_unit(const std::string &column, const std::string &name)
+std::string that_has_another_unit(const std::string &column, const signal_member &signal,
+                                  const std::string &row_unit)
 {
-    return column + " has another unit than " + name + "; say in the rig file [signals] " + name +
-           " = { column = \"" + column + "\", scale = ... }";
+    const auto other = unit_other_than(signal.unit, column, row_unit);
+    const std::string name(signal.name);
+    return column + " has another unit than " + name +
+           (other && !other->text.empty() ? " (" + printable_cell(other->text) + ")" : "") +
+           "; say in the rig file [signals] " + name + " = { column = \"" + column +
+           "\", scale = " + (other && other->factor ? formatted("%.9g", *other->factor) : "...") + " }";
+}
+
+/* A scale converts; without one, the unit of the name and of the row below it must be the signal's. */
+void refuse_other_unit(const record_table &table, const std::string &path, const signal_member &signal,
+                       const signal_source &source, const table_column &column)
+{
+    const auto other = unit_other_than(signal.unit, column.name, column.row_unit);
+    if (other && std::abs(source.scale) == 1.0) {
+        throw input_error(line_of(path, other->is_of_row ? table.unit_line : table.header_line) +
+                          that_has_another_unit(column.name, signal, column.row_unit));
+    }
 }
 
 std::string that_may_be_meant(const std::string &column, const std::string &name)
@@ -82,8 +102,10 @@ std::string judge_absent(const record_table &table, const std::string &path, con
     const std::string name(signal.name);
     const std::vector<std::string> like = columns_like(table, signal);
     for (const std::string &column : like) {
-        if (!has_unit(column, signal.unit) && in_small_letters(column) != bare_name(signal)) {
-            throw input_error(line_of(path, table.header_line) + that_has_another_unit(column, name));
+        const bool has_none = in_small_letters(column) == bare_name(signal) || is_name_of_time(column);
+        const bool is_time_in_another = is_name_of_time(column) && unit_other_than("s", column, {});
+        if ((!has_unit(column, signal.unit) && !has_none) || is_time_in_another) {
+            throw input_error(line_of(path, table.header_line) + that_has_another_unit(column, signal, {}));
         }
     }
     return like.empty() ? "" : that_may_be_meant(like.front(), name);
@@ -113,6 +135,16 @@ void refuse_absurd(const std::vector<double> &values, const record_table &table,
         const auto tenth = sorted.begin() + damaged_max;
         std::nth_element(sorted.begin(), tenth, sorted.end(), [&](double a, double b) { return size(b, a); });
         rest = std::abs(*tenth);
+    }
+    const double since_1970 = std::abs(*largest);
+    for (const double scale : {1e-3, 1e-6, 1e-9}) {
+        constexpr double earliest_s = 1e9, latest_s = 4.1e9; /* 2001 to 2099 */
+        if (is_time && source.scale == 1.0 && since_1970 * scale > earliest_s && since_1970 * scale < latest_s) {
+            throw input_error(line_of(path, table.header_line) + source.column + " has " + shortly(*largest) +
+                              ", a time since 1970 in another unit than s; say in the rig file [signals] t_s = { "
+                              "column = \"" +
+                              source.column + "\", scale = " + shortly(scale) + " }");
+        }
     }
     const bool is_lone = rest > 0.0 && std::abs(*largest) > beyond_the_rest * rest;
     if (is_lone || std::abs(source.scale * *largest) > beyond_any_rig) {
@@ -191,6 +223,7 @@ void take_columns(record &made, const record_table &table, const rig &rig)
             continue;
         }
         refuse_twice(rig, table, made.path, source);
+        refuse_other_unit(table, made.path, signal, source, *column);
         refuse_absurd(column->values, table, made.path, source, signal.name == "t_s");
         std::vector<double> &values = made.*signal.member;
         values = column->values;

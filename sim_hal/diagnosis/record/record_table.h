@@ -19,6 +19,7 @@ void check_row_count(const std::string &path, std::size_t rows);
 
 struct table_column {
     std::string name;
+    std::string row_unit; /* of the row of units below the names, if there is one that says something */
     std::vector<double> values;
 };
 
@@ -26,17 +27,19 @@ struct record_table {
     std::vector<table_column> columns;
     std::vector<std::int32_t> lines; /* of each row in the file, as an editor counts them */
     long header_line = 1;
-    std::string hash; /* of the file's bytes as they are stored */
+    long unit_line = 0; /* 0: there is no row of units */
+    std::string hash;   /* of the file's bytes as they are stored */
 
     /* nullptr: there is none. */
     const table_column *find(const std::string &name) const;
     std::string names() const;
 };
 
-/* Plain, .gz or a pipe, read once and no further than to the first mistake or a row too many. Empty lines and those
- * that start with # are left out. Only the columns in `wanted` are kept, all must hold finite numbers. Throws
- * input_error with file and line. */
-record_table read_record_table(const std::string &path, const std::vector<std::string> &wanted);
+/* As csv_reader.h has it; a file or a pipe, read once and no further than to the first mistake or a row too many.
+ * The names are in the line with `time_column`. Only the columns in `wanted` are kept, all must hold finite numbers,
+ * that of time also dates. Throws input_error with file and line. */
+record_table read_record_table(const std::string &path, const std::string &time_column,
+                               const std::vector<std::string> &wanted);
 
 } // namespace berth
 

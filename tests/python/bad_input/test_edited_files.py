@@ -225,7 +225,8 @@ SUBCOMMANDS = [["run", "--no-log"], ["eigen"], ["limits"], ["map", "--vary", "ma
 # --- profiles -----------------------------------------------------------------------------------------------------
 # name: (text, the line, words)
 PROFILES = {
-    "no column t_s": ("time,x\n0,0\n1,1\n", ":1", ["t_s", "time, x"]),
+    "no column t_s": ("when,x\n0,0\n1,1\n", ":1", ["t_s", "when, x"]),
+    "time without a unit": ("time,x\n0,0\n1,1\n", ":2", ["time names no unit", "t_s"]),
     "two columns to choose from": ("t_s,x,y\n0,0,0\n1,1,1\n", ":1", ["profile.column"]),
     "nan": ("t_s,x\n0,0\n1,nan\n", ":3", ["nan", "finite"]),
     "inf": ("t_s,x\n0,0\n1,inf\n", ":3", ["inf", "finite"]),
@@ -240,7 +241,10 @@ PROFILES = {
                                    ["1000 m/s is beyond operator.velocity_limit_m_per_s = 2"]),
     "one row": ("t_s,x\n0,0\n", "", ["two rows"]),
     "header only": ("t_s,x\n", "", ["two rows"]),
-    "empty": ("", ":1", ["t_s"]),
+    "empty": ("", "", ["is empty"]),
+    "millimetres": ("t_s,x_mm\n0,0\n1,1\n", ":1", ["x_mm is in mm", "profile.scale=0.001"]),
+    "millimetres, by the row of units": ("t_s,x\ns,mm\n0,0\n1,1\n", ":2", ["x is in mm", "profile.scale=0.001"]),
+    "a force": ("t_s,push_N\n0,0\n1,1\n", ":1", ["push_N is in N", "something else", "profile.column"]),
 }
 
 

@@ -86,6 +86,14 @@ def stamps_since_1970(header, columns):
     return ["t_us", *header[1:]], [1732700000000000 + np.round(1e6 * columns[0]), *columns[1:]]
 
 
+def since_1970(header, columns, factor):
+    return header, [factor * (1.77e9 + columns[0]), *columns[1:]]
+
+
+def encoder_in_mm(header, columns):
+    return [*header[:2], "encoder_mm"], [*columns[:2], 1e3 * columns[2]]
+
+
 def gaps_and_jitter(header, columns):
     t_s, command_m, robot_m = columns
     kept = np.r_[0:1500, 1600:4000]
@@ -151,9 +159,34 @@ def encoded(lines, encoding):
     return "\n".join(lines).encode(encoding)
 
 
-def separated(lines, separator):
-    """As a spreadsheet writes it where the comma is the decimal point."""
-    return "\n".join(line.replace(",", separator).replace(".", ",") for line in lines) + "\n"
+def with_blanks(lines):
+    return "\n".join(lines).replace(",", " ") + "\n"
+
+
+def from_a_spreadsheet(lines, separator):
+    """With decimal commas, a preamble and a row of units."""
+    table = [line.replace(",", separator).replace(".", ",") for line in lines]
+    return "\n".join(["Measured: 4.3.2026", "", table[0], separator.join("smm"), *table[1:]]) + "\n"
+
+
+def named_in_units(lines, names, units):
+    return "\n".join([names, *([units] if units else []), *lines[1:]]) + "\n"
+
+
+def dated(lines):
+    """ISO stamps, over midnight."""
+    def stamp(line):
+        t_s, _, rest = line.partition(",")
+        t = float(t_s)
+        return (f"2026-03-04T23:59:{55 + t:06.3f}" if t < 5 else f"2026-03-05T00:00:{t - 5:06.3f}") + "," + rest
+
+    return "\n".join([lines[0], *map(stamp, lines[1:])])
+
+
+def quoted(lines):
+    """A column that nobody needs comes first; its name has a comma and a quote."""
+    names = ['"Force, sensor ""A"""', *(f'"{name}"' for name in HEADER)]
+    return "\n".join([",".join(names), *("0.5," + line for line in lines[1:])])
 
 
 def without_header(lines):

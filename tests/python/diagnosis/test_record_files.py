@@ -4,10 +4,11 @@ taken. `{record}` and `{folder}` in the words of a refusal are the record's path
 import numpy as np
 from checks import check, note, verdict
 from conftest import EXIT_INPUT, command
-from make_files import (HEADER, WRONG_LINE, back_in_time, cell, commented, content, doubled_time, encoded, encoder, force_z,
-                        from_the_end, gaps_and_jitter, in_labelled_parts, in_mm, packed, renamed, robot_alone,
-                        rounded_stamps, separated, stamps_since_1970, still_operator, still_robot, table_of, text_of,
-                        two_files, with_a_cell_too_many, with_ends, with_more, without_header)
+from make_files import (HEADER, WRONG_LINE, back_in_time, cell, commented, content, dated, doubled_time, encoded, encoder,
+                        encoder_in_mm, force_z, from_a_spreadsheet, from_the_end, gaps_and_jitter, in_labelled_parts, in_mm, named_in_units,
+                        packed, quoted, renamed, robot_alone,
+                        rounded_stamps, since_1970, stamps_since_1970, still_operator, still_robot, table_of, text_of,
+                        two_files, with_a_cell_too_many, with_blanks, with_ends, with_more, without_header)
 from recipes import record_in
 from table import Refused, Row, each
 
@@ -17,9 +18,12 @@ PARTED = '[signals]\nsegment = "part"\n'
 NOT_TEXT = bytes(1 + (37 * n) % 9 for n in range(300)) + b";" + bytes(range(1, 32)) * 20
 
 
-def wide(encoding):
-    return Refused(f"letters of more than a byte, {encoding}", text_of(change=encoded, encoding=encoding), "{record}", ":1: ",
-                   "UTF-16", "save it as UTF-8")
+ENCODER = '[signals]\nrobot_position_m = { column = "encoder_mm", scale = 0.001 }\n'
+
+
+def unit(header, units, *says):
+    """Columns of these names, with a row of units below them where `units` is given."""
+    return Refused(f"units of {header}, {units}", text_of(change=named_in_units, names=header, units=units), "{record}", *says)
 
 
 CELLS = [
@@ -32,10 +36,9 @@ CELLS = [
     Refused("a cell too few", content(data=(",".join(HEADER) + "\n0,1\n").encode()), "{record}:2:", "cells"),
     Refused("an empty file", content(data=b""), "{record}", "is empty"),
     Refused("bytes that are no text", content(data=NOT_TEXT), "{record}:1: ", "is no text", "a CSV file or a log"),
-    *[wide(encoding) for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-32")],
-    *[Refused(f"columns separated by {told}", text_of(change=separated, separator=separator), "{record}:1: ",
-              f"separated by {told}", "write commas, and points in the numbers")
-      for separator, told in ((";", "semicolons"), ("\t", "tabs"), (" ", "blanks"))],
+    Refused("letters of four bytes", text_of(change=encoded, encoding="utf-32"), "{record}", ":1: ", "UTF-16",
+            "save it as UTF-8"),
+    Refused("columns separated by blanks", text_of(change=with_blanks), "{record}:1: ", "separated by blanks", "write commas"),
     Refused("no header", text_of(change=without_header), "{record}:2: ", "no names", "comment"),
     *[Refused(f"{damage} in a file with comments, lines end with {name}", text_of(change=commented, end=end, damage=damage),
               f"{{record}}:{WRONG_LINE}: {told}") for name, end in ENDS.items()
@@ -50,6 +53,8 @@ TIMES = [
     Refused("rows the last one first", table_of(change=from_the_end), "t_s never increases", "the last one first"),
     Refused("stamps of too few digits", table_of(change=rounded_stamps), "t_s repeats in ", "stamps are rounded", "more digits"),
     Refused("another rate", table_of(change=doubled_time), "{record}", "loop.rate_Hz=200"),
+    *[Refused(f"a time since 1970 in {name}", table_of(change=since_1970, factor=factor), "{record}", "since 1970",
+              f"scale = {told}") for name, factor, told in (("ms", 1e3, "0.001"), ("us", 1e6, "1e-06"), ("ns", 1e9, "1e-09"))],
     Refused("three rows", table_of(rows=3), "{record}", "3 rows"),
     Refused("a rig that needs another rate than the default", table_of(rig="[robot]\ndead_time_ms = 2.0\n"),
             "{folder}/rig.toml:2: ", "one period (2.5", "no loop.rate_Hz is given, 400"),
@@ -59,6 +64,15 @@ COLUMNS = [
     Refused("no time", table_of(change=renamed, t_s="s"), "{record}", "t_s", "command_position_m, robot_position_m"),
     Refused("a robot without a command or a force", table_of(change=robot_alone), "no block can be replayed"),
     Refused("a command in another unit", table_of(change=in_mm), "{record}", "command_position_mm", "another unit", "scale"),
+    unit("t_s,command_position_m,robot_position_m", "s,mm,m", ":2: ", "command_position_m has another unit", "(mm)",
+         "scale = 0.001 }"),
+    unit("t_s,command_position_mm,robot_position_m", None, ":1: ", "(mm)", "scale = 0.001 }"),
+    unit("t_s,command_position [cm],robot_position_m", None, ":1: ", "(cm)", "scale = 0.01 }"),
+    unit("t_ms,command_position_m,robot_position_m", None, ":1: ", "t_ms has another unit than t_s (ms)", "scale = 0.001 }"),
+    unit("Time [ms],command_position_m,robot_position_m", None, ":1: ",
+         '[signals] t_s = { column = "Time [ms]", scale = 0.001 }'),
+    Refused("a mapped column in another unit", table_of(change=encoder_in_mm, rig='[signals]\nrobot_position_m = "encoder_mm"\n'),
+            "{record}", ":1: ", "encoder_mm", "scale = 0.001 }"),
     Refused("a robot that never moves", table_of(change=still_robot), "{record}", "robot_position_m", "every row"),
     Refused("two columns of one name", table_of(change=with_more, names=["robot_position_m"], of=[2]), "{record}:1: ",
             "two columns", "robot_position_m", "rename"),
@@ -119,6 +133,13 @@ NOTHING = verdict("nothing_detectable")
 TAKEN = [
     Row("a good record, packed", table_of(name="record.csv.gz"), NOTHING, hashes_are_of_the_stored_files("record")),
     *[Row(f"lines that end with {name}", text_of(change=with_ends, end=end), NOTHING) for name, end in ENDS.items()],
+    *[Row(f"letters of two bytes, {encoding}", text_of(change=encoded, encoding=encoding), NOTHING)
+      for encoding in ("utf-16", "utf-16-le", "utf-16-be")],
+    *[Row(f"a spreadsheet's table, separated by {name}", text_of(change=from_a_spreadsheet, separator=separator), NOTHING)
+      for name, separator in (("semicolons", ";"), ("tabs", "\t"))],
+    Row("stamps that are dates", text_of(change=dated), NOTHING),
+    Row("names in quotes, and a comma in one", text_of(change=quoted), NOTHING),
+    Row("a mapped column that the rig file converts", table_of(change=encoder_in_mm, rig=ENCODER), NOTHING),
     Row("packed files one after another", text_of(change=packed, name="record.csv.gz", twice=True), same_as_unpacked()),
     Row("a gap and stamps that jitter", table_of(change=gaps_and_jitter), NOTHING, note("1 gap"), note("jitter")),
     # What a loose contact does, 500 times the motion, is for the diagnosis to find.

@@ -1,6 +1,6 @@
 /* The lines of a text file, plain or packed (.gz), one by one: only what a reader keeps of them takes memory. */
-#ifndef SIM_HAL_DIAGNOSIS_RECORD_RECORD_LINES_H
-#define SIM_HAL_DIAGNOSIS_RECORD_RECORD_LINES_H
+#ifndef SIM_HAL_HIL_TEXT_LINES_H
+#define SIM_HAL_HIL_TEXT_LINES_H
 
 #include <cstdint>
 #include <cstdio>
@@ -13,13 +13,13 @@ namespace berth
 
 class unpacker;
 
-/* Reads a file or a pipe once, and no further than lines are asked for. Lines may end in LF, CR LF or CR. Throws
- * input_error. */
-class record_lines
+/* Reads a file or a pipe once, and no further than lines are asked for. Lines may end in LF, CR LF or CR. Text in
+ * UTF-16 becomes UTF-8, and a byte order mark is left out. Throws input_error. */
+class text_lines
 {
   public:
-    explicit record_lines(const std::string &path);
-    ~record_lines();
+    explicit text_lines(const std::string &path);
+    ~text_lines();
 
     /* False: there is no other one. Valid until the next one is asked for. */
     bool next(std::string_view &line);
@@ -34,6 +34,8 @@ class record_lines
     /* Appends some text; false: the file has ended. */
     bool fill();
     bool read_stored();
+    void take_bytes(std::string_view bytes);
+    void take_utf16(std::string_view bytes);
     void append(std::string_view text);
 
     struct closer {
@@ -42,8 +44,11 @@ class record_lines
     std::unique_ptr<std::FILE, closer> file_;
     std::unique_ptr<unpacker> unpacker_; /* nullptr: plain text */
     std::string path_;
-    std::string stored_; /* read, and not made text yet */
-    std::string buffer_; /* text, from at_ on not told yet */
+    std::string stored_; /* read, and not unpacked yet */
+    enum class encoding { unknown, utf8, utf16_little, utf16_big };
+    encoding encoding_ = encoding::unknown;
+    std::string undecoded_; /* unpacked; too few bytes to tell the encoding, or a part of a letter */
+    std::string buffer_;    /* text, from at_ on not told yet */
     std::size_t at_ = 0;
     std::size_t text_bytes_ = 0;
     long number_ = 0;
