@@ -4,6 +4,8 @@
 
 #include <array>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "../rig/rig.h"
 #include "gpio_lines.h"
@@ -23,6 +25,27 @@ struct line_wiring {
 };
 
 std::array<line_wiring, rig_line_count> wiring_of(const target_rig &target);
+
+/* A line of this machine. */
+struct seen_line {
+    std::string chip;       /* as "gpiochip0" */
+    std::string chip_label; /* the driver's word for it */
+    std::string name;
+    bool is_used;
+};
+
+struct seen_lines {
+    int chips;
+    std::vector<seen_line> lines;
+};
+seen_lines lines_of_machine();
+
+/* Those that go by this name on `chip`: a name or a label; empty: any. */
+std::vector<seen_line> lines_called(const std::vector<seen_line> &all, const std::string &name,
+                                    const std::string &chip);
+
+/* Linux lets several lines have one name. What to do then; empty: there is at most one. */
+std::string that_is_ambiguous(const std::vector<seen_line> &called);
 
 class lines
 {

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,13 +31,15 @@ finding judge(bool is_fine, verdict otherwise, std::string subject, std::string 
             is_fine ? "" : std::move(remedy)};
 }
 
-void check_kernel(findings &found)
+void check_kernel(const target_rig &target, findings &found)
 {
     found.push_back(judge(has_realtime_kernel(), verdict::warning, "kernel",
                           kernel() + (has_realtime_kernel() ? "" : ": not PREEMPT_RT, wakes late by milliseconds"),
                           "install linux-image-rt-amd64 or linux-image-rt-arm64"));
-    found.push_back(judge_throttling(first_line_of("/proc/sys/kernel/sched_rt_runtime_us"),
-                                     first_line_of("/proc/sys/kernel/sched_rt_period_us")));
+    utsname system{};
+    uname(&system);
+    const findings throttling = judge_throttling("", system.release, target.cpu);
+    found.insert(found.end(), throttling.begin(), throttling.end());
 }
 
 void check_cpu(const target_rig &target, findings &found)
@@ -78,11 +81,7 @@ void check_controller(const std::string &interface, const can_link &link, const 
 {
     if (!link.is_virtual) {
         found.push_back(judge_interrupt(interface, interrupt_cpus(interface), target.cpu));
-        const std::string how = "ip link set " + interface + " type can restart-ms 100";
-        found.push_back(judge(link.restart_ms > 0, verdict::warning, interface + " restart",
-                              link.restart_ms > 0 ? std::to_string(link.restart_ms) + " ms after bus-off"
-                                                  : "none: after bus-off it stays off the bus",
-                              how + " (the loop itself stays in fault until it is reset)"));
+        found.push_back(judge_restart(interface, link));
     }
 }
 
@@ -102,9 +101,8 @@ void check_bus(const std::string &key, const std::string &interface, const rig &
         found.push_back(judge_bus_errors(interface, link->state));
     }
     const auto wanted_bit_per_s = static_cast<long long>(rig.bus.bit_rate_bit_per_s);
-    found.push_back(judge(is_usable, verdict::missing, interface, text,
-                          "ip link set " + interface + " type can bitrate " + std::to_string(wanted_bit_per_s) +
-                              " restart-ms 100 && ip link set " + interface + " up"));
+    found.push_back(
+        judge(is_usable, verdict::missing, interface, text, bus_remedy(interface, *link, wanted_bit_per_s)));
     if (!link->is_virtual && link->bit_rate_bit_per_s != static_cast<std::uint32_t>(wanted_bit_per_s)) {
         found.push_back(
             {verdict::warning, interface + " bit rate",
@@ -141,18 +139,6 @@ void check_buses(const rig &rig, findings &found)
     check_bus("target.sensor_interface", rig.target.sensor_interface, rig, found);
 }
 
-struct seen_line {
-    std::string chip;
-    std::string chip_label;
-    std::string name;
-    bool is_used;
-};
-
-bool is_on(const std::string &chip, const seen_line &line)
-{
-    return chip.empty() || chip == line.chip || chip == line.chip_label;
-}
-
 /* Chips whose lines cannot even be listed, for want of a right. */
 std::size_t closed_chips()
 {
@@ -177,13 +163,7 @@ void check_watchdog(const std::string &device, findings &found)
 
 void check_lines(const target_rig &target, findings &found)
 {
-    std::vector<seen_line> seen;
-    const int chips = gpio_for_each_line(
-        [](void *context, const gpio_seen_line *line) {
-            static_cast<std::vector<seen_line> *>(context)->push_back(
-                {line->chip, line->chip_label, line->name, line->is_used != 0});
-        },
-        &seen);
+    const auto [chips, seen] = lines_of_machine();
     const std::size_t closed = closed_chips();
     found.push_back(judge(closed == 0, verdict::warning, "GPIO",
                           std::to_string(chips) + " chips with " + std::to_string(seen.size()) +
@@ -195,29 +175,129 @@ void check_lines(const target_rig &target, findings &found)
             found.push_back({verdict::warning, wiring.key, "not wired", "name the line if the rig has one"});
             continue;
         }
-        const auto line = std::find_if(seen.begin(), seen.end(), [&](const seen_line &one) {
-            return one.name == wiring.name && is_on(target.gpio_chip, one);
-        });
-        const bool is_there = line != seen.end();
-        found.push_back(
-            judge(is_there && !line->is_used, verdict::missing, wiring.key,
-                  !is_there       ? "no line is called " + wiring.name
-                  : line->is_used ? wiring.name + " on " + line->chip + " is held by another program"
-                                  : wiring.name + " on " + line->chip,
-                  is_there ? "stop that program" : "name a line that `gpioinfo` lists, or \"\" for none"));
+        found.push_back(judge_line(wiring.key, wiring.name, lines_called(seen, wiring.name, target.gpio_chip)));
     }
 }
 
 } // namespace
 
-finding judge_throttling(const std::string &runtime_us, const std::string &period_us)
+namespace
 {
+
+/* Of a release such as "6.12.0-rt1". */
+bool is_at_least(const std::string &release, int major, int minor)
+{
+    int of_major = 0;
+    int of_minor = 0;
+    std::sscanf(release.c_str(), "%d.%d", &of_major, &of_minor);
+    return of_major > major || (of_major == major && of_minor >= minor);
+}
+
+/* The CPUs that have a fair server, as they are called under debugfs: that of the loop, or all. */
+std::vector<std::string> served_cpus(const std::string &folder, std::int64_t cpu)
+{
+    std::vector<std::string> names;
+    if (cpu >= 0) {
+        names.push_back("cpu" + std::to_string(cpu));
+        return names;
+    }
+    std::error_code error;
+    for (const auto &entry : std::filesystem::directory_iterator(folder, error)) {
+        names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+/* Ordinary tasks that starve are served for 50 ms of each second, if nobody changes that, by a deadline server that
+ * comes before every SCHED_FIFO thread: kernel/sched/deadline.c of Linux 6.12. */
+finding judge_fair_server(const std::string &root, std::int64_t cpu)
+{
+    const std::string folder = "/sys/kernel/debug/sched/fair_server/";
+    std::string all;
+    std::string remedy;
+    bool is_known = false;
+    for (const std::string &name : served_cpus(root + folder, cpu)) {
+        const std::string runtime_ns = first_line_of(root + folder + name + "/runtime");
+        const std::string period_ns = first_line_of(root + folder + name + "/period");
+        is_known = is_known || !runtime_ns.empty();
+        const double runtime_ms = 1e-6 * std::strtod(runtime_ns.c_str(), nullptr);
+        if (runtime_ms > 0.0) {
+            char text[120];
+            std::snprintf(text, sizeof text, "%s%s: %g of every %g ms", all.empty() ? "" : ", ", name.c_str(),
+                          runtime_ms, 1e-6 * std::strtod(period_ns.c_str(), nullptr));
+            all += text;
+            remedy += (remedy.empty() ? "echo 0 > " : " && echo 0 > ") + folder + name + "/runtime";
+        }
+    }
+    if (!is_known) {
+        return {verdict::warning, "fair server",
+                "could not be looked at: it may take 50 ms of every second from the loop (since Linux 6.12)",
+                "mount -t debugfs none /sys/kernel/debug, and run --check as root"};
+    }
+    return judge(all.empty(), verdict::warning, "fair server",
+                 all.empty() ? "off" : "ordinary tasks that starve come before real-time threads, " + all, remedy);
+}
+
+} // namespace
+
+std::vector<finding> judge_throttling(const std::string &root, const std::string &release, std::int64_t cpu)
+{
+    const std::string runtime_us = first_line_of(root + "/proc/sys/kernel/sched_rt_runtime_us");
+    const std::string period_us = first_line_of(root + "/proc/sys/kernel/sched_rt_period_us");
     const long long share_us = std::strtoll(runtime_us.c_str(), nullptr, 10);
     const bool is_off =
         runtime_us.empty() || share_us < 0 || share_us >= std::strtoll(period_us.c_str(), nullptr, 10);
-    return judge(is_off, verdict::warning, "throttling",
-                 is_off ? "off" : "real-time threads may run " + runtime_us + " of every " + period_us + " us",
-                 "sysctl kernel.sched_rt_runtime_us=-1");
+    const std::string share = "real-time threads may run " + runtime_us + " of every " + period_us + " us";
+    if (!is_at_least(release, 6, 12)) {
+        return {judge(is_off, verdict::warning, "throttling", is_off ? "off" : share,
+                      "sysctl kernel.sched_rt_runtime_us=-1")};
+    }
+    const std::string what_it_does = "since Linux 6.12 sched_rt_runtime_us bounds deadline tasks and groups of "
+                                     "real-time threads, not the loop";
+    return {{verdict::fine, "throttling",
+             (is_off ? "off; " : runtime_us + " of every " + period_us + " us; ") + what_it_does, ""},
+            judge_fair_server(root, cpu)};
+}
+
+/* The kernel changes bit rate and restart-ms of an interface only while it is down. */
+std::string bus_remedy(const std::string &interface, const can_link &link, long long bit_rate_bit_per_s)
+{
+    return (link.is_up ? "ip link set " + interface + " down && " : "") + "ip link set " + interface +
+           " type can bitrate " + std::to_string(bit_rate_bit_per_s) + " restart-ms 100 && ip link set " +
+           interface + " up";
+}
+
+finding judge_restart(const std::string &interface, const can_link &link)
+{
+    const std::string set = "ip link set " + interface + " type can restart-ms 100";
+    std::string remedy =
+        link.is_up ? "ip link set " + interface + " down && " + set + " && ip link set " + interface + " up" : set;
+    remedy += " (a driver that cannot, as of a serial-line adapter, says \"Operation not supported\": then only a "
+              "person brings it back; the loop itself stays in fault until it is reset)";
+    if (link.is_up && link.state == "bus-off") {
+        remedy = "ip link set " + interface + " type can restart brings it back once; for ever: " + remedy;
+    }
+    return judge(link.restart_ms > 0, verdict::warning, interface + " restart",
+                 link.restart_ms > 0 ? std::to_string(link.restart_ms) + " ms after bus-off"
+                                     : "none: after bus-off it stays off the bus",
+                 remedy);
+}
+
+finding judge_line(const std::string &key, const std::string &name, const std::vector<seen_line> &called)
+{
+    if (called.empty()) {
+        return {verdict::missing, key, "no line is called " + name,
+                "name a line that `gpioinfo` lists, or \"\" for none"};
+    }
+    const std::string ambiguous = that_is_ambiguous(called);
+    if (!ambiguous.empty()) {
+        const std::size_t end = ambiguous.find("; ");
+        return {verdict::missing, key, ambiguous.substr(0, end), ambiguous.substr(end + 2)};
+    }
+    const std::string place = name + " on " + called.front().chip;
+    return judge(!called.front().is_used, verdict::missing, key,
+                 place + (called.front().is_used ? " is held by another program" : ""), "stop that program");
 }
 
 finding judge_isolation(const std::string &isolated, std::int64_t cpu)
@@ -245,7 +325,7 @@ finding judge_bus_errors(const std::string &interface, const std::string &state)
 bool print_preflight(const rig &rig)
 {
     findings found;
-    check_kernel(found);
+    check_kernel(rig.target, found);
     check_cpu(rig.target, found);
     check_scheduling(rig.target, found);
     check_buses(rig, found);

@@ -3,8 +3,11 @@
 #define HAL_LINUX_PREFLIGHT_H
 
 #include <string>
+#include <vector>
 
 #include "../rig/rig.h"
+#include "can_link.h"
+#include "lines.h"
 
 namespace berth
 {
@@ -18,14 +21,26 @@ struct finding {
     std::string remedy; /* what to do; empty if it is fine */
 };
 
-/* Of sched_rt_runtime_us and sched_rt_period_us, as the kernel writes them. */
-finding judge_throttling(const std::string &runtime_us, const std::string &period_us);
+/* How much time the kernel gives to others before real-time threads: sched_rt_runtime_us, and from Linux 6.12 on the
+ * fair server of each CPU. `root` stands before /proc and /sys, empty on a machine; `release` is the kernel's, as
+ * "6.12.0-rt1"; `cpu` is the loop's, negative: any. */
+std::vector<finding> judge_throttling(const std::string &root, const std::string &release, std::int64_t cpu);
 
 /* Of the list of CPUs that are kept free, and the one that the loop is bound to; negative: none. */
 finding judge_isolation(const std::string &isolated, std::int64_t cpu);
 
 /* Of the CPUs that serve the interface's interrupts; empty: it has none of its own. */
 finding judge_interrupt(const std::string &interface, const std::string &cpus, std::int64_t cpu);
+
+/* Of an interface that is there: the commands that bring it up at this bit rate, from any state that it may be in.
+ */
+std::string bus_remedy(const std::string &interface, const can_link &link, long long bit_rate_bit_per_s);
+
+/* Of a controller's way back from bus-off. */
+finding judge_restart(const std::string &interface, const can_link &link);
+
+/* Of the line of this key and name: `called` are those that go by it. */
+finding judge_line(const std::string &key, const std::string &name, const std::vector<seen_line> &called);
 
 /* Of a controller that is up, by what it says of errors on the bus. */
 finding judge_bus_errors(const std::string &interface, const std::string &state);
