@@ -73,6 +73,7 @@ static void take_sample(struct sensor_channel *channel, int64_t time_ns)
     channel->saturated = channel->wrench.saturated || (channel->has_sample && channel->saturated);
     channel->over_limit = is_over || (channel->has_sample && channel->over_limit);
     channel->has_sample = 1;
+    channel->has_any = 1;
     channel->samples++;
 }
 
@@ -101,5 +102,5 @@ int sensor_channel_receive(struct sensor_channel *channel, int part, const struc
 
 int sensor_channel_is_stale(const struct sensor_channel *channel, int64_t now_ns)
 {
-    return channel->samples == 0 || now_ns - channel->received_ns > channel->stale_after_ns;
+    return !channel->has_any || now_ns - channel->received_ns > channel->stale_after_ns;
 }

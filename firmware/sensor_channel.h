@@ -24,12 +24,13 @@ struct sensor_channel {
     uint8_t saturated;    /* a sample of this tick, or the newest one, was at the end of the sensor's range */
     uint8_t over_limit;   /* the same: was beyond sensor_channel.force_limit_N on any axis */
     uint8_t has_sample;   /* a sample has come in this tick */
+    uint8_t has_any;      /* a sample has come since the start */
 
     struct wrench parts;   /* of the newest sample that has begun to come */
     uint8_t parts_here;    /* a bit for each of its frames; all of them: it is whole. 0: none has ever begun */
     uint8_t counter;       /* its number */
     int64_t begun_ns;      /* when its first frame arrived */
-    uint32_t samples;      /* whole ones */
+    uint32_t samples;      /* whole ones; wraps around */
     uint32_t torn_samples; /* begun and never whole: rejected */
 };
 

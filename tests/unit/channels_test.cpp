@@ -216,3 +216,17 @@ TEST_CASE("sensor_channel, robot_channel: of several frames in one tick none hid
     report(false);
     CHECK(!robot.fault);
 }
+
+TEST_CASE("sensor_channel: the count of samples may wrap around, the force stays fresh")
+{
+    const app_config config = config_default();
+    sensor_channel channel;
+    sensor_channel_start(&channel, &config);
+    channel.samples = UINT32_MAX; /* 12 hours at 100 kHz */
+    for (std::uint8_t counter = 0; counter < 3; counter++) {
+        const hal_frame frame = bench::force_frame(1.0, counter, 1000);
+        REQUIRE(sensor_channel_receive(&channel, 0, &frame) != 0);
+        CHECK(sensor_channel_is_stale(&channel, 1000) == 0);
+    }
+    CHECK(channel.samples == 2);
+}
