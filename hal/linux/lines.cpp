@@ -89,10 +89,9 @@ std::uint8_t lines::get(rig_line line, std::uint8_t level_if_broken) const
 
 void lines::set(rig_line line, std::uint8_t level)
 {
-    std::uint8_t &set_level = set_levels_[static_cast<std::size_t>(line)];
-    if (of(line) != nullptr && level != set_level) {
-        gpio_line_set(of(line), level);
-        set_level = level;
+    gpio_line *const wire = of(line);
+    if (wire != nullptr) {
+        outputs_[static_cast<std::size_t>(line)].set(level, [=](int value) { return gpio_line_set(wire, value); });
     }
 }
 

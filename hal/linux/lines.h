@@ -9,6 +9,7 @@
 
 #include "../rig/rig.h"
 #include "gpio_lines.h"
+#include "output_level.h"
 
 namespace berth
 {
@@ -58,7 +59,7 @@ class lines
     /* `level_if_broken` where the line cannot be read. */
     std::uint8_t get(rig_line line, std::uint8_t level_if_broken) const;
 
-    /* Costs a system call only where the level changes. */
+    /* Costs a system call only where the level changes; a write that failed is repeated at the next call. */
     void set(rig_line line, std::uint8_t level);
 
     bool next_edge(rig_line line, gpio_edge &edge) const;
@@ -71,7 +72,7 @@ class lines
     gpio_line *of(rig_line line) const { return lines_[static_cast<std::size_t>(line)].get(); }
 
     std::array<std::unique_ptr<gpio_line, closer>, rig_line_count> lines_;
-    std::array<std::uint8_t, rig_line_count> set_levels_{}; /* outputs start at 0 */
+    std::array<output_level, rig_line_count> outputs_;
 };
 
 } // namespace berth
