@@ -59,7 +59,7 @@ static int receive_frame(struct app *app, enum received_message message, const s
 
 static void receive_frames(struct app *app, const struct tick_input *in)
 {
-    reception_begin_tick(&app->reception, in->tick.missed);
+    reception_begin_tick(&app->reception, in->tick.missed, in->tick.woke_ns);
     sensor_channel_begin_tick(&app->sensor_channel);
     robot_channel_begin_tick(&app->robot_channel);
     for (uint32_t i = 0; i < in->frame_count; i++) {
@@ -264,7 +264,8 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->believed_stiffness_N_per_m = (float)believed.stiffness_N_per_m;
     record->believed_dead_time_ms = (float)believed.dead_time_ms;
     record->missed_ticks = in->tick.missed;
-    record->rejected_frames = counts->unknown + counts->wrong_length + counts->repeated + counts->out_of_range;
+    record->rejected_frames =
+        counts->unknown + counts->wrong_length + counts->repeated + counts->old + counts->out_of_range;
     record->lost_frames = counts->lost;
     record->force_samples = app->sensor_channel.samples;
     record->torn_samples = app->sensor_channel.torn_samples;

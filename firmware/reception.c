@@ -100,15 +100,16 @@ uint32_t reception_ids(const struct app_config *config, enum hal_bus bus, uint32
 
 void reception_start(struct reception *reception, const struct app_config *config)
 {
-    *reception = (struct reception){0};
+    *reception = (struct reception){.period_ns = config_period_ns(config)};
     for (int i = 0; i < RECEIVED_COUNT; i++) {
         reception->rows[i] = row_for(config, i);
         reception->stale_after_ns[i] = ns_from_ms(stale_after_ms(config, i));
     }
 }
 
-void reception_begin_tick(struct reception *reception, uint32_t missed_ticks)
+void reception_begin_tick(struct reception *reception, uint32_t missed_ticks, int64_t now_ns)
 {
+    reception->now_ns = now_ns;
     reception->bus_off = 0;
     reception->periods_waited = missed_ticks + 1u;
     memset(reception->in_tick, 0, sizeof reception->in_tick);
@@ -128,6 +129,27 @@ static enum received_message row_of(const struct reception *reception, const str
 static uint8_t counter_of(const struct reception_row *row, const struct hal_frame *frame)
 {
     return (uint8_t)(frame->data[row->counter_byte] >> row->counter_shift) & row->counter_mask;
+}
+
+/* Less than half a turn before the newest one; further away it is ahead, and many were lost. */
+static int counter_is_behind(const struct reception_row *row, uint8_t newest, uint8_t counter)
+{
+    const uint8_t behind = (uint8_t)(newest - counter) & row->counter_mask;
+    return behind > 0 && behind <= row->counter_mask / 2;
+}
+
+/* A counter may be any once a tick has seen that its message is stale: the sender may have begun anew. */
+static int is_old(const struct reception *reception, enum received_message message, const struct hal_frame *frame)
+{
+    const int64_t stale_after_ns = reception->stale_after_ns[message];
+    const int64_t since_newest_ns = frame->time_ns - reception->received_ns[message];
+    const struct reception_row *row = &reception->rows[message];
+    if (reception->now_ns - frame->time_ns > stale_after_ns) {
+        return 1;
+    }
+    return reception->seen[message] &&
+           (since_newest_ns < 0 || (since_newest_ns <= stale_after_ns + 2 * reception->period_ns &&
+                                    counter_is_behind(row, reception->counter[message], counter_of(row, frame))));
 }
 
 enum received_message reception_check(struct reception *reception, const struct hal_frame *frame)
@@ -152,6 +174,10 @@ enum received_message reception_check(struct reception *reception, const struct 
         reception->counts.repeated++;
         return RECEIVED_NONE;
     }
+    if (is_old(reception, message, frame)) {
+        reception->counts.old++;
+        return RECEIVED_NONE;
+    }
     return message;
 }
 
@@ -165,7 +191,7 @@ void reception_accept(struct reception *reception, enum received_message message
     }
     reception->counter[message] = counter;
     reception->seen[message] = 1;
-    reception->received_ns[message] = frame->time_ns;
+    reception->received_ns[message] = frame->time_ns < reception->now_ns ? frame->time_ns : reception->now_ns;
     reception->counts.accepted++;
     /* A frame that the bus held up comes together with its successor: one more than belongs is no news. */
     if (++reception->in_tick[message] > row->per_tick * reception->periods_waited + 1u) {

@@ -40,6 +40,7 @@ struct reception_counts {
     uint32_t unknown;      /* no row for this identifier on this bus */
     uint32_t wrong_length; /* shorter or longer than its row says */
     uint32_t repeated;     /* same counter as the frame before: rejected */
+    uint32_t old;          /* from the past, by its stamp or by its counter: rejected */
     uint32_t out_of_range; /* a signal outside its range, or of a sample that a newer one has overtaken: rejected */
     uint32_t too_frequent; /* more than belong to the time since the last tick: taken, the newest counts */
     uint32_t lost;         /* frames missing between the counters of two accepted ones */
@@ -60,9 +61,11 @@ struct reception_row {
 struct reception {
     struct reception_row rows[RECEIVED_COUNT];
     int64_t stale_after_ns[RECEIVED_COUNT];
-    int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame */
+    int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame; never later than its tick */
     uint8_t counter[RECEIVED_COUNT];
     uint8_t seen[RECEIVED_COUNT];
+    int64_t now_ns;
+    int64_t period_ns;
     uint32_t in_tick[RECEIVED_COUNT]; /* frames accepted in this tick */
     uint32_t periods_waited;          /* since the last tick */
     uint8_t bus_off;                  /* a controller left its bus in this tick */
@@ -74,10 +77,10 @@ uint32_t reception_ids(const struct app_config *config, enum hal_bus bus, uint32
 
 void reception_start(struct reception *reception, const struct app_config *config);
 
-/* Call before the first frame of a tick. */
-void reception_begin_tick(struct reception *reception, uint32_t missed_ticks);
+/* Call before the first frame of a tick. `now_ns`: when the loop woke; no frame can be newer. */
+void reception_begin_tick(struct reception *reception, uint32_t missed_ticks, int64_t now_ns);
 
-/* Checks one frame against its row: identifier, bus, length, counter. RECEIVED_NONE if it is rejected. The
+/* Checks one frame against its row: identifier, bus, length, counter, age. RECEIVED_NONE if it is rejected. The
  * frame counts as accepted only after reception_accept(). */
 enum received_message reception_check(struct reception *reception, const struct hal_frame *frame);
 

@@ -65,7 +65,7 @@ class drive_master
 
     void receive(struct hal *hal, const hal_tick &tick)
     {
-        reception_begin_tick(&reception_, tick.missed);
+        reception_begin_tick(&reception_, tick.missed, tick.woke_ns);
         robot_channel_begin_tick(&channel_);
         hal_frame frame;
         while (hal_can_receive(hal, HAL_BUS_SENSOR, &frame) == HAL_OK) {

@@ -1,8 +1,10 @@
 /* What goes wrong outside, at the level of app_step: which state it leads to, why, when, and the way back. */
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -43,14 +45,16 @@ void move_to_other_bus(hal_frame &frame)
     frame.bus ^= 1;
 }
 
-void repeat_8_bit_counter(hal_frame &frame)
+/* The counter, and what shares its byte, stays as it is in the first frame from now on. */
+change counter_stands_still(std::uint32_t id)
 {
-    frame.data[7] = 5;
-}
-
-void repeat_4_bit_counter(hal_frame &frame)
-{
-    frame.data[7] = static_cast<std::uint8_t>(0x50 | (frame.data[7] & 0x0f));
+    return [=](app_bench &bench) {
+        const auto first = std::make_shared<int>(-1);
+        frames(id, [=](hal_frame &frame) {
+            *first = *first < 0 ? frame.data[7] : *first;
+            frame.data[7] = static_cast<std::uint8_t>(*first);
+        })(bench);
+    };
 }
 
 hal_frame error_frame(int flags)
@@ -73,7 +77,7 @@ constexpr int sensor_stale_ticks = 20 + 1;   /* 50 ms */
 constexpr int feedback_stale_ticks = 40 + 1; /* 100 ms */
 constexpr int operator_stale_ticks = 80 + 1; /* 200 ms */
 
-/* A counter that stands still at a value is taken once when it comes to it. */
+/* The first of the frames whose counter stands still is taken. */
 constexpr int one_more = 1;
 
 constexpr auto force_id = BERTH_CAN_FORCE_FRAME_ID;
@@ -89,7 +93,7 @@ const std::vector<fault_case> holding_cases = {
      sensor_stale_ticks},
     {"force under another identifier", frames(force_id, [](hal_frame &f) { f.id = 0x41; }), SUPERVISOR_HOLDING,
      STOP_SENSOR_STALE, sensor_stale_ticks},
-    {"force counter repeated", frames(force_id, repeat_8_bit_counter), SUPERVISOR_HOLDING, STOP_SENSOR_STALE,
+    {"force counter repeated", counter_stands_still(force_id), SUPERVISOR_HOLDING, STOP_SENSOR_STALE,
      sensor_stale_ticks + one_more},
     {"force outside the frame's range", [](app_bench &b) { b.force_N = 54001.0; }, SUPERVISOR_HOLDING,
      STOP_SENSOR_STALE, sensor_stale_ticks},
@@ -97,7 +101,7 @@ const std::vector<fault_case> holding_cases = {
      operator_stale_ticks},
     {"operator frames too short", frames(motion_id, shorten), SUPERVISOR_HOLDING, STOP_OPERATOR_STALE,
      operator_stale_ticks},
-    {"operator counter repeated", frames(motion_id, repeat_4_bit_counter), SUPERVISOR_HOLDING, STOP_OPERATOR_STALE,
+    {"operator counter repeated", counter_stands_still(motion_id), SUPERVISOR_HOLDING, STOP_OPERATOR_STALE,
      operator_stale_ticks + one_more},
     {"operator position out of range", [](app_bench &b) { b.operator_position_m = 2.05; }, SUPERVISOR_HOLDING,
      STOP_OPERATOR_STALE, operator_stale_ticks},
@@ -115,7 +119,7 @@ const std::vector<fault_case> fault_cases = {
      feedback_stale_ticks},
     {"feedback frames too short", frames(feedback_id, shorten), SUPERVISOR_FAULT, STOP_FEEDBACK_STALE,
      feedback_stale_ticks},
-    {"feedback counter repeated", frames(feedback_id, repeat_8_bit_counter), SUPERVISOR_FAULT, STOP_FEEDBACK_STALE,
+    {"feedback counter repeated", counter_stands_still(feedback_id), SUPERVISOR_FAULT, STOP_FEEDBACK_STALE,
      feedback_stale_ticks + one_more},
     {"feedback on the sensor's bus", frames(feedback_id, move_to_other_bus), SUPERVISOR_FAULT, STOP_FEEDBACK_STALE,
      feedback_stale_ticks},
@@ -281,11 +285,13 @@ TEST_CASE("faults: what is only counted does not stop the loop")
              };
          },
          &reception_counts::repeated, 100},
+        {"feedback from the past", [](app_bench &b) { b.extra = {bench::feedback_frame(0.3, 0)}; },
+         &reception_counts::old, 100},
         {"two force frames of three lost",
          [](app_bench &b) {
-             b.corrupt = [&b](hal_frame &frame) {
+             b.corrupt = [last = b.force_counter](hal_frame &frame) mutable {
                  if (frame.id == force_id) {
-                     frame.data[7] = static_cast<std::uint8_t>(3 * b.force_counter);
+                     frame.data[7] = last = static_cast<std::uint8_t>(last + 3);
                  }
              };
          },
@@ -306,6 +312,21 @@ TEST_CASE("faults: what is only counted does not stop the loop")
         /* A jump of the counter when the loss begins is of any size. */
         CHECK((row.count == &reception_counts::lost ? counted - first : counted) == row.in_100_ticks);
     }
+}
+
+TEST_CASE("faults: a position from the past is not taken, though it comes last")
+{
+    app_bench bench = running_bench();
+    for (int i = 0; i < 20; i++) {
+        const std::int64_t stamp_ns = bench.now_ns() - 12500000;
+        const auto counter = static_cast<std::uint8_t>(bench.feedback_counter - 6);
+        bench.extra = {bench::feedback_frame(bench.robot_position_m + 0.29, counter, stamp_ns)};
+        const double reported_m = bench.robot_position_m;
+        bench.tick();
+        CHECK(std::fabs(bench.app().record.robot_position_m - reported_m) < 1e-9);
+    }
+    CHECK(bench.app().reception.counts.old == 20);
+    CHECK(bench.app().record.rejected_frames == 20);
 }
 
 TEST_CASE("faults: missed ticks up to the budget are recorded and do not stop the loop")

@@ -41,7 +41,7 @@ class sensor_bench
         REQUIRE(config_validate(&config).key == nullptr);
         reception_start(&reception, &config);
         sensor_channel_start(&channel, &config);
-        reception_begin_tick(&reception, 0);
+        reception_begin_tick(&reception, 0, 0);
         sensor_channel_begin_tick(&channel);
     }
 
@@ -59,6 +59,7 @@ class sensor_bench
     bool take(hal_frame frame, std::int64_t time_ns)
     {
         frame.time_ns = time_ns;
+        reception.now_ns = std::max(reception.now_ns, time_ns);
         const received_message message = reception_check(&reception, &frame);
         if (message == RECEIVED_NONE) {
             return false;
