@@ -10,6 +10,7 @@ void app_start(struct app *app, const struct app_config *config)
     sensor_channel_start(&app->sensor_channel, &app->config);
     robot_channel_start(&app->robot_channel, &app->config);
     supervisor_start(&app->supervisor);
+    missed_time_start(&app->missed_time, &app->config);
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
     compensation_start(&app->compensation, &app->config, &app->manipulator);
@@ -109,7 +110,7 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
         {CONDITION_POSITION_LIMIT, (limited & LIMIT_POSITION) != 0},
         {CONDITION_NOT_FINITE, (limited & LIMIT_NOT_FINITE) != 0},
         {CONDITION_BUS_OFF, reception->bus_off},
-        {CONDITION_MISSED_TICKS, app->missed_ticks > app->config.loop.missed_ticks_budget},
+        {CONDITION_MISSED_TICKS, missed_time_is_over(&app->missed_time)},
         {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
         {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},
         {CONDITION_REQUEST_RESET, request == OPERATOR_RESET},
@@ -140,6 +141,7 @@ static void enter_state(struct app *app, enum supervisor_state from)
     }
     if (to == SUPERVISOR_START) {
         app->missed_ticks = 0;
+        missed_time_start(&app->missed_time, &app->config);
         robot_channel_restart(&app->robot_channel);
     }
 }
@@ -148,6 +150,7 @@ static void supervise(struct app *app, const struct tick_input *in)
 {
     const enum supervisor_state before = app->supervisor.state;
     app->missed_ticks += in->tick.missed;
+    missed_time_step(&app->missed_time, in->tick.missed);
     app->record.conditions = supervisor_conditions(app, in);
     supervisor_step(&app->supervisor, app->record.conditions);
     enter_state(app, before);

@@ -8,6 +8,7 @@
 #include "inverse_filter.h"
 #include "limits.h"
 #include "manipulator.h"
+#include "missed_time.h"
 #include "operator_command.h"
 #include "reception.h"
 #include "recorder.h"
@@ -34,6 +35,7 @@ struct app {
     struct inverse_filter inverse_filter;
     struct limits limits;
     struct side_axes side_axes;
+    struct missed_time missed_time;
     uint32_t missed_ticks;     /* since the loop was started or reset */
     uint32_t unrecorded_ticks; /* ticks whose record found the ring full */
     uint32_t unsent_frames;    /* frames that found the transmit queue full: dropped, never retried */

@@ -34,8 +34,9 @@ enum sensor_axis { SENSOR_AXIS_X, SENSOR_AXIS_Y, SENSOR_AXIS_Z, SENSOR_AXIS_COUN
 
 /* [loop] */
 struct loop_config {
-    double rate_Hz;              /* must divide 1e9 ns, as 400 or 250/3 (a period of 12 ms) do */
-    int64_t missed_ticks_budget; /* missed ticks in one run before the supervisor faults */
+    double rate_Hz;               /* must divide 1e9 ns, as 400 or 250/3 (a period of 12 ms) do */
+    double missed_time_budget_ms; /* that missed ticks may take before it is a fault */
+    double missed_time_refill_s;  /* in which the whole budget comes back */
 };
 
 /* [manipulator]: M x'' + D (x' - v_op) + K (x - x_op) = F_op - F

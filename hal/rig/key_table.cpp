@@ -80,8 +80,10 @@ static std::vector<rig_key> make_own_keys()
 
         KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive,
             "ticks a second; must divide 1e9, as 400 or 250/3 with all its digits"),
-        KEY("loop.missed_ticks_budget", firmware.loop.missed_ticks_budget, r::not_negative,
-            "missed ticks before the supervisor faults"),
+        KEY("loop.missed_time_budget_ms", firmware.loop.missed_time_budget_ms, r::not_negative,
+            "that missed ticks may take before it is a fault"),
+        KEY("loop.missed_time_refill_s", firmware.loop.missed_time_refill_s, r::positive,
+            "in which the whole budget comes back"),
 
         KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive, "M"),
         KEY("manipulator.damping_N_s_per_m", firmware.manipulator.damping_N_s_per_m, r::not_negative, "D"),

@@ -70,6 +70,7 @@ stop_process() {
     usleep "$1"
     kill -CONT "$loop"
 }
+stop_process_20ms() { stop_process 20000; }
 stop_process_50ms() { stop_process 50000; }
 stop_process_100ms() { stop_process 100000; }
 

@@ -85,7 +85,9 @@ const std::vector<config_case> relation_cases = {
     {"loop.rate_Hz", "has too few digits", [](app_config &c) { c.loop.rate_Hz = 83.333333; }},
     {"loop.rate_Hz", "not a number", [](app_config &c) { c.loop.rate_Hz = not_a_number; }},
     {"loop.rate_Hz", "infinite", [](app_config &c) { c.loop.rate_Hz = infinity; }},
-    {"loop.missed_ticks_budget", "negative", [](app_config &c) { c.loop.missed_ticks_budget = -1; }},
+    {"loop.missed_time_budget_ms", "negative", [](app_config &c) { c.loop.missed_time_budget_ms = -1.0; }},
+    {"loop.missed_time_budget_ms", "too long", [](app_config &c) { c.loop.missed_time_budget_ms = 1.1e6; }},
+    {"loop.missed_time_refill_s", "zero", [](app_config &c) { c.loop.missed_time_refill_s = 0.0; }},
     {"manipulator.integrator", "below", [](app_config &c) { c.manipulator.integrator = -1; }},
     {"manipulator.integrator", "above", [](app_config &c) { c.manipulator.integrator = INTEGRATOR_COUNT; }},
     {"manipulator.substeps", "none", [](app_config &c) { c.manipulator.substeps = 0; }},
@@ -146,7 +148,7 @@ TEST_CASE("config: the defaults and the ends of every range are accepted")
         CAPTURE(rate_Hz);
         CHECK(accepted([=](app_config &c) { c.loop.rate_Hz = rate_Hz; }));
     }
-    CHECK(accepted([](app_config &c) { c.loop.missed_ticks_budget = 0; }));
+    CHECK(accepted([](app_config &c) { c.loop.missed_time_budget_ms = 0.0; }));
     CHECK(accepted([](app_config &c) { c.manipulator.damping_N_s_per_m = c.manipulator.stiffness_N_per_m = 0.0; }));
     CHECK(accepted([](app_config &c) { c.manipulator.substeps = 1000; }));
     CHECK(accepted([](app_config &c) { c.manipulator.initial_position_m = c.limits.position_min_m; }));

@@ -130,8 +130,9 @@ const std::vector<fault_case> fault_cases = {
     {"force below the limit", [](app_bench &b) { b.force_N = -20000.1; }, SUPERVISOR_FAULT, STOP_FORCE_LIMIT, 1},
     {"bus-off", [](app_bench &b) { b.extra = {error_frame(HAL_FRAME_ERROR | HAL_FRAME_BUS_OFF)}; }, SUPERVISOR_FAULT,
      STOP_BUS_OFF, 1},
-    {"missed ticks over the budget of 20", [](app_bench &b) { b.missed = 7; }, SUPERVISOR_FAULT, STOP_MISSED_TICKS,
-     3},
+    {"missed ticks over the budget of 25 ms", [](app_bench &b) { b.missed = 4; }, SUPERVISOR_FAULT,
+     STOP_MISSED_TICKS, 3},
+    {"50 ms missed at once", [](app_bench &b) { b.missed = 20; }, SUPERVISOR_FAULT, STOP_MISSED_TICKS, 1},
 };
 
 void check_led_to(app_bench &bench, const fault_case &expected)
@@ -332,9 +333,9 @@ TEST_CASE("faults: a position from the past is not taken, though it comes last")
 TEST_CASE("faults: missed ticks up to the budget are recorded and do not stop the loop")
 {
     app_bench bench = running_bench();
-    bench.missed = 4;
-    bench.run(5);
-    CHECK(bench.app().missed_ticks == 20);
+    bench.missed = 5;
+    bench.run(2);
+    CHECK(bench.app().missed_ticks == 10);
     bench.missed = 0;
     bench.run(100);
     CHECK(bench.state() == SUPERVISOR_RUNNING);
