@@ -132,12 +132,13 @@ static void enter_state(struct app *app, enum supervisor_state from)
         return;
     }
     if (from == SUPERVISOR_RUNNING) {
-        double side[SIDE_AXIS_COUNT];
-        side_axes_position(&app->side_axes, side);
-        manipulator_rest_at(&app->manipulator, app->limits.position_m);
-        manipulator_call_sides(&app->manipulator, side);
-        compensation_rest_at(&app->compensation, app->limits.position_m);
-        inverse_filter_rest_at(&app->inverse_filter, app->limits.position_m); /* its past may be not finite */
+        double side_rest[SIDE_AXIS_COUNT];
+        const double rest_m = limits_stop(&app->limits);
+        side_axes_stop(&app->side_axes, side_rest);
+        manipulator_rest_at(&app->manipulator, rest_m);
+        manipulator_call_sides(&app->manipulator, side_rest);
+        compensation_rest_at(&app->compensation, rest_m);
+        inverse_filter_rest_at(&app->inverse_filter, rest_m); /* its past may be not finite */
     }
     if (to == SUPERVISOR_START) {
         app->missed_ticks = 0;

@@ -112,6 +112,18 @@ double limits_step(struct limits *limits, double wanted_m)
     return position_m;
 }
 
+double limits_stop(struct limits *limits)
+{
+    const struct limits_config *config = limits->config;
+    const double change = config->acceleration_m_per_s2 * limits->period_s;
+    const double speed = magnitude(limits->velocity_m_per_s);
+    const double ticks = (double)(int64_t)(speed / change); /* with motion left; in the one after it, it rests */
+    const double way_m = ticks * (speed - 0.5 * change * (ticks + 1.0)) * limits->period_s;
+    limits->target_m = clamp(limits->position_m + (limits->velocity_m_per_s < 0.0 ? -way_m : way_m),
+                             config->position_min_m, config->position_max_m);
+    return limits->target_m;
+}
+
 int limits_at_rest(const struct limits *limits)
 {
     return magnitude(limits->velocity_m_per_s) < REST_VELOCITY_m_per_s &&

@@ -41,6 +41,10 @@ void limits_start_at(struct limits *limits, const struct limits_config *config, 
 /* One tick: the wanted position in, the permitted one out, both in m; of an axis that turns, in rad. */
 double limits_step(struct limits *limits, double wanted_m);
 
+/* Asks the setpoints to come to rest as soon as they can: they brake by the acceleration limit and do not turn back.
+ * Returns where that will be, which is to be asked for until then. */
+double limits_stop(struct limits *limits);
+
 /* The permitted setpoints have stopped where they were asked to be. */
 int limits_at_rest(const struct limits *limits);
 

@@ -45,10 +45,10 @@ int side_axes_at_place(const struct side_axes *axes, const double reported[SIDE_
     return at_place;
 }
 
-void side_axes_position(const struct side_axes *axes, double position[SIDE_AXIS_COUNT])
+void side_axes_stop(struct side_axes *axes, double rest[SIDE_AXIS_COUNT])
 {
     for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
-        position[i] = axes->limits[i].position_m;
+        rest[i] = axes->config[i].enabled ? limits_stop(&axes->limits[i]) : 0.0;
     }
 }
 

@@ -31,8 +31,8 @@ int side_axes_at_rest(const struct side_axes *axes);
 /* The robot, which reports `reported`, is near enough to the setpoints for the loop to start. */
 int side_axes_at_place(const struct side_axes *axes, const double reported[SIDE_AXIS_COUNT]);
 
-/* Where the setpoints are. */
-void side_axes_position(const struct side_axes *axes, double position[SIDE_AXIS_COUNT]);
+/* Asks all axes to come to rest as soon as they can, each by itself, and tells where that will be. */
+void side_axes_stop(struct side_axes *axes, double rest[SIDE_AXIS_COUNT]);
 
 /* In the order of enum side_axis. */
 void side_record_fill(struct side_record *record, const double manipulator[SIDE_AXIS_COUNT],

@@ -71,6 +71,7 @@ class watched_loop
     {
         for (int i = 0; i < ticks_max && app_->supervisor.state != state; i++) {
             last_sent_ = sent();
+            last_speed_ = speed_;
             tick();
         }
         return app_->supervisor.state == state;
@@ -89,7 +90,8 @@ class watched_loop
         std::copy_n(app_->robot_channel.side_sent, SIDE_AXIS_COUNT, at.begin() + 1);
         return at;
     }
-    pose last_sent() const { return last_sent_; } /* before the tick in which run_until() came to an end */
+    pose last_sent() const { return last_sent_; }    /* before the tick in which run_until() came to an end */
+    pose last_speeds() const { return last_speed_; } /* and how fast */
     pose speeds() const { return speed_; }
     bool has(std::size_t axis) const { return axis == 0 || rig_.firmware.side_axes[axis - 1].enabled != 0; }
     const struct app &app() const { return *app_; }
@@ -99,11 +101,12 @@ class watched_loop
     tampering tamper;
     std::uint8_t emergency_stop = 0;
 
-  private:
     const limits_config &limits_of(std::size_t axis) const
     {
         return axis == 0 ? rig_.firmware.limits : rig_.firmware.side_axes[axis - 1].limits;
     }
+
+  private:
     /* In every tick of every test: nothing ever jumps beyond the limits. */
     void check_setpoints()
     {
@@ -143,6 +146,7 @@ class watched_loop
     pose before_{};
     pose speed_{};
     pose last_sent_{};
+    pose last_speed_{};
 };
 
 bool is_from_sensor(std::uint32_t id)
@@ -237,6 +241,22 @@ void check_near(const watched_loop &loop, const pose &a, const pose &b, double d
         CAPTURE(axis);
         if (loop.has(axis)) {
             CHECK(std::abs(a[axis] - b[axis]) < distance);
+        }
+    }
+}
+
+/* Every axis has gone on in its direction of motion by what braking takes, and never turned back. */
+void check_brakes(const watched_loop &loop, const pose &at, pose &furthest)
+{
+    for (std::size_t axis = 0; axis < axis_count; axis++) {
+        CAPTURE(axis);
+        if (loop.has(axis)) {
+            const double speed = loop.last_speeds()[axis];
+            const double braking = 0.5 * speed * speed / loop.limits_of(axis).acceleration_m_per_s2;
+            const double way = std::copysign(1.0, speed) * (at[axis] - loop.last_sent()[axis]);
+            REQUIRE(way >= furthest[axis] - 2.0 * wire_step);
+            REQUIRE(way <= braking + 2.0 * wire_step);
+            furthest[axis] = std::max(furthest[axis], way);
         }
     }
 }
@@ -339,15 +359,16 @@ TEST_CASE("axes in trouble: all stop together, the arm waits where they stop, an
 
             const arm_record waiting = shape(loop);
             const pose rest = loop.wanted();
-            check_near(loop, rest, loop.last_sent(), 2.0 * wire_step);
+            pose furthest{};
             for (int i = 0; i < 400; i++) {
+                check_brakes(loop, loop.sent(), furthest);
                 loop.tick();
                 REQUIRE(loop.app().supervisor.state == trouble.state);
                 REQUIRE(same(shape(loop), waiting));
                 REQUIRE(loop.wanted() == rest);
             }
             REQUIRE(loop.is_at_rest());
-            check_near(loop, rest, loop.sent(), 1e-6);
+            check_near(loop, rest, loop.sent(), 2.0 * wire_step);
 
             loop.tamper = {};
             loop.emergency_stop = 0;

@@ -38,7 +38,7 @@ inline berth_can_setpoint_t sent_setpoint(const app_bench &bench)
     return raw;
 }
 
-/* While what went wrong lasts: setpoints go on, without leave to move, and come to rest where the robot stopped. */
+/* While what went wrong lasts: setpoints go on, without leave to move, and brake to where the manipulator waits. */
 inline void check_led_to_rest(app_bench &bench, supervisor_state state, stop_cause cause)
 {
     const double stopped_at_m = bench.app().manipulator.position_m;
