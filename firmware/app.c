@@ -99,6 +99,7 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
     } conditions[] = {
         {CONDITION_EMERGENCY_STOP, in->emergency_stop},
         {CONDITION_ENABLE, in->enable},
+        {CONDITION_ENABLE_NOT_WIRED, in->enable == HAL_LEVEL_NOT_WIRED},
         {CONDITION_FEEDBACK_FRESH, app->robot_channel.is_fresh},
         {CONDITION_SENSOR_FRESH, !sensor_channel_is_stale(&app->sensor_channel, now_ns)},
         {CONDITION_OPERATOR_FRESH, !reception_is_stale(reception, from_operator, now_ns)},
@@ -188,7 +189,7 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     struct robot_command command = {
         .position_m = limits_step(&app->limits, record->filtered_position_m),
         .missed_ticks = app->missed_ticks,
-        .reset_is_wanted = app->operator_channel.command.request == OPERATOR_RESET,
+        .reset_is_wanted = supervisor_hears_reset(&app->supervisor, app->record.conditions),
     };
     double side[SIDE_AXIS_COUNT];
     manipulator_sides(&app->manipulator, side);

@@ -46,7 +46,7 @@ static const struct transition transitions[] = {
     {FROM_HOLDING | FROM_FAULT, CONDITION_STOP | CONDITION_AT_REST, 0, SUPERVISOR_STOPPED, STOP_KEPT},
     {FROM_RUNNING, CONDITION_STOP, 0, SUPERVISOR_HOLDING, STOP_REQUESTED},
 
-    {FROM_READY | FROM_RUNNING, 0, CONDITION_ENABLE, SUPERVISOR_HOLDING, STOP_ENABLE_OFF},
+    {FROM_RUNNING, 0, CONDITION_ENABLE, SUPERVISOR_HOLDING, STOP_ENABLE_OFF},
     {FROM_READY | FROM_RUNNING, 0, CONDITION_SENSOR_FRESH, SUPERVISOR_HOLDING, STOP_SENSOR_STALE},
     {FROM_READY | FROM_RUNNING, 0, CONDITION_OPERATOR_FRESH, SUPERVISOR_HOLDING, STOP_OPERATOR_STALE},
     {FROM_RUNNING, CONDITION_REQUEST_HOLD, 0, SUPERVISOR_HOLDING, STOP_REQUESTED},
@@ -87,8 +87,32 @@ void supervisor_start(struct supervisor *supervisor)
     *supervisor = (struct supervisor){.state = SUPERVISOR_START, .stop_cause = STOP_NONE};
 }
 
-void supervisor_step(struct supervisor *supervisor, uint32_t conditions)
+/* By state, the conditions that count only after they were seen off. The table sees all others as they are: a
+ * request to run that is still there keeps the loop in holding. */
+static const uint32_t persons_conditions[SUPERVISOR_STATE_COUNT] = {
+    [SUPERVISOR_READY] = CONDITION_ENABLE | CONDITION_REQUEST_RUN,
+    [SUPERVISOR_HOLDING] = CONDITION_ENABLE,
+    [SUPERVISOR_FAULT] = CONDITION_REQUEST_RESET,
+};
+
+uint32_t supervisor_counting(enum supervisor_state state, uint32_t seen_off, uint32_t conditions)
 {
+    const uint32_t fresh = seen_off | (conditions & CONDITION_ENABLE_NOT_WIRED ? CONDITION_ENABLE : 0u);
+    return conditions & ~(persons_conditions[state] & ~fresh);
+}
+
+/* What was seen off counts as long as the loop only waits: an enable that was given in start or holding need not be
+ * given again in ready. */
+static uint32_t still_seen_off(uint32_t seen_off, enum supervisor_state from, enum supervisor_state to)
+{
+    const int goes_on_waiting = from != SUPERVISOR_RUNNING && (to == SUPERVISOR_READY || to == SUPERVISOR_HOLDING);
+    return goes_on_waiting ? seen_off & CONDITION_ENABLE : 0u;
+}
+
+void supervisor_step(struct supervisor *supervisor, uint32_t given_conditions)
+{
+    supervisor->seen_off |= ~given_conditions & PERSONS_CONDITIONS;
+    const uint32_t conditions = supervisor_counting(supervisor->state, supervisor->seen_off, given_conditions);
     if (supervisor->settled && conditions == supervisor->settled_conditions) {
         return;
     }
@@ -96,6 +120,7 @@ void supervisor_step(struct supervisor *supervisor, uint32_t conditions)
     for (size_t i = 0; i < sizeof transitions / sizeof transitions[0]; i++) {
         const struct transition *row = &transitions[i];
         if ((row->from & from) && (conditions & row->all_of) == row->all_of && !(conditions & row->none_of)) {
+            supervisor->seen_off = still_seen_off(supervisor->seen_off, supervisor->state, row->to);
             supervisor->state = row->to;
             supervisor->stop_cause = row->cause == STOP_KEPT ? supervisor->stop_cause : row->cause;
             supervisor->settled = 0;
@@ -104,6 +129,11 @@ void supervisor_step(struct supervisor *supervisor, uint32_t conditions)
     }
     supervisor->settled_conditions = conditions;
     supervisor->settled = 1;
+}
+
+int supervisor_hears_reset(const struct supervisor *supervisor, uint32_t conditions)
+{
+    return (conditions & supervisor->seen_off & CONDITION_REQUEST_RESET) != 0;
 }
 
 int supervisor_may_move(const struct supervisor *supervisor)

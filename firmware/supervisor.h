@@ -62,19 +62,33 @@ enum supervisor_condition {
     CONDITION_STOP = 1 << 16,
     CONDITION_AT_REST = 1 << 17,       /* the setpoints have come to rest */
     CONDITION_ROBOT_FOLLOWS = 1 << 18, /* it is enabled and follows setpoints */
+    /* Not in the table: with it the enable need not be seen off, as nobody can switch it off. */
+    CONDITION_ENABLE_NOT_WIRED = 1 << 30,
 };
+
+/* What a person does: it counts only after it was seen off, so that what merely stands there moves nothing. */
+#define PERSONS_CONDITIONS (CONDITION_ENABLE | CONDITION_REQUEST_RUN | CONDITION_REQUEST_RESET)
 
 struct supervisor {
     enum supervisor_state state;
     enum stop_cause stop_cause;
+    uint32_t seen_off;           /* of PERSONS_CONDITIONS, those that were off since they last had to be */
     uint32_t settled_conditions; /* no row fits these in this state: the table need not be read again */
     uint32_t settled;
 };
 
 void supervisor_start(struct supervisor *supervisor);
 
-/* One tick: applies the first row of the table that fits `conditions` (bits of supervisor_condition). */
+/* Those of `conditions` that count in `state`, without what a person would have to do anew: to request run in ready
+ * and reset in fault, and to enable while the loop waits. A pure function. */
+uint32_t supervisor_counting(enum supervisor_state state, uint32_t seen_off, uint32_t conditions);
+
+/* One tick: applies the first row of the table that fits what counts of `conditions` (bits of supervisor_condition).
+ */
 void supervisor_step(struct supervisor *supervisor, uint32_t conditions);
+
+/* A person asks for a reset, and began to do so in this state. */
+int supervisor_hears_reset(const struct supervisor *supervisor, uint32_t conditions);
 
 /* The manipulator may integrate and the robot may follow it. */
 int supervisor_may_move(const struct supervisor *supervisor);

@@ -30,6 +30,7 @@ enum hal_status {
 enum hal_bus { HAL_BUS_ROBOT, HAL_BUS_SENSOR, HAL_BUS_COUNT };
 
 /* Lines are positive logic at this seam: 1 means what the name says. */
+#define HAL_LEVEL_NOT_WIRED 2 /* of the enable line: there is none, so nobody can switch it off */
 enum hal_line {
     HAL_LINE_ENABLE,         /* in:  the person at the rig allows motion */
     HAL_LINE_EMERGENCY_STOP, /* in:  emergency stop is pressed */
@@ -80,7 +81,7 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
 /* Hands one frame to `frame->bus`. Never blocks. HAL_OK or HAL_NO_BUFFER. */
 enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame);
 
-/* Level of an input line: 0 or 1. */
+/* Level of an input line: 0 or 1; of the enable line also HAL_LEVEL_NOT_WIRED. */
 enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level);
 
 /* Sets an output line to 0 or 1. */

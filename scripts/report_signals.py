@@ -244,7 +244,7 @@ def bars(log):
         found += [Bar(f"limit: {words(name)}", "", COMMAND, *when)
                   for when in intervals(tick["limits"] >> bit & 1, time_s, period_s)]
     found += [Bar("emergency stop", "", BAD, *when) for when in intervals(tick["emergency_stop"], time_s, period_s)]
-    found += [Bar("enable off", "", BAND_COLOUR, *when) for when in intervals(1 - tick["enable"], time_s, period_s)]
+    found += [Bar("enable off", "", BAND_COLOUR, *when) for when in intervals(tick["enable"] == 0, time_s, period_s)]
     if log.is_contact and log.rig:
         found += [Bar("contact", "", OBJECT, *when) for when in intervals(in_contact(log), log.rig_s, period_s)]
     return found

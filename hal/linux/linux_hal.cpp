@@ -366,7 +366,7 @@ enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level
         *level = hal->was_pressed || (is_wired && hal->lines.get(berth::rig_line::emergency_stop, 1));
     } else {
         const bool is_wired = hal->lines.is_wired(berth::rig_line::enable);
-        *level = hal->may_move && (!is_wired || hal->lines.get(berth::rig_line::enable, 0));
+        *level = !hal->may_move ? 0 : is_wired ? hal->lines.get(berth::rig_line::enable, 0) : HAL_LEVEL_NOT_WIRED;
     }
     return HAL_OK;
 }

@@ -2,6 +2,7 @@
 
 #include "../../firmware/can/codec.h"
 #include "../../firmware/operator_command.h"
+#include "../../firmware/supervisor.h"
 
 namespace berth
 {
@@ -75,6 +76,30 @@ hal_frame operator_station::order_frame(const arm_order &order)
     return frame;
 }
 
+void operator_station::receive(const hal_frame &frame)
+{
+    berth_can_loop_status_t status;
+    if (frame.id == BERTH_CAN_LOOP_STATUS_FRAME_ID &&
+        berth_can_loop_status_unpack(&status, frame.data, frame.length) == 0) {
+        loop_is_ready_ = status.state == SUPERVISOR_READY;
+    }
+}
+
+/* Who has asked for as long as a new status takes, and still reads "ready", has asked too early. */
+std::uint8_t operator_station::scheduled_request(std::int64_t now_ns, bool is_released)
+{
+    constexpr std::int64_t patience_ns = NS_PER_S / 10;
+    if (!is_released) {
+        return OPERATOR_NONE;
+    }
+    asked_since_ns_ = asked_since_ns_ < 0 ? now_ns : asked_since_ns_;
+    if (loop_is_ready_ && now_ns - asked_since_ns_ > patience_ns) {
+        asked_since_ns_ = -1;
+        return OPERATOR_NONE;
+    }
+    return OPERATOR_RUN;
+}
+
 void operator_station::send(can_bus &bus)
 {
     const std::int64_t now_ns = next_frame_ns_;
@@ -83,8 +108,8 @@ void operator_station::send(can_bus &bus)
         return;
     }
     const double since_release_s = static_cast<double>(now_ns) * 1e-9 - release_s_;
-    const int scheduled = since_release_s >= 0.0 ? OPERATOR_RUN : OPERATOR_NONE;
-    const auto request = static_cast<std::uint8_t>(request_override_ >= 0 ? request_override_ : scheduled);
+    const std::uint8_t scheduled = scheduled_request(now_ns, since_release_s >= 0.0);
+    const auto request = request_override_ >= 0 ? static_cast<std::uint8_t>(request_override_) : scheduled;
     const profile_point point = profile_.at(since_release_s);
     bus.transmit_to_loop(
         interface_ == OPERATOR_INTERFACE_FORCE ? force_frame(point, request) : motion_frame(point, request), now_ns);

@@ -1,4 +1,5 @@
-/* The simulated operator: one command frame a tick, following the profile from the release on. */
+/* The simulated operator: one command frame a tick, following the profile from the release on. Asks to run from then
+ * on, and lets go and asks again where the loop was not ready yet. */
 #ifndef SIM_HAL_HIL_OPERATOR_STATION_H
 #define SIM_HAL_HIL_OPERATOR_STATION_H
 
@@ -19,6 +20,9 @@ class operator_station
     /* Puts the frame that is due on the bus. */
     void send(can_bus &bus);
 
+    /* Takes a frame of the loop: its status is what the operator sees. */
+    void receive(const hal_frame &frame);
+
     /* Sends nothing while silent. */
     void set_silent(bool silent) { is_silent_ = silent; }
 
@@ -27,6 +31,7 @@ class operator_station
     void set_request(int request) { request_override_ = request; }
 
   private:
+    std::uint8_t scheduled_request(std::int64_t now_ns, bool is_released);
     hal_frame motion_frame(const profile_point &point, std::uint8_t request);
     hal_frame force_frame(const profile_point &point, std::uint8_t request);
     hal_frame order_frame(const arm_order &order);
@@ -43,6 +48,8 @@ class operator_station
     std::uint8_t counter_ = 0;
     bool is_silent_ = false;
     int request_override_ = -1;
+    bool loop_is_ready_ = false;       /* says its newest status */
+    std::int64_t asked_since_ns_ = -1; /* to run, without letting go; negative: not yet */
 };
 
 } // namespace berth

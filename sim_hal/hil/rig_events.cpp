@@ -98,6 +98,7 @@ void rig_events::receive_from_loop(const hal_frame &frame)
     if (!buses_[frame.bus].transmit(frame, frame.time_ns, &end_ns)) {
         return;
     }
+    operator_station_.receive(frame);
     if (!drive_) {
         robot_.receive(frame, end_ns);
         for (const auto &side : sides_) {

@@ -171,8 +171,8 @@ enum hal_status hal_gpio_get(struct hal *hal, enum hal_line line, uint8_t *level
         *level = static_cast<uint8_t>(hal->forced[line] - 1);
     } else if (line == HAL_LINE_EMERGENCY_STOP) {
         *level = hal->rig.now_ns() >= hal->emergency_stop_ns;
-    } else {
-        *level = hal->rig.now_ns() < hal->enable_off_ns;
+    } else { /* given after the first tick: what is on from the start does not count */
+        *level = hal->next_tick > 1 && hal->rig.now_ns() < hal->enable_off_ns;
     }
     return HAL_OK;
 }

@@ -123,6 +123,7 @@ class numbered_loop
           lateness_(histogram, timing.run.seed), period_ns_(config_period_ns(&config_))
     {
         app_start(app_.get(), &config_);
+        events_.operators().set_request(OPERATOR_NONE);
     }
 
     void tick(timeline_writer &writer)
@@ -133,7 +134,7 @@ class numbered_loop
         tick_input in{};
         tick_output out;
         in.tick = {index_, scheduled_ns, woke_ns, 0, 0};
-        in.enable = 1;
+        in.enable = HAL_LEVEL_NOT_WIRED;
         for (const hal_bus bus : {HAL_BUS_SENSOR, HAL_BUS_ROBOT}) {
             while (in.frame_count < TICK_FRAMES_IN_MAX &&
                    events_.bus(bus).receive(woke_ns, in.frames[in.frame_count])) {
@@ -142,6 +143,8 @@ class numbered_loop
         }
         app_step(app_.get(), &in, &out);
         index_++;
+        ready_ticks_ = app_->supervisor.state == SUPERVISOR_READY ? ready_ticks_ + 1 : 0;
+        events_.operators().set_request(ready_ticks_ > 1 ? OPERATOR_RUN : OPERATOR_NONE);
         for (std::uint32_t i = 0; i < out.frame_count; i++) {
             put_number(out.frames[i]);
             out.frames[i].time_ns = woke_ns;
@@ -175,6 +178,7 @@ class numbered_loop
     wake_lateness lateness_;
     std::int64_t period_ns_;
     std::int64_t index_ = 0;
+    int ready_ticks_ = 0;
 };
 
 /* How far back the steps look. */

@@ -74,7 +74,7 @@ void run_loop(const berth::rig &rig)
         tick_input in{};
         tick_output out{};
         in.tick = {index, now_ns, now_ns, 0, 0};
-        in.enable = 1;
+        in.enable = HAL_LEVEL_NOT_WIRED;
         in.frames[in.frame_count++] = bench::force_frame(0.0, counter, now_ns);
         in.frames[in.frame_count++] = bench::motion_frame(0.0, 0.0, request, counter, now_ns);
         for (hal_frame &frame : frames) {

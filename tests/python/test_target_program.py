@@ -152,7 +152,7 @@ def test_without_realtime_motion_is_refused_unless_told(open_folder, option, sta
     log = ULog(str(log_path))
     assert log.msg_info_dict["berth_without_realtime"] == stamp
     assert log.msg_info_dict["berth_scheduling"].startswith("not real-time")
-    assert (log.get_dataset("tick").data["enable"] == (1 if option else 0)).all()
+    assert (log.get_dataset("tick").data["enable"] == (2 if option else 0)).all()
 
 
 def test_the_preflight_names_what_is_missing_and_what_to_do():

@@ -1,7 +1,8 @@
 # shellcheck shell=sh
 # In the guest: what the steps share. To be sourced.
 
-# A GPIO chip with the lines that a rig has, by the names that [target] gives them. Not pressed, and enabled.
+# A GPIO chip with the lines that a rig has, by the names that [target] gives them. Not pressed, and enabled: what
+# starts a loop takes the enable away and gives it anew.
 line_names='EMERGENCY_STOP ENABLE HEARTBEAT TICK FAULT'
 sim=/sys/kernel/config/gpio-sim/rig
 
@@ -85,9 +86,27 @@ load_stop() {
 
 # loop_start ARGUMENTS...: the loop, and 'at' counts from here. loop_wait: its exit code is the step's, by loop_code.
 loop_start() {
+    pull ENABLE down
     berth-target "$@" >loop.stdout 2>loop.stderr &
     loop=$!
     began_cs=$(uptime_cs)
+    give_enable &
+}
+
+# As a person does: an enable that is on before the loop's first tick does not count.
+give_enable() {
+    within 10 heart_beats && pull ENABLE up
+}
+
+# It rises, which it does in the first tick, and not while the program starts.
+heart_beats() {
+    before=1
+    for _ in $(seq 20); do
+        now=$(level HEARTBEAT)
+        [ "$before$now" != 01 ] || return 0
+        before=$now
+    done
+    return 1
 }
 
 loop_wait() {

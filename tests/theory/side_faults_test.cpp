@@ -52,7 +52,7 @@ class watched_loop
                 }
             }
         }
-        in.enable = 1;
+        in.enable = HAL_LEVEL_NOT_WIRED;
         in.emergency_stop = emergency_stop;
         app_step(app_.get(), &in, &out_);
         for (std::uint32_t i = 0; i < out_.frame_count; i++) {

@@ -28,6 +28,7 @@ TEST_CASE("app: sends x_n, then advances with the force and the command of the s
     bench::app_bench bench(config);
     bench.request = OPERATOR_RUN;
     REQUIRE(bench.run_until(SUPERVISOR_READY));
+    bench.tick(); /* in which the operator sees it */
     manipulator expected;
     manipulator_start(&expected, &config);
     for (int n = 0; n < 1000; n++) {

@@ -54,11 +54,11 @@ class drive_bench
         const std::int64_t now_ns = index_ * 2500000;
         tick_input in{};
         in.tick = {index_, now_ns, now_ns, 0, stop};
-        in.enable = 1;
+        in.enable = HAL_LEVEL_NOT_WIRED;
         in.emergency_stop = emergency_stop;
         const auto counter = static_cast<std::uint8_t>(index_);
         in.frames[in.frame_count++] = force_frame(0.0, counter, now_ns);
-        in.frames[in.frame_count++] = motion_frame(0.0, 0.0, request, counter, now_ns);
+        in.frames[in.frame_count++] = motion_frame(0.0, 0.0, operator_.asks(request, state()), counter, now_ns);
         if (heartbeats && index_ % 40 == 0) {
             answers.push_back(frame_with(0x700 + node, {nmt}));
         }
@@ -125,6 +125,7 @@ class drive_bench
     const struct app &app() const { return *app_; }
     int trouble() const { return app_->robot_channel.drive.trouble; }
 
+    patient_operator operator_;
     int request = OPERATOR_RUN;
     std::uint8_t emergency_stop = 0;
     std::uint32_t stop = 0;

@@ -130,7 +130,7 @@ TEST_CASE("states: in no state but running does the manipulator integrate")
     } rows[] = {
         {SUPERVISOR_START, [](app_bench &b) { b.has_feedback = false; }},
         {SUPERVISOR_READY, [](app_bench &b) { b.request = OPERATOR_NONE; }},
-        {SUPERVISOR_HOLDING, [](app_bench &b) { b.enable = 0; }},
+        {SUPERVISOR_HOLDING, [](app_bench &b) { b.run(2), b.has_force = false; }},
         {SUPERVISOR_FAULT, [](app_bench &b) { b.emergency_stop = 1; }},
         {SUPERVISOR_STOPPED, [](app_bench &b) { b.stop = 1; }},
     };

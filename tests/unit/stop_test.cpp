@@ -75,7 +75,6 @@ app_bench coasting(double velocity_m_per_s, double rate_Hz)
     config.limits = {-5.0, 5.0, 2.5, 50.0};
     config.manipulator.initial_velocity_m_per_s = velocity_m_per_s;
     app_bench bench(config);
-    bench.run(static_cast<int>(0.1 * rate_Hz)); /* the person at the rig gets ready */
     bench.request = OPERATOR_RUN;
     REQUIRE(bench.run_until(SUPERVISOR_RUNNING));
     bench.run(static_cast<int>(0.5 * rate_Hz));

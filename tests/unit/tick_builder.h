@@ -107,6 +107,22 @@ inline app_config moving_config()
     return config;
 }
 
+/* An operator who asks to run only after the loop has been seen to be ready. */
+class patient_operator
+{
+  public:
+    /* The request for the next tick, of who wants `wanted` and sees `state`. */
+    int asks(int wanted, supervisor_state state)
+    {
+        const bool must_wait = state == SUPERVISOR_START || (state == SUPERVISOR_READY && !was_ready_);
+        was_ready_ = state == SUPERVISOR_READY;
+        return wanted == OPERATOR_RUN && must_wait ? static_cast<int>(OPERATOR_NONE) : wanted;
+    }
+
+  private:
+    bool was_ready_ = false;
+};
+
 /* A whole loop around one app: a robot that is always where it was sent, a sensor and an operator, each of which
  * can be made to fail from one tick to the next. */
 class app_bench
@@ -125,7 +141,7 @@ class app_bench
         const std::int64_t now_ns = index_ * period_ns_;
         in_ = {};
         in_.tick = {index_, now_ns, now_ns, missed, stop};
-        in_.enable = enable;
+        in_.enable = index_ > 0 ? enable : std::uint8_t{0};
         in_.emergency_stop = emergency_stop;
         if (has_feedback) {
             add(feedback_frame(robot_position_m, feedback_counter++, now_ns, robot_fault));
@@ -134,7 +150,9 @@ class app_bench
             add(force_frame(force_N, force_counter++, now_ns, saturated));
         }
         if (has_operator) {
-            add(motion_frame(operator_position_m, 0.0, request, operator_counter++, now_ns));
+            add(motion_frame(operator_position_m, 0.0,
+                             waits_until_ready ? operator_.asks(request, state()) : request, operator_counter++,
+                             now_ns));
         }
         for (const hal_frame &frame : extra) {
             add(frame);
@@ -151,6 +169,15 @@ class app_bench
         for (int i = 0; i < ticks; i++) {
             tick();
         }
+    }
+
+    /* What a person does before the loop may run again: takes the enable away and gives it. */
+    void enable_anew()
+    {
+        enable = 0;
+        tick();
+        enable = 1;
+        tick();
     }
 
     /* Ticks until `state` is reached; false if it is not within `ticks_max`. */
@@ -179,6 +206,7 @@ class app_bench
     }
 
     std::unique_ptr<struct app> app_;
+    patient_operator operator_;
     std::int64_t period_ns_;
     std::int64_t index_ = 0;
     tick_input in_{};
@@ -192,7 +220,8 @@ class app_bench
     bool has_feedback = true, has_force = true, has_operator = true;
     bool has_robot = true; /* the robot follows its setpoints */
     bool robot_fault = false, saturated = false;
-    std::uint8_t enable = 1, emergency_stop = 0;
+    std::uint8_t enable = 1, emergency_stop = 0; /* enable: off in the first tick, whatever it is */
+    bool waits_until_ready = true;               /* the operator, with the request to run */
     std::uint32_t missed = 0, stop = 0;
     std::uint8_t feedback_counter = 0, force_counter = 0, operator_counter = 0;
     std::vector<hal_frame> extra;

@@ -12,7 +12,9 @@ service() { systemctl show berth >"$1.unit"; }
 as_its_user() { sudo -u berth "$@"; }
 start_loop() {
     rig_start ess --robot can2 --sensor can3
+    pull ENABLE down
     systemctl start berth
+    give_enable &
 }
 
 package_files() { find /etc /usr -path '*berth*' | sort; }

@@ -15,6 +15,8 @@ rig_wait
 
 load_start
 rig_start ess --robot can2 --sensor can3
+pull ENABLE down
+give_enable &
 code=0
 as_user berth-target ess allowed.ulg --set run.duration_s=5 --without-realtime --jitter jitter.json >allowed.stdout \
     2>allowed.stderr || code=$?
