@@ -11,6 +11,7 @@ void app_start(struct app *app, const struct app_config *config)
     robot_channel_start(&app->robot_channel, &app->config);
     supervisor_start(&app->supervisor);
     missed_time_start(&app->missed_time, &app->config);
+    refusal_start(&app->refusal, &app->config);
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
     compensation_start(&app->compensation, &app->config, &app->manipulator);
@@ -111,6 +112,8 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
         {CONDITION_POSITION_LIMIT, (limited & LIMIT_POSITION) != 0},
         {CONDITION_NOT_FINITE, (limited & LIMIT_NOT_FINITE) != 0},
         {CONDITION_BUS_OFF, reception->bus_off},
+        {CONDITION_SEND_REFUSED, refusal_lasts(&app->refusal, now_ns)},
+        {CONDITION_SETPOINT_STALE, app->robot_channel.setpoint_is_stale},
         {CONDITION_MISSED_TICKS, missed_time_is_over(&app->missed_time)},
         {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
         {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},
@@ -153,6 +156,7 @@ static void supervise(struct app *app, const struct tick_input *in)
     const enum supervisor_state before = app->supervisor.state;
     app->missed_ticks += in->tick.missed;
     missed_time_step(&app->missed_time, in->tick.missed);
+    refusal_step(&app->refusal, in->unsent_frames, app->sent_frames, app->record.scheduled_ns);
     app->record.conditions = supervisor_conditions(app, in);
     supervisor_step(&app->supervisor, app->record.conditions);
     enter_state(app, before);
@@ -271,9 +275,11 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->missed_ticks = in->tick.missed;
     record->rejected_frames =
         counts->unknown + counts->wrong_length + counts->repeated + counts->old + counts->out_of_range;
+    record->old_frames = counts->old;
     record->lost_frames = counts->lost;
     record->force_samples = app->sensor_channel.samples;
     record->torn_samples = app->sensor_channel.torn_samples;
+    record->unsent_frames = in->unsent_frames;
     record->error_frames = counts->error_frames;
     record->saturated_setpoints = app->robot_channel.saturated_setpoints;
     record->drive_error = app->robot_channel.drive.error;
@@ -305,5 +311,6 @@ void app_step(struct app *app, const struct tick_input *in, struct tick_output *
     prepare_force(app);
     advance_manipulator(app);
     set_lines(app, out);
+    app->sent_frames = out->frame_count;
     record_tick(app, in, out);
 }

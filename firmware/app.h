@@ -4,6 +4,7 @@
 
 #include "compensation/compensation.h"
 #include "config.h"
+#include "delivery.h"
 #include "energy_account.h"
 #include "inverse_filter.h"
 #include "limits.h"
@@ -38,7 +39,9 @@ struct app {
     struct missed_time missed_time;
     uint32_t missed_ticks;     /* since the loop was started or reset */
     uint32_t unrecorded_ticks; /* ticks whose record found the ring full */
-    uint32_t unsent_frames;    /* frames that found the transmit queue full: dropped, never retried */
+    uint32_t unsent_frames;    /* frames that found the transmit queue full: an input of the next tick */
+    struct refusal refusal;
+    uint32_t sent_frames; /* by the last tick */
     uint8_t heartbeat;
     struct tick_record record;      /* of the newest tick */
     struct arm_record arm_record;   /* the same, with an arm */

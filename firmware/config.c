@@ -23,7 +23,13 @@ struct app_config config_default(void)
                            .rate_Hz = 0.0,
                            .force_limit_N = 20000.0,
                            .stale_after_ms = 50.0},
-        .robot_channel = {.profile = ROBOT_PROFILE_BERTH, .stale_after_ms = 100.0, .start_tolerance_m = 0.002},
+        /* A robot that does not hear is as bad as one that is not heard. What is not sent for 20 ms is longer than
+         * the dead time of the paper's robot: it has run out of setpoints. */
+        .robot_channel = {.profile = ROBOT_PROFILE_BERTH,
+                          .stale_after_ms = 100.0,
+                          .unsent_after_ms = 20.0,
+                          .setpoint_stale_after_ms = 100.0,
+                          .start_tolerance_m = 0.002},
         .cia402 = {.node_id = 1,
                    .master_node_id = CANOPEN_NODE_ID_MAX,
                    .counts_per_m = 1e8,
@@ -197,6 +203,9 @@ struct config_error config_validate(const struct app_config *config)
         {config->robot_channel.profile < 0 || config->robot_channel.profile >= ROBOT_PROFILE_COUNT,
          {"robot_channel.profile", "must be berth or cia402"}},
         {!positive(config->robot_channel.stale_after_ms), {"robot_channel.stale_after_ms", must_be_positive}},
+        {!positive(config->robot_channel.unsent_after_ms), {"robot_channel.unsent_after_ms", must_be_positive}},
+        {!(config->robot_channel.setpoint_stale_after_ms > 0.0),
+         {"robot_channel.setpoint_stale_after_ms", "must be greater than 0; inf where the robot does not echo"}},
         {!positive(config->robot_channel.start_tolerance_m), {"robot_channel.start_tolerance_m", must_be_positive}},
         {!within(limits->position_min_m, CAN_POSITION_MAX_m), {"limits.position_min_m", must_fit_frame}},
         {!within(limits->position_max_m, CAN_POSITION_MAX_m), {"limits.position_max_m", must_fit_frame}},
@@ -256,5 +265,8 @@ struct interpolation_period config_interpolation_period(const struct app_config 
 
 int64_t ns_from_ms(double duration_ms)
 {
+    if (!(duration_ms < 1e-6 * (double)INT64_MAX)) {
+        return INT64_MAX;
+    }
     return (int64_t)(duration_ms * 1e6 + 0.5);
 }

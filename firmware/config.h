@@ -103,7 +103,10 @@ struct wrench_config {
 struct robot_channel_config {
     int32_t profile; /* enum robot_profile */
     double stale_after_ms;
-    double start_tolerance_m; /* largest distance between robot and first setpoint at which the loop gets ready */
+    double unsent_after_ms; /* frames that the bus does not take for longer are a fault */
+    double
+        setpoint_stale_after_ms; /* age of the newest setpoint that the robot echoes; not finite: it does not echo */
+    double start_tolerance_m;    /* largest distance between robot and first setpoint at which the loop gets ready */
 };
 
 /* [cia402]: the drive, for the profile of that name */
@@ -270,7 +273,8 @@ struct interpolation_period {
 };
 struct interpolation_period config_interpolation_period(const struct app_config *config);
 
-/* Milliseconds to the nearest nanosecond; the only conversion of configured durations. Non-negative input. */
+/* Milliseconds to the nearest nanosecond; the only conversion of configured durations. Non-negative input; INT64_MAX
+ * for what is not finite or too long. */
 int64_t ns_from_ms(double duration_ms);
 
 #ifdef __cplusplus

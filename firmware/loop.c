@@ -50,6 +50,7 @@ enum hal_status loop_tick(struct hal *hal, struct app *app)
 {
     struct tick_input in;
     struct tick_output out;
+    in.unsent_frames = app->unsent_frames;
     enum hal_status status = hal_wait_tick(hal, &in.tick);
     if (status == HAL_OK) {
         status = read_inputs(hal, &in);

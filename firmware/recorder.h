@@ -12,9 +12,10 @@
 extern "C" {
 #endif
 
-/* One a tick. Large fields first: no padding. Inputs: index to emergency_stop (and the frames); the rest are
- * outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h; believed_*: prediction.h.
- * drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble says which. */
+/* One a tick. Large fields first: no padding. Inputs: index to emergency_stop, unsent_frames (and the frames); the
+ * rest are outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h; believed_*:
+ * prediction.h. drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble
+ * says which. */
 #define TICK_RECORD_FIELDS(X)                                                                                       \
     X(uint64_t, timestamp)                                                                                          \
     X(int64_t, index)                                                                                               \
@@ -54,10 +55,12 @@ extern "C" {
     X(float, believed_dead_time_ms)                                                                                 \
     X(uint32_t, missed_ticks)                                                                                       \
     X(uint32_t, rejected_frames)                                                                                    \
+    X(uint32_t, old_frames)                                                                                         \
     X(uint32_t, lost_frames)                                                                                        \
     X(uint32_t, force_samples)                                                                                      \
     X(uint32_t, torn_samples)                                                                                       \
     X(uint32_t, error_frames)                                                                                       \
+    X(uint32_t, unsent_frames)                                                                                      \
     X(uint32_t, saturated_setpoints)                                                                                \
     X(uint32_t, conditions)                                                                                         \
     X(uint32_t, drive_error)                                                                                        \

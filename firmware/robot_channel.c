@@ -29,9 +29,12 @@ static const struct transmission_row status_row = {BERTH_CAN_LOOP_STATUS_FRAME_I
 void robot_channel_start(struct robot_channel *channel, const struct app_config *config)
 {
     const int64_t period_ticks = NS_PER_S / STATUS_RATE_HZ / config_period_ns(config);
-    *channel = (struct robot_channel){.profile = (enum robot_profile)config->robot_channel.profile,
-                                      .status_period_ticks = period_ticks > 0 ? period_ticks : 1,
-                                      .side_config = config->side_axes};
+    *channel =
+        (struct robot_channel){.profile = (enum robot_profile)config->robot_channel.profile,
+                               .status_period_ticks = period_ticks > 0 ? period_ticks : 1,
+                               .side_config = config->side_axes,
+                               .setpoint_stale_after_ns = ns_from_ms(config->robot_channel.setpoint_stale_after_ms),
+                               .period_ns = config_period_ns(config)};
     if (channel->profile == ROBOT_PROFILE_CIA402) {
         cia402_start(&channel->drive, config);
     }
@@ -49,7 +52,8 @@ void robot_channel_begin_tick(struct robot_channel *channel)
     channel->has_feedback = 0;
 }
 
-static int receive_feedback(struct robot_channel *channel, const struct hal_frame *frame, double *position)
+static int receive_feedback(struct robot_channel *channel, const struct hal_frame *frame, double *position,
+                            struct setpoint_echo *echo)
 {
     struct berth_can_robot_feedback_t raw;
     if (berth_can_robot_feedback_unpack(&raw, frame->data, frame->length) < 0 ||
@@ -57,6 +61,7 @@ static int receive_feedback(struct robot_channel *channel, const struct hal_fram
         return 0;
     }
     *position = berth_can_robot_feedback_position_m_decode(raw.position_m);
+    setpoint_echo_report(echo, raw.setpoint_counter);
     channel->fault = raw.fault || (channel->has_feedback && channel->fault);
     channel->has_feedback = 1;
     return 1;
@@ -67,10 +72,10 @@ int robot_channel_receive(struct robot_channel *channel, enum received_message m
 {
     const int axis = (int)message - RECEIVED_SIDE_FEEDBACK;
     if (axis >= 0 && axis < SIDE_AXIS_COUNT) {
-        return receive_feedback(channel, frame, &channel->side_position[axis]);
+        return receive_feedback(channel, frame, &channel->side_position[axis], &channel->side_echo[axis]);
     }
     if (channel->profile == ROBOT_PROFILE_BERTH) {
-        return receive_feedback(channel, frame, &channel->position_m);
+        return receive_feedback(channel, frame, &channel->position_m, &channel->echo);
     }
     const int is_taken = cia402_receive(&channel->drive, message, frame);
     channel->position_m = channel->drive.position_m;
@@ -88,11 +93,40 @@ static int feedback_is_fresh(const struct robot_channel *channel, const struct r
     return is_fresh;
 }
 
+static void judge_echo(struct robot_channel *channel, struct setpoint_echo *echo, uint8_t next_counter,
+                       int64_t now_ns)
+{
+    const struct setpoint_stamp newest = {(uint8_t)(next_counter - 1), channel->setpoint_ns};
+    if (channel->sends_setpoints) {
+        setpoint_echo_step(echo, newest, channel->period_ns, channel->setpoint_stale_after_ns);
+    } else {
+        setpoint_echo_rest(echo, now_ns);
+    }
+    channel->setpoint_is_stale |= echo->is_stale;
+    channel->follows &= echo->is_seen;
+}
+
+/* Every axis has to take its setpoints, and to say so. */
+static void judge_echoes(struct robot_channel *channel, int64_t now_ns)
+{
+    channel->setpoint_is_stale = 0;
+    channel->follows = 1;
+    if (channel->setpoint_stale_after_ns == INT64_MAX) {
+        return;
+    }
+    judge_echo(channel, &channel->echo, channel->setpoint_counter, now_ns);
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        if (channel->side_config[i].enabled) {
+            judge_echo(channel, &channel->side_echo[i], channel->side_counter[i], now_ns);
+        }
+    }
+}
+
 void robot_channel_end_receive(struct robot_channel *channel, const struct reception *reception, int64_t now_ns)
 {
     if (channel->profile == ROBOT_PROFILE_BERTH) {
         channel->is_fresh = (uint8_t)feedback_is_fresh(channel, reception, now_ns);
-        channel->follows = 1;
+        judge_echoes(channel, now_ns);
         return;
     }
     struct cia402 *drive = &channel->drive;
@@ -157,6 +191,8 @@ double robot_channel_send(struct robot_channel *channel, const struct supervisor
 {
     double sent_position_m;
     if (channel->profile == ROBOT_PROFILE_BERTH) {
+        channel->sends_setpoints = (SETPOINT_STATES & STATE_BIT(supervisor->state)) != 0;
+        channel->setpoint_ns = tick->scheduled_ns;
         sent_position_m = send_setpoint(channel, &setpoint_row, &channel->setpoint_counter, supervisor, tick,
                                         command->position_m, out);
         send_side_setpoints(channel, supervisor, tick, command->side, out);

@@ -5,6 +5,7 @@
 
 #include "cia402.h"
 #include "config.h"
+#include "delivery.h"
 #include "reception.h"
 #include "supervisor.h"
 
@@ -18,7 +19,9 @@ struct robot_channel {
     uint8_t fault;        /* the robot's controller reports a fault: in a frame of this tick, or in the newest one */
     uint8_t has_feedback; /* a frame has come in this tick */
     uint8_t is_fresh;     /* where it says it is can be relied on */
-    uint8_t follows;      /* it follows setpoints: a drive has to be enabled first */
+    uint8_t follows;      /* it follows setpoints: a drive has to be enabled first, another robot has echoed one */
+    uint8_t sends_setpoints;   /* did so in the last tick */
+    uint8_t setpoint_is_stale; /* a robot that echoes has not taken a setpoint for too long */
     uint8_t setpoint_counter;
     uint8_t status_counter;
     int64_t status_period_ticks;
@@ -29,6 +32,12 @@ struct robot_channel {
     double side_position[SIDE_AXIS_COUNT];      /* where the robot says it is there: m, or rad */
     double side_sent[SIDE_AXIS_COUNT];          /* what the newest setpoints there carry */
     uint8_t side_counter[SIDE_AXIS_COUNT];      /* of their setpoints */
+
+    int64_t setpoint_ns; /* when the newest setpoints were sent */
+    int64_t setpoint_stale_after_ns;
+    int64_t period_ns;
+    struct setpoint_echo echo;
+    struct setpoint_echo side_echo[SIDE_AXIS_COUNT];
 };
 
 /* What the robot is told in a tick. */

@@ -38,6 +38,8 @@ enum stop_cause {
     STOP_NOT_FINITE,
     STOP_BUS_OFF,
     STOP_MISSED_TICKS,
+    STOP_SEND_REFUSED,
+    STOP_SETPOINT_STALE,
     STOP_CAUSE_COUNT
 };
 
@@ -60,8 +62,10 @@ enum supervisor_condition {
     CONDITION_REQUEST_RUN = 1 << 14,
     CONDITION_REQUEST_RESET = 1 << 15,
     CONDITION_STOP = 1 << 16,
-    CONDITION_AT_REST = 1 << 17,       /* the setpoints have come to rest */
-    CONDITION_ROBOT_FOLLOWS = 1 << 18, /* it is enabled and follows setpoints */
+    CONDITION_AT_REST = 1 << 17,        /* the setpoints have come to rest */
+    CONDITION_ROBOT_FOLLOWS = 1 << 18,  /* it is enabled and follows setpoints */
+    CONDITION_SEND_REFUSED = 1 << 19,   /* the bus takes no frames */
+    CONDITION_SETPOINT_STALE = 1 << 20, /* the robot does not echo setpoints any more */
     /* Not in the table: with it the enable need not be seen off, as nobody can switch it off. */
     CONDITION_ENABLE_NOT_WIRED = 1 << 30,
 };

@@ -14,7 +14,8 @@
 struct tick_input {
     struct hal_tick tick;
     uint32_t frame_count;
-    uint8_t enable; /* or HAL_LEVEL_NOT_WIRED */
+    uint32_t unsent_frames; /* of all ticks before: dropped, never retried */
+    uint8_t enable;         /* or HAL_LEVEL_NOT_WIRED */
     uint8_t emergency_stop;
     struct hal_frame frames[TICK_FRAMES_IN_MAX];
 };

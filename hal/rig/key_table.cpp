@@ -145,6 +145,11 @@ static std::vector<rig_key> make_own_keys()
             {"berth", "cia402"}),
         KEY("robot_channel.stale_after_ms", firmware.robot_channel.stale_after_ms, r::positive,
             "age of feedback that is a fault"),
+        KEY("robot_channel.unsent_after_ms", firmware.robot_channel.unsent_after_ms, r::positive,
+            "frames that the bus does not take for longer are a fault"),
+        KEY("robot_channel.setpoint_stale_after_ms", firmware.robot_channel.setpoint_stale_after_ms,
+            r::positive_or_inf,
+            "age of the newest setpoint that the robot echoes, that is a fault; inf: it does not echo"),
         KEY("robot_channel.start_tolerance_m", firmware.robot_channel.start_tolerance_m, r::positive,
             "robot to first setpoint"),
 

@@ -23,6 +23,7 @@ struct hal {
     std::int64_t enable_off_ns;
     uint8_t forced[HAL_LINE_COUNT] = {0, 0, 0, 0}; /* 0: by schedule, else level + 1 */
     uint8_t outputs[HAL_LINE_COUNT] = {0, 0, 0, 0};
+    bool refuses_frames = false;
 };
 
 namespace berth
@@ -80,6 +81,11 @@ log_file &sim_log(struct hal *hal)
 uint8_t sim_output(const struct hal *hal, hal_line line)
 {
     return hal->outputs[line];
+}
+
+void sim_refuse_frames(struct hal *hal, bool refuses)
+{
+    hal->refuses_frames = refuses;
 }
 
 void sim_set_input(struct hal *hal, hal_line line, uint8_t level)
@@ -159,6 +165,9 @@ enum hal_status hal_can_receive(struct hal *hal, enum hal_bus bus, struct hal_fr
 
 enum hal_status hal_can_send(struct hal *hal, const struct hal_frame *frame)
 {
+    if (hal->refuses_frames) {
+        return HAL_NO_BUFFER;
+    }
     hal_frame sent = *frame;
     sent.time_ns = hal->rig.now_ns(); /* a late tick sends late */
     hal->rig.receive_from_loop(sent);

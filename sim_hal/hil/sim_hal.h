@@ -28,6 +28,9 @@ virtual_rig &sim_rig(struct hal *hal);
 log_file &sim_log(struct hal *hal);
 uint8_t sim_output(const struct hal *hal, hal_line line);
 
+/* From now on the buses take no frame, as with a full transmit queue, or take them again. */
+void sim_refuse_frames(struct hal *hal, bool refuses);
+
 /* Presses the emergency stop or takes the enable away from the next tick on, whatever the rig's schedule says. */
 void sim_set_input(struct hal *hal, hal_line line, uint8_t level);
 

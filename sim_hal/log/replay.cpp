@@ -107,6 +107,7 @@ bool read_tick(ulog_reader &log, recorded_tick &tick)
             tick.record = record_as<tick_record>(bytes);
             const tick_record &record = tick.record;
             tick.in.tick = {record.index, record.scheduled_ns, record.woke_ns, record.missed_ticks, record.stop};
+            tick.in.unsent_frames = record.unsent_frames;
             tick.in.enable = record.enable;
             tick.in.emergency_stop = record.emergency_stop;
             return true;

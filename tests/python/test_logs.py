@@ -15,8 +15,8 @@ CANTOOLS = ROOT / ".venv" / "bin" / "cantools"
 UNITS = ("_ns", "_ms", "_s", "_s2", "_m", "_m_per_s", "_N", "_J", "_kg", "_rad", "_N_m", "_N_m_s", "_N_s_per_m",
          "_N_per_m")
 DIMENSIONLESS = {
-    "index", "missed_ticks", "rejected_frames", "lost_frames", "error_frames", "saturated_setpoints", "conditions",
-    "force_samples", "torn_samples",
+    "index", "missed_ticks", "rejected_frames", "old_frames", "lost_frames", "error_frames", "unsent_frames",
+    "saturated_setpoints", "conditions", "force_samples", "torn_samples",
     "enable", "emergency_stop", "stop", "state", "stop_cause", "limits", "operator_request", "heartbeat",
     "drive_error", "drive_statusword", "drive_trouble", "drive_setup_step",
     "inverse_gain", "base_quaternion_w", "base_quaternion_x", "base_quaternion_y", "base_quaternion_z", "guided_by",
@@ -50,7 +50,7 @@ def test_every_field_name_ends_in_its_unit(rig, logs):
             assert field == "timestamp" or field in DIMENSIONLESS or field.endswith(UNITS), f"{data.name}.{field}"
 
 
-INPUTS = {"index", "scheduled_ns", "woke_ns", "missed_ticks", "stop", "enable", "emergency_stop"}
+INPUTS = {"index", "unsent_frames", "scheduled_ns", "woke_ns", "missed_ticks", "stop", "enable", "emergency_stop"}
 OUTPUTS = {"operator_position_m", "operator_velocity_m_per_s", "operator_force_N", "force_N", "force_frame_age_ns",
            "manipulator_position_m", "manipulator_velocity_m_per_s", "filtered_position_m", "command_position_m",
            "robot_position_m", "state", "stop_cause", "limits", "heartbeat"}

@@ -63,7 +63,7 @@ OUTPUT_FIELDS = ["operator_position_m", "operator_velocity_m_per_s", "operator_f
                  "predicted_error_N", "inverse_gain", "inverse_delay_s", "inverse_curve_s2", "inverse_error_m",
                  "lead_error_N", "passivity_deficit_J", "passivity_force_N", "believed_mass_kg",
                  "believed_damping_N_s_per_m", "believed_stiffness_N_per_m", "believed_dead_time_ms",
-                 "rejected_frames", "lost_frames", "error_frames",
+                 "rejected_frames", "old_frames", "lost_frames", "error_frames",
                  "force_samples", "torn_samples", "saturated_setpoints", "conditions", "state", "stop_cause", "limits",
                  "operator_request", "heartbeat", "drive_error", "drive_statusword", "drive_trouble",
                  "drive_setup_step", "timestamp"]
@@ -120,7 +120,7 @@ def test_a_person_is_told_tick_field_and_both_values(tampered):
 
 
 def test_every_field_is_an_input_or_tested_as_an_output(tampered):
-    inputs = {"index", "scheduled_ns", "woke_ns", "missed_ticks", "enable", "emergency_stop", "stop"}
+    inputs = {"index", "scheduled_ns", "woke_ns", "missed_ticks", "unsent_frames", "enable", "emergency_stop", "stop"}
     assert set(tampered.types["tick"].names) == inputs | set(OUTPUT_FIELDS)
 
 

@@ -61,6 +61,7 @@ std::vector<config_case> value_cases()
     positive("sensor_channel.force_limit_N", [](c &x) -> double & { return x.sensor_channel.force_limit_N; });
     positive("sensor_channel.stale_after_ms", [](c &x) -> double & { return x.sensor_channel.stale_after_ms; });
     positive("robot_channel.stale_after_ms", [](c &x) -> double & { return x.robot_channel.stale_after_ms; });
+    positive("robot_channel.unsent_after_ms", [](c &x) -> double & { return x.robot_channel.unsent_after_ms; });
     positive("robot_channel.start_tolerance_m", [](c &x) -> double & { return x.robot_channel.start_tolerance_m; });
     finite("limits.position_min_m", [](c &x) -> double & { return x.limits.position_min_m; });
     finite("limits.position_max_m", [](c &x) -> double & { return x.limits.position_max_m; });
@@ -88,6 +89,10 @@ const std::vector<config_case> relation_cases = {
     {"loop.missed_time_budget_ms", "negative", [](app_config &c) { c.loop.missed_time_budget_ms = -1.0; }},
     {"loop.missed_time_budget_ms", "too long", [](app_config &c) { c.loop.missed_time_budget_ms = 1.1e6; }},
     {"loop.missed_time_refill_s", "zero", [](app_config &c) { c.loop.missed_time_refill_s = 0.0; }},
+    {"robot_channel.setpoint_stale_after_ms", "zero",
+     [](app_config &c) { c.robot_channel.setpoint_stale_after_ms = 0.0; }},
+    {"robot_channel.setpoint_stale_after_ms", "not a number",
+     [](app_config &c) { c.robot_channel.setpoint_stale_after_ms = not_a_number; }},
     {"manipulator.integrator", "below", [](app_config &c) { c.manipulator.integrator = -1; }},
     {"manipulator.integrator", "above", [](app_config &c) { c.manipulator.integrator = INTEGRATOR_COUNT; }},
     {"manipulator.substeps", "none", [](app_config &c) { c.manipulator.substeps = 0; }},
@@ -153,6 +158,7 @@ TEST_CASE("config: the defaults and the ends of every range are accepted")
     CHECK(accepted([](app_config &c) { c.manipulator.substeps = 1000; }));
     CHECK(accepted([](app_config &c) { c.manipulator.initial_position_m = c.limits.position_min_m; }));
     CHECK(accepted([](app_config &c) { c.manipulator.initial_position_m = c.limits.position_max_m; }));
+    CHECK(accepted([](app_config &c) { c.robot_channel.setpoint_stale_after_ms = infinity; })); /* no echo */
     CHECK(accepted(enable_filter));
     CHECK(accepted([](app_config &c) { c.inverse_filter.bandwidth_Hz = -1.0; })); /* not enabled: not looked at */
 }
@@ -178,4 +184,7 @@ TEST_CASE("config: milliseconds become the nearest nanosecond")
     CHECK(ns_from_ms(0.4e-6) == 0);
     CHECK(ns_from_ms(0.6e-6) == 1);
     CHECK(ns_from_ms(3.6e6) == INT64_C(3600000000000));
+    for (const double longer_ms : {1e13, 1e300, infinity}) {
+        CHECK(ns_from_ms(longer_ms) == INT64_MAX);
+    }
 }

@@ -11,13 +11,15 @@
 namespace
 {
 
-constexpr std::uint32_t condition_bits = 19;
+constexpr std::uint32_t condition_bits = 21;
 constexpr std::uint32_t fresh = CONDITION_FEEDBACK_FRESH | CONDITION_SENSOR_FRESH | CONDITION_OPERATOR_FRESH;
 constexpr std::uint32_t healthy =
     fresh | CONDITION_ENABLE | CONDITION_ROBOT_AT_PLACE | CONDITION_AT_REST | CONDITION_ROBOT_FOLLOWS;
-/* What must be over before a fault can be left; missed ticks and the position limit are put back by the reset. */
+/* What must be over before a fault can be left. Missed ticks, the position limit and the echo of setpoints are put
+ * back by the reset. */
 constexpr std::uint32_t trouble = CONDITION_EMERGENCY_STOP | CONDITION_ROBOT_FAULT | CONDITION_SENSOR_SATURATED |
-                                  CONDITION_FORCE_LIMIT | CONDITION_BUS_OFF | CONDITION_NOT_FINITE;
+                                  CONDITION_FORCE_LIMIT | CONDITION_BUS_OFF | CONDITION_NOT_FINITE |
+                                  CONDITION_SEND_REFUSED;
 
 using outcome = std::pair<supervisor_state, stop_cause>;
 
@@ -73,6 +75,7 @@ const expected_transitions transition_table[] = {
       {CONDITION_SENSOR_SATURATED, start},
       {CONDITION_FORCE_LIMIT, start},
       {CONDITION_NOT_FINITE, start},
+      {CONDITION_SEND_REFUSED, start},
       {CONDITION_STOP, stopped}}},
     {SUPERVISOR_READY,
      ready,
@@ -85,6 +88,8 @@ const expected_transitions transition_table[] = {
       {CONDITION_FORCE_LIMIT, fault(STOP_FORCE_LIMIT)},
       {CONDITION_POSITION_LIMIT, fault(STOP_POSITION_LIMIT)},
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
+      {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
+      {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
       {CONDITION_SENSOR_FRESH, holding(STOP_SENSOR_STALE)},
       {CONDITION_OPERATOR_FRESH, holding(STOP_OPERATOR_STALE)},
       {CONDITION_REQUEST_RUN, running},
@@ -100,6 +105,8 @@ const expected_transitions transition_table[] = {
       {CONDITION_FORCE_LIMIT, fault(STOP_FORCE_LIMIT)},
       {CONDITION_POSITION_LIMIT, fault(STOP_POSITION_LIMIT)},
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
+      {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
+      {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
       {CONDITION_ENABLE, holding(STOP_ENABLE_OFF)},
       {CONDITION_SENSOR_FRESH, holding(STOP_SENSOR_STALE)},
       {CONDITION_OPERATOR_FRESH, holding(STOP_OPERATOR_STALE)},
@@ -116,6 +123,8 @@ const expected_transitions transition_table[] = {
       {CONDITION_FORCE_LIMIT, fault(STOP_FORCE_LIMIT)},
       {CONDITION_POSITION_LIMIT, fault(STOP_POSITION_LIMIT)},
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
+      {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
+      {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
       {CONDITION_ENABLE, held_before},
       {CONDITION_SENSOR_FRESH, held_before},
       {CONDITION_OPERATOR_FRESH, held_before},
@@ -134,8 +143,9 @@ int broken_rule(supervisor_state from, std::uint32_t conditions, const outcome &
     const auto has = [=](std::uint32_t all) { return (conditions & all) == all; };
     const auto has_any = [=](std::uint32_t any) { return (conditions & any) != 0; };
     const auto [to, cause] = result;
-    const bool may_run = has(fresh | CONDITION_ENABLE) &&
-                         !has_any(trouble | CONDITION_POSITION_LIMIT | CONDITION_MISSED_TICKS | CONDITION_STOP);
+    const bool may_run =
+        has(fresh | CONDITION_ENABLE) && !has_any(trouble | CONDITION_POSITION_LIMIT | CONDITION_MISSED_TICKS |
+                                                  CONDITION_SETPOINT_STALE | CONDITION_STOP);
     const bool enters_running = from == SUPERVISOR_READY && has(CONDITION_REQUEST_RUN | CONDITION_ROBOT_FOLLOWS);
     const bool stays_running = from == SUPERVISOR_RUNNING && !has_any(CONDITION_REQUEST_HOLD);
     if (to == SUPERVISOR_RUNNING && !(may_run && (enters_running || stays_running))) {
@@ -197,7 +207,7 @@ TEST_CASE("supervisor: each single condition in each state leads where it is doc
     }
 }
 
-TEST_CASE("supervisor: the rules hold for every state and all 2^19 sets of conditions")
+TEST_CASE("supervisor: the rules hold for every state and all 2^21 sets of conditions")
 {
     for (int from = 0; from < SUPERVISOR_STATE_COUNT; from++) {
         std::uint32_t broken = 0, first_conditions = 0;

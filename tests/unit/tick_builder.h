@@ -25,12 +25,13 @@ inline hal_frame frame_of(std::uint32_t id, hal_bus bus, std::int64_t time_ns)
 }
 
 inline hal_frame feedback_frame(double position_m, std::uint8_t counter, std::int64_t time_ns = 0,
-                                bool fault = false)
+                                bool fault = false, std::uint8_t setpoint_counter = 0)
 {
     hal_frame frame = frame_of(BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID, HAL_BUS_ROBOT, time_ns);
     berth_can_robot_feedback_t raw{};
     raw.position_m = std::llround(position_m * 1e11);
     raw.fault = fault;
+    raw.setpoint_counter = setpoint_counter;
     raw.counter = counter;
     berth_can_robot_feedback_pack(frame.data, &raw, sizeof frame.data);
     return frame;
@@ -143,8 +144,9 @@ class app_bench
         in_.tick = {index_, now_ns, now_ns, missed, stop};
         in_.enable = index_ > 0 ? enable : std::uint8_t{0};
         in_.emergency_stop = emergency_stop;
+        in_.unsent_frames = unsent_frames_;
         if (has_feedback) {
-            add(feedback_frame(robot_position_m, feedback_counter++, now_ns, robot_fault));
+            add(feedback_frame(robot_position_m, feedback_counter++, now_ns, robot_fault, echo_));
         }
         if (has_force) {
             add(force_frame(force_N, force_counter++, now_ns, saturated));
@@ -158,8 +160,10 @@ class app_bench
             add(frame);
         }
         app_step(app_.get(), &in_, &out_);
-        if (has_robot) {
-            robot_position_m = app_->record.command_position_m;
+        if (refuses_frames) {
+            unsent_frames_ += out_.frame_count;
+        } else if (has_robot) {
+            take_setpoint();
         }
         index_++;
     }
@@ -205,8 +209,20 @@ class app_bench
         in_.frames[in_.frame_count++] = frame;
     }
 
+    void take_setpoint()
+    {
+        berth_can_setpoint_t raw{};
+        robot_position_m = app_->record.command_position_m;
+        if (echoes && out_.frame_count > 0 && out_.frames[0].id == BERTH_CAN_SETPOINT_FRAME_ID &&
+            berth_can_setpoint_unpack(&raw, out_.frames[0].data, 8) == 0) {
+            echo_ = raw.counter;
+        }
+    }
+
     std::unique_ptr<struct app> app_;
     patient_operator operator_;
+    std::uint8_t echo_ = 0; /* counter of the newest setpoint that the robot has taken */
+    std::uint32_t unsent_frames_ = 0;
     std::int64_t period_ns_;
     std::int64_t index_ = 0;
     tick_input in_{};
@@ -218,7 +234,9 @@ class app_bench
     double operator_position_m = 0.0;
     int request = OPERATOR_NONE;
     bool has_feedback = true, has_force = true, has_operator = true;
-    bool has_robot = true; /* the robot follows its setpoints */
+    bool has_robot = true;       /* the robot follows its setpoints */
+    bool echoes = true;          /* and reports which it has */
+    bool refuses_frames = false; /* the bus takes none */
     bool robot_fault = false, saturated = false;
     std::uint8_t enable = 1, emergency_stop = 0; /* enable: off in the first tick, whatever it is */
     bool waits_until_ready = true;               /* the operator, with the request to run */
