@@ -72,7 +72,7 @@ def kind_of(told):
     growth_per_s, rounding_per_s = told["growth_per_s"], 1e-9
     if abs(growth_per_s) < rounding_per_s:
         return "marginal (it neither grows nor decays: a motion without a spring)"
-    return f"{'stable' if told['stable'] else 'UNSTABLE'} (growth {growth_per_s:+.6g} /s)"
+    return f"{'stable' if told['stable'] else 'unstable'} (growth {growth_per_s:+.6g} /s)"
 
 
 def sentence(found):

@@ -1,5 +1,6 @@
 """The run on one picture of 1600 x 1000 pixels, for a README or a slide."""
 import io
+import textwrap
 
 import matplotlib
 
@@ -11,6 +12,7 @@ import numpy as np  # noqa: E402
 import report_signals as signals  # noqa: E402
 
 WIDTH_PX, HEIGHT_PX, DOTS_PER_INCH = 1600, 1000, 100
+SENTENCE_CHARACTERS_MAX = 170  # that fit into a line
 DASHES = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 1.6))}
 STYLE = {"font.size": 12, "axes.titlesize": 13, "axes.titlelocation": "left", "axes.titleweight": "bold",
          "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#E6E6E6",
@@ -87,12 +89,13 @@ def plot_envelope(axes, summary):
         return
     axes.semilogy(time_s, height_mm, "o", markersize=3.5, color=signals.MANIPULATOR,
                   label="extremes of the manipulator")
-    if summary["growth_per_s"] is not None:
+    growth = signals.measured_growth(summary)
+    if growth is not None:
         line_s = np.array([envelope["fit_from_s"], envelope["fit_to_s"]])
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - line_s[0]))
         axes.semilogy(line_s, line_mm, color=signals.ROBOT, linewidth=2,
                       label=f"fitted: {summary['growth_per_s']:+.4f} /s".replace("-", "−"))
-    if summary["growth_per_s"] is not None:
+    if growth is not None:
         used = (time_s >= envelope["fit_from_s"] - 1e-9) & (time_s <= envelope["fit_to_s"] + 1e-9)
         axes.set_ylim(bottom=0.01 * height_mm[used].min())
     legend_within(axes)
@@ -131,11 +134,14 @@ def write_head(figure, log, summary):
     if verdict.alarm:
         figure.text(0.975, 0.905, f" {verdict.alarm} ", fontsize=13, weight="bold", color="white",
                     horizontalalignment="right", bbox={"facecolor": signals.BAD, "edgecolor": "none", "pad": 4})
-    figure.text(0.03, 0.893, verdict.sentence, fontsize=14, color=verdict.colour, weight="bold")
+    sentence = textwrap.shorten(verdict.sentence, SENTENCE_CHARACTERS_MAX, placeholder=" ...")
+    figure.text(0.03, 0.893, sentence, fontsize=14, color=verdict.colour, weight="bold")
     cause = summary["stop_cause"]
     because = "" if cause == "none" else f" ({signals.words(cause)})"
     ticks = f"{summary['ticks']:,}".replace(",", " ")
-    line = (f"peak force {summary['peak_force_N']:.2f} N   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
+    true_peak = summary["peak_force"]["true"]
+    truly = f" ({true_peak['force_N']:.2f} N in the sensor's spring)" if true_peak else ""
+    line = (f"peak force {summary['peak_force_N']:.2f} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
             f"{signals.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")

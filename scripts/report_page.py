@@ -10,6 +10,7 @@ from plotly.offline import get_plotlyjs
 
 import report_accuracy
 import report_arm
+import report_delay
 import report_reduction
 import report_signals as signals
 
@@ -228,7 +229,7 @@ def add_envelope(page, summary):
     used = np.zeros(len(time_s), dtype=bool)
     fit = []
     note = "Height between successive extremes of the manipulator's free motion. "
-    if summary["growth_per_s"] is not None:
+    if signals.measured_growth(summary) is not None:
         start_s, end_s = envelope["fit_from_s"], envelope["fit_to_s"]
         used = (time_s >= start_s - 1e-9) & (time_s <= end_s + 1e-9)
         line_s = np.linspace(start_s, end_s, 50)
@@ -239,7 +240,7 @@ def add_envelope(page, summary):
                                                 "hovertemplate": "%{y:.4~g} mm"}))
         note += f"The line is the fit that gives the growth rate, ± {summary['growth_ci95_per_s']:.1g} /s (95 %)."
     else:
-        note += "There are too few of them to fit a growth rate."
+        note += "They give no growth rate that is larger than its interval."
     heights = [page.curve(time_s[chosen], height_mm[chosen],
                           {"type": "scatter", "mode": "markers", "name": name,
                            "marker": {"color": signals.MANIPULATOR, "size": 6, "symbol": symbol},
@@ -306,16 +307,18 @@ def add_health(page):
                      {"yaxis": axis}, height_px=220)
 
 
-def config_table(log):
-    """The resolved configuration as HTML."""
+def config_table(log, assumed):
+    """The resolved configuration as HTML; what decides and was not stated is marked."""
+    keys = {one["key"] for one in assumed}
     lines = []
     section = ""
     for row in log.config_rows:
         if row.section != section:
             section = row.section
             lines.append(f'<tr class="section"><th colspan="3">[{html.escape(section)}]</th></tr>')
+        mark = "assumed: " if f"{row.section}.{row.key}" in keys else ""
         lines.append(f"<tr><td>{html.escape(row.key)}</td><td>{html.escape(row.value)}</td>"
-                     f"<td>{html.escape(row.note)}</td></tr>")
+                     f"<td>{mark}{html.escape(row.note)}</td></tr>")
     return "\n".join(lines)
 
 
@@ -364,7 +367,8 @@ def build_page(log, summary, accuracy=None, sweeps=None):
         "sentence": html.escape(verdict.sentence),
         "notes": "\n".join(f"<li>{html.escape(note)}</li>" for note in notes),
         "facts": fact_tiles(signals.facts(log, summary)),
-        "config": config_table(log),
+        "delay": report_delay.section(summary["delay_budget"]),
+        "config": config_table(log, summary["assumed"]),
         "config_hash": html.escape(log.config_hash),
         "version": html.escape(log.version),
         "log": html.escape(log.path.name),

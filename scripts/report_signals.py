@@ -361,50 +361,43 @@ def wheel(summary):
              "ticks: the satellite's attitude was not held" if ticks else "")]
 
 
-def nothing_moved(log):
-    """The manipulator kept within the setpoint's step of 10 pm."""
-    return np.ptp(log.tick["manipulator_position_m"][log.tick["state"] == STATES.index("running")]) <= 1e-11
+# A stable loop is good, one that is not is bad; without either there is nothing to praise or to blame.
+VERDICT_COLOURS = {True: GOOD, False: BAD, None: NEUTRAL}
+
+
+def capitalised(text):
+    return text[:1].upper() + text[1:]
+
+
+def margin_words(margin):
+    """How far a stable loop is from one that swings; empty where it is not known."""
+    if margin["modulus"] is None:
+        return ""
+    dead_time = ("no limit up to ten times the robot's dead time" if margin["dead_time_is_open"]
+                 else f"{margin['dead_time_ms']:.4g} ms of dead time" if margin["dead_time_ms"] is not None else "")
+    return ", ".join(part for part in (dead_time, f"modulus {margin['modulus']:.4f}") if part)
 
 
 def verdict(log, summary):
-    """Stable or diverging, and what has to be known beside it."""
-    notes = [note for note in (stop_sentence(log, summary),) if note]
+    """The run's verdict as `berth run` tells it, and what has to be known beside it."""
+    notes = [f"Advice: {summary['advice']}."] if summary["advice"] else []
+    notes += [note for note in (stop_sentence(log, summary),) if note]
     if summary["limit_ticks"] and any(summary["limit_ticks"].values()):
         notes.append(f"Limits acted (ticks): {limit_words(summary)}.")
     if summary["motors"] and summary["motors"]["limit_ticks"]:
         notes.append(f"Motors were at their torque limit in {summary['motors']['limit_ticks']} ticks: the growth of a "
                      "saturated loop says nothing of small motions.")
+    if summary["assumed"]:
+        notes.append("Assumed, as the rig file does not state it: "
+                     + ", ".join(f"{one['key']} = {one['value']}" for one in summary["assumed"]) + ".")
     if summary["cut"]:
         notes.append("The log is cut: shown up to its last whole tick.")
     if summary["missing_ticks"]:
         notes.append(f"{summary['missing_ticks']} ticks are missing in the log.")
     if len(log.tick_s) == 0:
         return Verdict("No ticks", "The log holds no whole tick.", NEUTRAL, "", notes)
-    if not (log.tick["state"] == STATES.index("running")).any():
-        return Verdict("Never ran", "The loop never reached the state running: there is no motion to judge.",
-                       NEUTRAL, alarm(summary), notes)
-    if not summary["gripped"]:
-        return Verdict("Never gripped", "The loop ran, but never with the object held or touched: there is none to judge.",
-                       NEUTRAL, alarm(summary), notes)
-    if summary["stable"] is None:
-        growth_per_s = summary["growth_per_s"]
-        sentence = (f"The oscillation {'decays' if growth_per_s < 0 else 'grows'} by {abs(growth_per_s):.6f} /s, no more "
-                    f"than its interval of ± {summary['growth_ci95_per_s']:.1g} /s: the record does not tell decay from "
-                    "growth." if growth_per_s is not None and abs(growth_per_s) <= summary["growth_ci95_per_s"]
-                    else "Nothing moved: there is no motion to judge." if nothing_moved(log)
-                    else "There is too little free oscillation to measure a growth rate; a longer run (run.duration_s) may show more."
-                    if summary["stop_cause"] == "none"
-                    else "The loop was stopped before there was enough motion to judge.")
-        return Verdict("Not determined", sentence, NEUTRAL, alarm(summary), notes)
-    word, colour = ("Stable", GOOD) if summary["stable"] else ("Diverging", BAD)
-    growth_per_s = summary["growth_per_s"]
-    if growth_per_s is None:
-        sentence = "There is too little free oscillation to measure a growth rate."
-    else:
-        does, doubles = ("decays", "halves") if growth_per_s < 0.0 else ("grows", "doubles")
-        sentence = (f"The oscillation {does} by {abs(growth_per_s):.6f} /s at {summary['frequency_hz']:.4f} Hz: "
-                    f"it {doubles} every {np.log(2.0) / abs(growth_per_s):.2f} s.")
-    return Verdict(word, sentence, colour, alarm(summary), notes)
+    return Verdict(capitalised(summary["verdict"]), capitalised(summary["because"]) + ".",
+                   VERDICT_COLOURS[summary["stable"]], alarm(summary), notes)
 
 
 def robot_preset(robot):
@@ -415,6 +408,13 @@ def robot_preset(robot):
     if robot["dead_time_band_ms"]:
         remark += ", the upper end of the reported {:g} to {:g} ms".format(*robot["dead_time_band_ms"])
     return [("robot preset", robot["preset"], remark)]
+
+
+def measured_growth(summary):
+    """In 1/s; None where there is none, or where it is no larger than its interval: that is no finding."""
+    growth = summary["growth_per_s"]
+    is_finding = growth is not None and abs(growth) > summary["growth_ci95_per_s"]
+    return growth if is_finding and summary["verdict"] != "driven" else None
 
 
 def growth_stretch(summary):
@@ -430,9 +430,23 @@ def prediction(summary):
     return [("predicted growth", f"{predicted:+.6f} /s".replace("-", "−"), "of small motions, at the start")]
 
 
+def margin_fact(margin):
+    words_of_it = margin_words(margin)
+    return [("margin", words_of_it, "of a loop that is stable as it is")] if words_of_it else []
+
+
+def peak_facts(peaks):
+    """The measured peak, and what the sensor's spring really carried, which only a simulated rig knows."""
+    found = [("peak force", f"{peaks['measured']['force_N']:.2f} N", f"as measured, at {peaks['measured']['at_s']:.3f} s")]
+    if peaks["true"]:
+        found.append(("true peak force", f"{peaks['true']['force_N']:.2f} N",
+                      f"in the sensor's spring, at {peaks['true']['at_s']:.3f} s"))
+    return found
+
+
 def facts(log, summary):
     """(name, value, remark): the run in numbers."""
-    growth = summary["growth_per_s"]
+    growth = measured_growth(summary)
     rate_Hz = log.config["loop"]["rate_Hz"]
     found = dead_time(log) if len(log.tick_s) else None
     cause = summary["stop_cause"]
@@ -442,7 +456,8 @@ def facts(log, summary):
         *prediction(summary),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
         *energy_words(summary, log),
-        ("peak force", f"{summary['peak_force_N']:.2f} N", "as measured"),
+        *margin_fact(summary["margin"]),
+        *peak_facts(summary["peak_force"]),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),
         ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz:g} Hz, {summary['simulated_s']:.2f} s"),

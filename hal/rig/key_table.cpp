@@ -208,8 +208,9 @@ static std::vector<rig_key> make_own_keys()
         KEY("sensor.stale_probability", sensor.stale_probability, r::fraction, "the last frame is sent again"),
 
         KEY("object.kind", object.kind, r::any,
-            "gripped object, a tool that pushes on elastic material, or a gripped beam",
-            {"gripped", "contact", "beam"}),
+            "gripped object, a tool that pushes on elastic material, a gripped beam, or none: the robot touches "
+            "nothing",
+            {"gripped", "contact", "beam", "none"}),
         KEY("object.mass_kg", object.mass_kg, r::positive, "m; contact: of the tool"),
         KEY("object.stiffness_N_per_m", object.stiffness_N_per_m, r::not_negative, "k"),
         KEY("object.damping_N_s_per_m", object.damping_N_s_per_m, r::not_negative, "d"),

@@ -20,6 +20,12 @@ void set_tolerance(rig &rig, const std::string &path, const toml::node &share, c
         fail(where,
              {path, "its tolerance must be a share of it, from 0 to less than 1 (is " + text_of(share) + ")"});
     }
+    const auto known = std::find_if(rig.tolerances.begin(), rig.tolerances.end(),
+                                    [&](const tolerance &one) { return one.key == path; });
+    if (known != rig.tolerances.end()) { /* the base's */
+        known->share = value;
+        return;
+    }
     rig.tolerances.push_back({path, value});
 }
 
@@ -78,6 +84,9 @@ void read_signal(rig &rig, const std::string &name, const toml::node &node, cons
     if (!std::isfinite(source.scale) || source.scale == 0.0 || !std::isfinite(source.offset)) {
         fail(where, {path, "scale and offset must be finite numbers, and scale not 0"});
     }
+    rig.signals.erase(std::remove_if(rig.signals.begin(), rig.signals.end(), /* the base's */
+                                     [&](const signal_source &known) { return known.signal == name; }),
+                      rig.signals.end());
     rig.signals.push_back(source);
 }
 

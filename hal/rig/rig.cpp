@@ -184,6 +184,16 @@ std::optional<rig_error> check_others(const rig &rig)
     if (rig.object.kind == object_kind::contact && rig.run.grip_close_s > 0.0) {
         return rig_error{"run.grip_close_s", "needs a gripped object: a tool in contact grips nothing"};
     }
+    if (touches_nothing(rig) && (rig.run.grip_close_s > 0.0 || rig.run.grip_release_s < never)) {
+        return rig_error{"run.grip_close_s", "needs an object: object.kind = \"none\" has nothing to grip"};
+    }
+    if (touches_nothing(rig) && rig.has_side_axes()) {
+        return rig_error{"object.kind", "must not be \"none\" with [axis.*]: each has an object of its own"};
+    }
+    if (touches_nothing(rig) && (rig.firmware.prediction.enabled != 0 || rig.firmware.force_lead.enabled != 0)) {
+        return rig_error{"object.kind", "is \"none\", so that there is no force to predict or to lead: leave "
+                                        "prediction and force lead out"};
+    }
     if (rig.run.grip_close_s > 0.0 && rig.run.grip_release_s <= rig.run.grip_close_s) {
         return rig_error{"run.grip_release_s", "must be later than run.grip_close_s"};
     }

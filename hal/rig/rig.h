@@ -4,6 +4,7 @@
 #define HAL_RIG_RIG_H
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -23,7 +24,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 enum class interpolation : std::int32_t { linear, hold };
 enum class robot_clock : std::int32_t { locked, free };
-enum class object_kind : std::int32_t { gripped, contact, beam };
+enum class object_kind : std::int32_t { gripped, contact, beam, none };
 enum class solver_kind : std::int32_t { fast, cvode };
 enum class profile_kind : std::int32_t { rest, step, ramp, minimum_jerk, chirp, multisine, triangle, pulses, file };
 
@@ -204,11 +205,14 @@ struct operator_order {
 };
 
 constexpr std::size_t effect_values_max = 64;
+constexpr std::size_t rig_keys_max = 320;
 
 struct rig {
     std::string name;
     std::string description;
     app_config firmware = config_default();
+    std::bitset<rig_keys_max>
+        given;                 /* by place in rig_keys(): stated by file, base, preset or override, see given.h */
     bool is_rate_given = true; /* by file, preset or override; else loop.rate_Hz has its default value */
     std::string arm;           /* manipulator.arm, until it has been read ... */
     std::string arm_text;      /* ... and then the arm as [manipulator.arm] of a rig file; empty: none */
@@ -252,6 +256,18 @@ struct rig {
 /* The rig as if the loop's axis were this one of the others (enum side_axis): its dead time, sensor and object. The
  * effects of the library and the inverse filter stay with the loop's axis. */
 rig rig_along(const rig &whole, std::size_t axis);
+
+/* There is a robot and no object: the sensor feels nothing. */
+inline bool touches_nothing(const rig &rig)
+{
+    return rig.object.kind == object_kind::none;
+}
+
+/* When the gripper closes on the object. */
+inline double grip_closes_s(const rig &rig)
+{
+    return touches_nothing(rig) ? never : rig.run.grip_close_s;
+}
 
 /* When an event of the run happens that may be never. */
 std::int64_t event_ns(double time_s);

@@ -8,6 +8,7 @@
 #include "arm_table.h"
 #include "axes.h"
 #include "beam.h"
+#include "given_file.h"
 #include "keys.h"
 #include "knowledge.h"
 #include "orders.h"
@@ -40,10 +41,19 @@ void put_arm(rig &rig, const arm_description &arm)
     rig.arm.clear();
 }
 
+/* Keys of the file itself, no values of the rig. */
+bool is_about_the_file(std::string_view name)
+{
+    return name == "base" || name == "assumed";
+}
+
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
 {
     for (const auto &[name, value] : table) {
         const std::string section(name.str());
+        if (is_about_the_file(section)) {
+            continue;
+        }
         if (const auto *entries = value.as_table(); entries != nullptr && section == "wrench") {
             read_wrench(rig, *entries, origin);
             places["wrench"] = place(origin, name.source());
@@ -105,6 +115,7 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
             fail(where, *error);
         }
         places[path] = where;
+        set_given(rig, path, true);
     }
 }
 
@@ -136,6 +147,7 @@ void apply_robot(rig &rig, const robot_preset &robot, key_places &places)
             set_value(rig, setting.path, setting.text); /* was checked when the preset was read */
         }
         places[setting.path] = setting.where;
+        set_given(rig, setting.path, true);
     }
 }
 
@@ -191,6 +203,49 @@ std::string read_rig_file(const std::string &path)
     return text;
 }
 
+/* The text of the rig that a file builds on, and what to call it in messages. */
+std::pair<std::string, std::string> base_text(const toml::node &base, const std::string &where)
+{
+    const std::string name = read_text("base", base, where);
+    for (const auto &shipped : shipped_rigs()) {
+        if (name == shipped.name) {
+            return {shipped.text, name + ".toml"};
+        }
+    }
+    if (!std::ifstream(name)) {
+        fail(where, {"base", "must be a shipped rig (" + names_of_shipped_rigs() +
+                                 ") or the path of a rig file (is " + quoted(name) + ")"});
+    }
+    return {read_rig_file(name), name};
+}
+
+/* `base = "ess"`: what the file leaves out is taken from another rig, which counts as stated. Its name, description
+ * and orders are not taken along where the file has its own. */
+void read_with_base(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
+{
+    if (const toml::node *const base = table.get("base")) {
+        const std::string where = place(origin, base->source());
+        const auto [text, base_origin] = base_text(*base, where);
+        const toml::table under = parse_toml(text, base_origin);
+        if (under.contains("base")) {
+            fail(where, {"base", "names a rig that has a base itself: name that one"});
+        }
+        read_table(rig, under, base_origin, places);
+        rig.name.clear();
+        rig.description.clear();
+        if (table.contains("orders")) {
+            rig.orders.clear();
+        }
+    }
+    read_table(rig, table, origin, places);
+    note_given(rig, places);
+    if (const toml::node *const assumed = table.get("assumed")) {
+        for (const std::string &name : read_assumed(*assumed, place(origin, assumed->source()))) {
+            set_assumed(rig, name);
+        }
+    }
+}
+
 } // namespace
 
 std::string read_file(const std::string &path)
@@ -221,7 +276,7 @@ rig parse_rig(const std::string &text, const std::string &origin, const std::vec
 {
     rig rig;
     key_places places;
-    read_table(rig, parse_toml(text, origin), origin, places);
+    read_with_base(rig, parse_toml(text, origin), origin, places);
     if (robot != nullptr) {
         apply_robot(rig, *robot, places);
     }
@@ -270,11 +325,15 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
     return rig;
 }
 
-std::string print_rig(const rig &rig)
+namespace
+{
+
+std::string print_with(const rig &rig, const std::string &head,
+                       std::string (*mark)(const berth::rig &, const rig_key &))
 {
     std::ostringstream text;
     text << "name = " << quoted(rig.name) << "\n";
-    text << "description = " << quoted(rig.description) << "\n";
+    text << "description = " << quoted(rig.description) << "\n" << head;
     std::string section;
     for (const rig_key &key : rig_keys()) {
         if (key.own_member == nullptr && rig.effect_values[key.effect_value] == 0.0) {
@@ -294,7 +353,7 @@ std::string print_rig(const rig &rig)
         }
         std::string line = std::string(key.path.substr(dot + 1)) + " = " + value_text(rig, key);
         line.resize(std::max<std::size_t>(line.size(), 50), ' ');
-        text << line << " # " << key.meaning << "\n";
+        text << line << " # " << mark(rig, key) << key.meaning << "\n";
     }
     print_knowledge(rig, text);
     print_axes(rig, text);
@@ -303,6 +362,24 @@ std::string print_rig(const rig &rig)
         text << "\n" << rig.arm_text;
     }
     return text.str();
+}
+
+} // namespace
+
+std::string print_rig(const rig &rig)
+{
+    return print_with(rig, "", [](const berth::rig &, const rig_key &) { return std::string(); });
+}
+
+std::string print_config(const rig &rig)
+{
+    std::string head;
+    for (const std::string &name : assumed_names(rig)) {
+        head += (head.empty() ? "assumed = [" : ", ") + quoted(name);
+    }
+    return print_with(rig, head.empty() ? head : head + "]\n", [](const berth::rig &of, const rig_key &key) {
+        return std::string(is_given(of, key.path) ? "given: " : "assumed: ");
+    });
 }
 
 std::string config_hash(const rig &rig)

@@ -44,6 +44,11 @@ bool is_overridden(std::string_view path, const std::vector<std::string> &overri
 /* The resolved rig as a rig file with every key and what it means; reads back to the same rig. */
 std::string print_rig(const rig &rig);
 
+/* The same for a person: each key also says whether it was given or is assumed, and the list `assumed` reads that
+ * back.
+ */
+std::string print_config(const rig &rig);
+
 /* text_hash() of print_rig(): names a configuration. */
 std::string config_hash(const rig &rig);
 

@@ -2,6 +2,7 @@
 
 #include "../../firmware/recorder.h"
 #include "../version.h"
+#include "given.h"
 #include "rig_file.h"
 
 namespace berth
@@ -13,7 +14,8 @@ log_header rig_log_header(const rig &rig)
         {{"sys_name", "berth"},
          {"ver_sw", version()},
          {"berth_config_hash", config_hash(rig)},
-         {"berth_config", print_rig(rig)}},
+         {"berth_config", print_rig(rig)},
+         {"berth_assumed", assumed_text(rig)}},
         {{ULOG_TICK_ID, "tick", tick_record_format}, {ULOG_FRAME_ID, "can_frame", frame_record_format}}};
     if (rig.firmware.arm.kind != ARM_NONE) {
         header.topics.push_back({ULOG_ARM_ID, "arm", arm_record_format});

@@ -1,5 +1,6 @@
 #include "amplitude.h"
 
+#include "../prediction.h"
 #include "../stability/arm_loop.h"
 #include <cmath>
 #include <cstdio>
@@ -36,7 +37,7 @@ double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig)
 settled_rig settle_at(const rig &rig, double amplitude_m)
 {
     if (!(amplitude_m > 0.0)) {
-        return {rig, true};
+        return {in_contact(rig), true}; /* a tool stays in contact: small motions are linear there */
     }
     refuse_arm(rig); /* here, while the rig has its effects, which the words name */
     const equivalent_loop found = equivalent_finder(amplitude_m).find(rig);

@@ -13,7 +13,7 @@ namespace berth
 /* In m; 0 where nothing in the rig depends on it, or small motions are asked for. Throws input_error. */
 double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig);
 
-/* The rig, or what is equivalent to it at an amplitude greater than 0. */
+/* The rig, a tool held in contact, or what is equivalent to it at an amplitude greater than 0. */
 struct settled_rig {
     rig linear;
     bool has_settled; /* its frequency and its phases agree */

@@ -20,6 +20,8 @@ struct rig_arguments {
     std::vector<std::string> overrides; /* --set */
     std::optional<double> amplitude_m;  /* --amplitude; nothing: the usual one */
     bool json = false;
+    bool check = false;           /* --check: exit code 1 unless stable ... */
+    double check_margin_ms = 0.0; /* ... with so much dead time to spare */
 };
 
 /* Of loops that change from tick to tick. */

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/beam.h"
+#include "../../hal/rig/given.h"
 #include "../compensation/chooser.h"
 #include "../stability/arm_loop.h"
 #include "commands.h"
@@ -161,6 +162,7 @@ int compensate_command(const compensate_arguments &arguments)
 {
     choice_request request;
     request.rig = choose_rig(arguments).rig;
+    refuse_unstated(request.rig, arguments.rig);
     refuse_arm(request.rig);
     refuse_beam(request.rig);
     request.dead_time_share = 0.01 * arguments.dead_time_percent;

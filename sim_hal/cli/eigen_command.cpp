@@ -2,11 +2,15 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../stability/compensation_states.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
 #include "amplitude.h"
+#include "bounce_report.h"
 #include "commands.h"
+#include "compensated_report.h"
 #include "robot_choice.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -70,16 +74,49 @@ void print_spectra(const rig &steady, const spectrum &loop, const char *loop_tit
 }
 
 /* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
-spectrum print_verdict(const char *title, const settled_rig &at)
+spectrum print_spectrum(const char *title, const settled_rig &at)
 {
     spectrum loop = loop_spectrum(at.linear);
     const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
-                stable.is_null() ? "NEITHER STABLE NOR UNSTABLE (no spring holds manipulator or object: z = 1)"
+                stable.is_null() ? "undetermined (no spring holds manipulator or object: z = 1)"
                 : stable == true ? "stable"
-                                 : "UNSTABLE",
+                                 : "unstable",
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
     return loop;
+}
+
+/* The verdict on what was found: of eigenvalues, an exponent, or at an amplitude. */
+struct answer {
+    stability_verdict verdict;
+    stability_margin margin;
+};
+
+answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction &prediction)
+{
+    if (!at.has_settled) {
+        return {judge({{}, "the describing function did not settle: what it says is a guess"}, {}), {}};
+    }
+    const bool grows = prediction.growth_per_s.value_or(0.0) > 0.0;
+    return {judge(prediction, grows ? advise(rig) : stability_advice()),
+            grows ? stability_margin() : margin_of(at.linear)};
+}
+
+growth_prediction prediction_of(const spectrum &loop, const rig &linear, prediction_source source)
+{
+    if (stable_json(loop.spectral_radius, drifts_freely(linear)).is_null()) {
+        return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
+    }
+    return {loop.growth_per_s, {}, 0.0, source};
+}
+
+void print_answer(const rig &rig, const answer &found)
+{
+    print_delay_budget(rig);
+    print_margin(found.margin);
+    if (!found.verdict.advice.empty()) {
+        std::printf("  %-14s %s\n", "advice", found.verdict.advice.c_str());
+    }
 }
 
 /* Null where the interval of the exponent holds 0. */
@@ -101,13 +138,13 @@ nlohmann::json as_json(const lyapunov_exponent &exponent, bool has_settled)
             {"ticks", exponent.ticks}};
 }
 
-void print_verdict(const lyapunov_exponent &exponent, std::int64_t seed, bool has_settled)
+void print_exponent(const lyapunov_exponent &exponent, std::int64_t seed, bool has_settled)
 {
     const nlohmann::json stable = exponent_stable_json(exponent);
     std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld%s\n",
-                stable.is_null() ? "NOT DETERMINED"
+                stable.is_null() ? "undetermined"
                 : stable == true ? "stable"
-                                 : "UNSTABLE",
+                                 : "unstable",
                 exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
                 static_cast<long long>(seed), guess_text(has_settled));
 }
@@ -119,39 +156,53 @@ void print_robot(const chosen_rig &chosen)
     }
 }
 
-int steady_eigen(const chosen_rig &chosen, double amplitude_m, bool wants_json)
+int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arguments &arguments)
 {
     const rig &rig = chosen.rig;
+    const settled_rig own = settle_at(rig, amplitude_m);
+    const prediction_source source = rig.object.kind == object_kind::contact && amplitude_m == 0.0
+                                         ? prediction_source::contact
+                                         : prediction_source::eigenvalues;
     std::optional<settled_rig> lower_end;
     if (chosen.dead_time_band) {
         lower_end = settle_at(chosen.at_lower_end(), amplitude_m);
     }
-    if (wants_json) {
+    if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
+        const answer found = answer_for(rig, own, prediction_of(loop_spectrum(own.linear), own.linear, source));
+        json.update(answer_json(rig, found.verdict, found.margin));
         json["robot"] = robot_as_json(chosen);
+        json["bounce"] = bounce_json(answer_bounce(rig, {}));
         json["lower_end"] = nullptr;
         if (lower_end) {
             json["lower_end"] = as_json(*lower_end);
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
-        return 0;
+        return check_exit_code(arguments, found.verdict, found.margin);
     }
-    const spectrum loop = print_verdict(rig.name.c_str(), settle_at(rig, amplitude_m));
+    print_assumptions(rig);
+    const spectrum loop = print_spectrum(rig.name.c_str(), own);
+    const answer found = answer_for(rig, own, prediction_of(loop, own.linear, source));
+    print_answer(rig, found);
+    print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
         char title[60];
         std::snprintf(title, sizeof title, "  dead time %g ms, the lower end", chosen.dead_time_band->from);
-        print_verdict(title, *lower_end);
+        print_spectrum(title, *lower_end);
     }
-    print_spectra(rig, loop, "loop with dead time");
-    return 0;
+    print_spectra(in_contact(rig), loop,
+                  rig.object.kind == object_kind::contact ? "loop with dead time, in contact"
+                                                          : "loop with dead time");
+    return check_exit_code(arguments, found.verdict, found.margin);
 }
 
 /* No eigenvalues, but an exponent; for comparison those of the loop without what makes it change. */
-int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t ticks, bool wants_json)
+int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arguments &arguments)
 {
+    const std::int64_t ticks = arguments.ticks;
     const rig &rig = chosen.rig;
     const wake_histogram histogram = load_wake_histogram(rig);
     const struct rig steady = without_variation(rig);
@@ -164,8 +215,11 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
         lower_end = exponent_of(low->linear, histogram, ticks);
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
-    if (wants_json) {
+    const answer found =
+        answer_for(rig, own, {exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent});
+    if (arguments.json) {
         nlohmann::json json = as_json(exponent, own.has_settled);
+        json.update(answer_json(rig, found.verdict, found.margin));
         json.update({{"rig", rig.name},
                      {"left_out", left_out(rig, amplitude_m)},
                      {"describing_function", describing_function_json(rig, amplitude_m)},
@@ -179,22 +233,24 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
-        return 0;
+        return check_exit_code(arguments, found.verdict, found.margin);
     }
+    print_assumptions(rig);
     std::printf("%s: ", rig.name.c_str());
-    print_verdict(exponent, rig.run.seed, own.has_settled);
+    print_exponent(exponent, rig.run.seed, own.has_settled);
+    print_answer(rig, found);
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
         std::printf("  dead time %g ms, the lower end: ", chosen.dead_time_band->from);
-        print_verdict(*lower_end, rig.run.seed, low->has_settled);
+        print_exponent(*lower_end, rig.run.seed, low->has_settled);
     }
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    const spectrum loop = print_verdict("  without", settle_at(steady, amplitude_m));
+    const spectrum loop = print_spectrum("  without", settle_at(steady, amplitude_m));
     print_spectra(steady, loop, "loop with dead time, without that");
-    return 0;
+    return check_exit_code(arguments, found.verdict, found.margin);
 }
 
 } // namespace
@@ -202,10 +258,14 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, std::int64_t tic
 int eigen_command(const varying_arguments &arguments)
 {
     const chosen_rig chosen = choose_rig(arguments);
+    refuse_unstated(chosen.rig, arguments.rig);
     const double amplitude_m = chosen_amplitude_m(arguments, chosen.rig);
     tell_left_out(chosen.rig, amplitude_m);
-    return is_time_varying(chosen.rig) ? varying_eigen(chosen, amplitude_m, arguments.ticks, arguments.json)
-                                       : steady_eigen(chosen, amplitude_m, arguments.json);
+    if (!compensation_is_linear(chosen.rig)) {
+        return answer_compensated_growth(chosen.rig, arguments);
+    }
+    return is_time_varying(chosen.rig) ? varying_eigen(chosen, amplitude_m, arguments)
+                                       : steady_eigen(chosen, amplitude_m, arguments);
 }
 
 } // namespace berth

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <string>
 
+#include "../advice.h"
+
 namespace berth
 {
 
@@ -86,33 +88,6 @@ void print_rank(const std::vector<parameter_gain> &gains, const loop_quality &no
     }
 }
 
-struct near_limit {
-    const parameter_limits *parameter = nullptr;
-    const stability_limit *limit = nullptr;
-
-    double factor() const { return limit->value / parameter->value; }
-};
-
-/* A rough value warns of where stability may end, but is no advice on how to gain it. */
-near_limit nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable)
-{
-    near_limit nearest;
-    for (const parameter_limits &parameter : parameters) {
-        for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
-            const near_limit candidate{&parameter, limit};
-            if (limit == nullptr || (limit->is_rough && !is_stable) || !(parameter.value > 0.0) ||
-                !(limit->value > 0.0)) {
-                continue; /* no factor leads there */
-            }
-            if (nearest.limit == nullptr ||
-                std::abs(std::log(candidate.factor())) < std::abs(std::log(nearest.factor()))) {
-                nearest = candidate;
-            }
-        }
-    }
-    return nearest;
-}
-
 } // namespace
 
 nlohmann::json as_json(const gain_ranking &ranking)
@@ -159,25 +134,25 @@ void print_gains(const gain_ranking &ranking)
 
 nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameters, bool is_stable)
 {
-    const near_limit nearest = nearest_limit(parameters, is_stable);
-    if (nearest.limit == nullptr) {
+    const std::optional<near_limit> nearest = nearest_limit(parameters, is_stable);
+    if (!nearest) {
         return nullptr;
     }
-    return {{"parameter", nearest.parameter->key},
-            {"value", nearest.limit->value},
-            {"factor", nearest.factor()},
-            {"rough", nearest.limit->is_rough},
-            {"jump", !nearest.limit->jump.empty()}};
+    return {{"parameter", nearest->key},
+            {"value", nearest->limit.value},
+            {"factor", nearest->factor()},
+            {"rough", nearest->limit.is_rough},
+            {"jump", !nearest->limit.jump.empty()}};
 }
 
 void print_nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable)
 {
-    const near_limit nearest = nearest_limit(parameters, is_stable);
-    if (nearest.limit != nullptr) {
+    const std::optional<near_limit> nearest = nearest_limit(parameters, is_stable);
+    if (nearest) {
         std::printf("  the smallest change that %s: %s from %.9g to %.9g (%+.3g %%)%s\n",
-                    is_stable ? "ends stability" : "makes it stable", std::string(nearest.parameter->key).c_str(),
-                    nearest.parameter->value, nearest.limit->value, 100.0 * (nearest.factor() - 1.0),
-                    nearest.limit->jump.empty() ? "" : (": " + nearest.limit->jump).c_str());
+                    is_stable ? "ends stability" : "makes it stable", nearest->key.c_str(), nearest->value,
+                    nearest->limit.value, 100.0 * (nearest->factor() - 1.0),
+                    nearest->limit.jump.empty() ? "" : (": " + nearest->limit.jump).c_str());
     }
 }
 

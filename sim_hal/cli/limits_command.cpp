@@ -2,16 +2,20 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/physical_parameter.h"
 #include "amplitude.h"
+#include "bounce_report.h"
 #include "commands.h"
+#include "compensated_report.h"
 #include "gains_report.h"
 #include "progress_line.h"
 #include "robot_choice.h"
 #include "short_number.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -146,7 +150,7 @@ void print_band(const std::optional<band_verdict> &verdict)
     }
     std::printf("  reported dead time from %g to %g ms: ", verdict->band.from, verdict->band.to);
     if (verdict->stable.empty()) {
-        std::printf("UNSTABLE over the whole of it");
+        std::printf("unstable over the whole of it");
     } else if (verdict->is_whole()) {
         std::printf("stable over the whole of it");
     } else {
@@ -189,7 +193,7 @@ void print_rates(const char *which, const std::vector<rate_verdict> &rates)
         std::printf("  %-14s%s\n", title, those.empty() ? " none" : those.c_str());
     };
     print_those("stable", [](const rate_verdict &r) { return r.is_stable; });
-    print_those("UNSTABLE", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable; });
+    print_those("unstable", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable; });
     print_those("not possible", [](const rate_verdict &r) { return !r.refusal.empty(); });
     for (std::size_t i = 0; i < rates.size(); i++) {
         const std::string &refusal = rates[i].refusal;
@@ -238,7 +242,7 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
-                verdict.is_stable ? "stable" : "UNSTABLE", verdict.spectral_radius, verdict.growth_per_s,
+                verdict.is_stable ? "stable" : "unstable", verdict.spectral_radius, verdict.growth_per_s,
                 guess_text(has_settled(verdict)));
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
@@ -266,6 +270,7 @@ int limits_command(const limits_arguments &arguments)
         throw input_error("--change: must be between 0 and 100 %");
     }
     chosen_rig chosen = choose_rig(arguments);
+    refuse_unstated(chosen.rig, arguments.rig);
     loop_verdict verdict{};
     if (is_time_varying(chosen.rig)) {
         verdict.left_out = what_varies(chosen.rig, load_wake_histogram(chosen.rig));
@@ -274,6 +279,9 @@ int limits_command(const limits_arguments &arguments)
     const rig &rig = chosen.rig;
     const double amplitude_m = chosen_amplitude_m(arguments, rig);
     tell_left_out(rig, amplitude_m);
+    if (compensation_is_on(&rig.firmware)) {
+        return answer_compensated_limits(rig, arguments);
+    }
     const berth::rig own = linear_at(rig, amplitude_m);
     if (drifts_freely(own)) {
         throw input_error(
@@ -287,7 +295,7 @@ int limits_command(const limits_arguments &arguments)
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
-        return amplitude_m == 0.0 ? of : equivalent_finder(amplitude_m).find(of).linear;
+        return amplitude_m == 0.0 ? in_contact(of) : equivalent_finder(amplitude_m).find(of).linear;
     };
     const scan &how = amplitude_m == 0.0 ? fine_scan : is_slow_to_find(rig) ? scan_of_slow_ones : scan_of_harmonics;
     if (amplitude_m > 0.0 && is_slow_to_find(rig) && !arguments.json) {
@@ -316,8 +324,18 @@ int limits_command(const limits_arguments &arguments)
     verdict.loop_delay_ms = 1e3 * loop_delay_s(own);
     progress.show("");
 
+    const stability_margin margin{verdict.margin_ms, verdict.is_stable && !verdict.margin_ms,
+                                  ranking.now ? ranking.now->margin : std::nullopt};
+    const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
+    const stability_verdict judged =
+        has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, prediction_source::eigenvalues}, advice)
+                             : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
+    const int exit_code = check_exit_code(arguments, judged, margin);
+    const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});
     if (arguments.json) {
         nlohmann::json json = as_json(chosen, verdict);
+        json.update(answer_json(rig, judged, margin));
+        json["bounce"] = bounce_json(bounce);
         json["rates"] = as_json(rates);
         json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
         json["buys"] = as_json(ranking);
@@ -326,15 +344,18 @@ int limits_command(const limits_arguments &arguments)
             json["parameters"][std::string(parameter.key)] = as_json(parameter);
         }
         print_json(json);
-        return 0;
+        return exit_code;
     }
+    print_assumptions(rig);
     print_loop(chosen, verdict);
+    print_delay_budget(rig);
+    print_bounce(bounce);
     print_parameters(parameters, how);
     print_nearest_limit(parameters, verdict.is_stable);
     print_rates("rates in Hz, dead time and delay as they are in ms", rates);
     print_rates("rates in Hz, dead time and delay as many ticks as now", rates_in_ticks);
     print_gains(ranking);
-    return 0;
+    return exit_code;
 }
 
 } // namespace berth

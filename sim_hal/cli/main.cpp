@@ -58,6 +58,7 @@ int run(int argc, char **argv)
     berth::add_jitter_option(*run_app, run.jitter_file);
     run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
     run_app->add_flag("--no-log", run.no_log, "write no files");
+    berth::add_check_options(*run_app, run);
     run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
     run_app->callback([&] { exit_code = berth::run_command(run); });
 
@@ -93,6 +94,7 @@ int run(int argc, char **argv)
         *eigen_app, eigen,
         "length of the sequence that the Lyapunov exponent is taken from; default: until it is known "
         "to 1 % or 0.001 /s");
+    berth::add_check_options(*eigen_app, eigen);
     eigen_app->callback([&] { exit_code = berth::eigen_command(eigen); });
 
     berth::map_arguments map;
@@ -105,6 +107,7 @@ int run(int argc, char **argv)
         "limits", "how far each parameter of the rig may go until the loop is unstable, and what buys the most");
     berth::add_rig_options(*limits_app, limits);
     berth::add_amplitude_option(*limits_app, limits);
+    berth::add_check_options(*limits_app, limits);
     limits_app
         ->add_option("--change", limits.change_percent, "by how much each thing changes to see what buys the most")
         ->check(CLI::Validator(CLI::Number).description(""))

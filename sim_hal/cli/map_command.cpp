@@ -8,9 +8,12 @@
 #include <unistd.h>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../../hal/rig/given.h"
+#include "../bounce.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/reduction.h"
+#include "../stability/shared_rows.h"
 #include "atomic_file.h"
 #include "map_report.h"
 
@@ -78,7 +81,7 @@ class progress_bar
 /* The maps of a loop that does not change. */
 map_values compute_steady(const map_job &job, int threads, const std::function<void(int)> &rows_done = {})
 {
-    map_values map{compute_map(job.request, threads, rows_done), {}, {}, {}, {}};
+    map_values map{compute_map(job.request, threads, rows_done), {}, {}, {}, {}, {}};
     if (job.request.rig.firmware.arm.kind != ARM_NONE && !compensation_is_on(&job.request.rig.firmware)) {
         try {
             map_request reduced = job.request;
@@ -196,7 +199,10 @@ map_job make_job(const map_arguments &arguments)
     constexpr const char *dead_time = "robot.dead_time_ms"; /* as an axis, it has no range at a point */
     map_job job;
     job.chosen = choose_rig(arguments);
+    refuse_unstated(job.chosen.rig, arguments.rig);
     job.request = make_map_request(arguments, job.chosen.rig);
+    job.bounces = job.chosen.rig.object.kind == object_kind::contact && !is_measured(arguments, job.chosen.rig) &&
+                  job.request.amplitude_m == 0.0 && job.chosen.rig.firmware.arm.kind == ARM_NONE;
     const rig &rig = job.request.rig;
     job.ticks = arguments.ticks > 0 ? arguments.ticks
                                     : std::max(default_ticks, static_cast<std::int64_t>(std::llround(
@@ -257,6 +263,30 @@ map_values compute_measured(const map_job &job, int threads, const std::function
     return map;
 }
 
+/* Each point's tool bounces once. */
+std::vector<double> compute_restitutions(const map_request &request, int threads,
+                                         const std::function<void(int)> &rows_done)
+{
+    std::vector<double> found(request.points(), std::numeric_limits<double>::quiet_NaN());
+    share_rows(request.y.count, threads, rows_done, [&] {
+        return [&, setter = map_point_setter(request)](int row) mutable {
+            for (int i = 0; i < request.x.count; i++) {
+                if (setter.set(request.x.value(i), request.y.value(row)) != point_state::possible) {
+                    continue;
+                }
+                rig touching = setter.rig();
+                touching.object.kind = object_kind::contact;
+                const auto bounce = play_bounce(touching);
+                if (bounce && bounce->restitution > 0.0) {
+                    found[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count) +
+                          static_cast<std::size_t>(i)] = bounce->restitution;
+                }
+            }
+        };
+    });
+    return found;
+}
+
 map_values compute(const map_job &job, int threads)
 {
     progress_bar bar(job.request.y.count);
@@ -267,6 +297,9 @@ map_values compute(const map_job &job, int threads)
         return map;
     }
     map_values map = compute_steady(job, threads, show);
+    if (job.bounces) {
+        map.restitution = compute_restitutions(job.request, threads, show);
+    }
     if (job.varying) {
         map.exponents = compute_varying_map(*job.varying, job.histogram, job.ticks, threads, show);
     }

@@ -209,7 +209,8 @@ map_summary write_csv(const map_request &request, const map_values &map,
     const bool varies = !map.exponents.empty();
     write(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall" +
           (map.lower_end ? ",spectral_radius_low" : "") + (map.reduced ? ",spectral_radius_reduced" : "") +
-          (varies ? ",lyapunov_per_s" : "") + (map.measured.empty() ? "" : ",fidelity_error,lasts") + "\n");
+          (varies ? ",lyapunov_per_s" : "") + (map.measured.empty() ? "" : ",fidelity_error,lasts") +
+          (map.restitution.empty() ? "" : ",restitution") + "\n");
     std::string lines;
     map_point_setter setter(request);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -272,6 +273,12 @@ map_summary write_csv(const map_request &request, const map_values &map,
                     sums.measured.add(map.measured[point], is_below);
                 }
             }
+            if (!map.restitution.empty()) {
+                append(lines, map.restitution[point], ',');
+                if (!std::isnan(map.restitution[point])) {
+                    sums.bounces.add(map.restitution[point]);
+                }
+            }
             lines.back() = '\n';
             growth_before_per_s = growth_per_s;
         }
@@ -304,6 +311,12 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
                  {"points_invalid", sums.invalid},
                  {"wall_Hz", wall_Hz},
                  {"manipulator_Hz", arm_Hz}});
+    json["bounces"] = nullptr;
+    if (sums.bounces.played > 0) {
+        json["bounces"] = {{"gaining_share", share(sums.bounces.gaining, sums.bounces.played)},
+                           {"restitution_min", sums.bounces.least},
+                           {"restitution_max", sums.bounces.largest}};
+    }
     json["reduced"] = nullptr;
     json["moves"] = what_moves(request);
     json["left_out"] = job.run_s > 0.0 ? std::vector<std::string>() : left_out(request.rig, request.amplitude_m);
@@ -325,6 +338,11 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
     std::printf("  %zu points, %.1f %% of the possible stable, %.1f %% of those below the %g Hz wall\n",
                 request.points(), percent(sums.steady.stable, sums.steady.possible),
                 percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
+    if (sums.bounces.played > 0) {
+        std::printf(
+            "  eigenvalues are those in contact; a bounce gains energy at %.1f %%, restitution from %.4f to %.4f\n",
+            percent(sums.bounces.gaining, sums.bounces.played), sums.bounces.least, sums.bounces.largest);
+    }
     if (!json["time_domain"].is_null()) {
         print_measured(sums, json["time_domain"]["run_s"].get<double>());
     }

@@ -26,7 +26,8 @@ struct map_job {
     std::optional<map_request> varying;   /* if the loop changes: at the upper end */
     wake_histogram histogram;
     std::int64_t ticks = 0;
-    double run_s = 0.0; /* greater than 0: each point is run for so long, there are no eigenvalues */
+    double run_s = 0.0;   /* greater than 0: each point is run for so long, there are no eigenvalues */
+    bool bounces = false; /* a tool in contact: `request` holds it there, and each point also plays a bounce */
 };
 
 /* At each point. */
@@ -36,6 +37,7 @@ struct map_values {
     std::optional<map_result> reduced;    /* with an arm: of the manipulator that it is reduced to */
     std::vector<double> exponents;        /* none if the loop does not change */
     std::vector<measured_point> measured; /* where each point is run; `steady` has what |z| would be */
+    std::vector<double> restitution; /* of a tool in contact; NaN: the tool never comes off again, or no such rig */
 };
 
 /* Counted over all points of one map. */
@@ -93,7 +95,24 @@ struct misled_sums {
     }
 };
 
+/* Of the bounces of a map. */
+struct bounce_sums {
+    std::size_t played = 0;
+    std::size_t gaining = 0;
+    double least = std::numeric_limits<double>::infinity();
+    double largest = -std::numeric_limits<double>::infinity();
+
+    void add(double restitution)
+    {
+        played++;
+        gaining += restitution > 1.0;
+        least = std::min(least, restitution);
+        largest = std::max(largest, restitution);
+    }
+};
+
 struct map_summary {
+    bounce_sums bounces;
     measured_sums measured;
     misled_sums misled;
     map_sums steady;    /* of |z| */

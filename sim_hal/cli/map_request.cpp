@@ -8,6 +8,7 @@
 #include "../../firmware/pi.h"
 #include "../../hal/rig/beam.h"
 #include "../compensation/measured_map.h"
+#include "../prediction.h"
 #include "../stability/compensation_states.h"
 #include "../stability/loop_timeline.h"
 #include "amplitude.h"
@@ -256,6 +257,8 @@ map_request make_map_request(const map_arguments &arguments, rig base)
     const told_model told = told_by(arguments, base);
     if (runs) {
         base = released_rig(base, arguments.amplitude_m.value_or(0.0));
+    } else if (amplitude_m == 0.0) {
+        base = in_contact(base);
     }
     if (!has_keys) {
         request = coupled_request(arguments, std::move(base));

@@ -69,6 +69,18 @@ void add_amplitude_option(CLI::App &command, rig_arguments &arguments)
         ->type_name("M");
 }
 
+void add_check_options(CLI::App &command, rig_arguments &arguments)
+{
+    CLI::Option *const check =
+        command.add_flag("--check", arguments.check, "for scripts: exit code 1 unless the loop is stable");
+    command
+        .add_option("--margin-ms", arguments.check_margin_ms,
+                    "with --check: and unless the robot's dead time may be so much longer")
+        ->check(is_within(0.0, 1e5))
+        ->needs(check)
+        ->type_name("MS");
+}
+
 void add_jitter_option(CLI::App &command, std::string &jitter_file)
 {
     command

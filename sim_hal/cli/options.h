@@ -20,6 +20,7 @@ CLI::Validator is_within(double low, double high);
 void add_set_option(CLI::App &command, std::vector<std::string> &overrides);
 void add_rig_options(CLI::App &command, rig_arguments &arguments);
 void add_amplitude_option(CLI::App &command, rig_arguments &arguments);
+void add_check_options(CLI::App &command, rig_arguments &arguments);
 void add_jitter_option(CLI::App &command, std::string &jitter_file);
 void add_varying_options(CLI::App &command, varying_arguments &arguments, const char *ticks);
 void add_map_options(CLI::App &command, map_arguments &arguments);

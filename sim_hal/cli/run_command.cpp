@@ -18,6 +18,7 @@
 #include "commands.h"
 #include "robot_choice.h"
 #include "run_result.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -27,9 +28,6 @@ namespace
 
 constexpr int exit_input = 2;
 constexpr int exit_signal = 128; /* plus the number of the signal that ended the run, as shells have it */
-
-/* Memory for the motion of a run as long as this is taken beforehand; longer ones take more as they go. */
-constexpr double reserved_ticks_max = 1e6;
 
 std::atomic<bool> stop_wanted{false};
 volatile std::sig_atomic_t stop_signal = 0;
@@ -64,10 +62,7 @@ void end_progress()
 run_result run_loop(const rig &rig, const sim_options &options)
 {
     const auto app = std::make_unique<struct app>();
-    run_result result;
-    const double ticks = rig.run.duration_s * rig.firmware.loop.rate_Hz;
-    result.newest.position_m.reserve(static_cast<std::size_t>(std::min(ticks, reserved_ticks_max)));
-    result.newest.tick.reserve(result.newest.position_m.capacity());
+    run_result result(rig);
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> open_hal(sim_open(rig, options), hal_close);
     struct hal *hal = open_hal.get();
     app_start(app.get(), &rig.firmware);
@@ -75,7 +70,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, rig, app->record, app->arm_record);
+        note_tick(result, rig, app->record, app->arm_record, sim_rig(hal).truth().spring_force_N);
         manipulator.replace(*app);
     }
     sim_log(hal).drain();
@@ -143,9 +138,10 @@ int run_command(const run_arguments &arguments)
         if (chosen.robot) {
             std::printf("# robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
         }
-        std::fputs(print_rig(rig).c_str(), stdout);
+        std::fputs(print_config(rig).c_str(), stdout);
         return 0;
     }
+    refuse_unstated(rig, arguments.rig);
     refuse_unstable_steps(rig);
     tell_late_orders(rig);
     sim_options options;
@@ -188,7 +184,7 @@ int run_command(const run_arguments &arguments)
                      is_logged ? " and the log is complete" : "");
         return exit_signal + stop_signal;
     }
-    return is_logged ? 0 : exit_input;
+    return is_logged ? check_exit_code(arguments, result.verdict, result.margin) : exit_input;
 }
 
 } // namespace berth

@@ -7,77 +7,14 @@
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
 #include "../stability/inverse_filter_response.h"
-#include "../stability/loop_timeline.h"
 #include "robot_choice.h"
-#include "verdict.h"
+#include "verdict_report.h"
 
 namespace berth
 {
 
 namespace
 {
-
-/* Below this the steps of the wire show: 1000 times the setpoint's 10 pm. */
-constexpr double growth_floor_m = 1e-8;
-
-/* The tick of a time of the run, or the next one. */
-bool is_in_tick(const rig &rig, double at_s, std::int64_t tick)
-{
-    const std::int64_t period_ns = config_period_ns(&rig.firmware);
-    return at_s > 0.0 && at_s < never && (event_ns(at_s) + period_ns - 1) / period_ns == tick;
-}
-
-/* An order sets the arm in motion: what moves then has not grown out of what moved before. */
-bool is_ordered_in(const rig &rig, std::int64_t tick)
-{
-    return std::any_of(rig.orders.begin(), rig.orders.end(), [&](const operator_order &order) {
-        return is_in_tick(rig, rig.run.release_s + order.at_s, tick);
-    });
-}
-
-/* A tool in contact has no gripper: there is a loop as soon as it has touched. */
-bool is_held(const rig &rig, const tick_record &record)
-{
-    return rig.object.kind == object_kind::contact
-               ? record.robot_position_m > rig.object.surface_position_m
-               : config_period_ns(&rig.firmware) * record.index >= event_ns(rig.run.grip_close_s);
-}
-
-bool is_let_go(const rig &rig, std::int64_t tick)
-{
-    return config_period_s(&rig.firmware) * static_cast<double>(tick) >= rig.run.grip_release_s;
-}
-
-/* Before the object is gripped there is no loop that could grow. */
-void forget_motion(run_result &result)
-{
-    result.newest = {};
-    result.longest = {};
-    result.running_m.clear();
-    result.limited_until_sample = 0;
-}
-
-void end_free_motion(run_result &result)
-{
-    if (result.newest.tick.size() > result.longest.tick.size()) {
-        std::swap(result.newest, result.longest);
-    }
-    result.newest.position_m.clear();
-    result.newest.tick.clear();
-    result.newest.motor_limit_ticks = 0;
-}
-
-void print_prediction(const run_result &result, const rig &rig)
-{
-    if (result.predicted.growth_per_s) {
-        std::printf("  %-14s the %s %+.6f /s\n", "predicted",
-                    is_time_varying(rig) ? "Lyapunov exponent is" : "eigenvalues say",
-                    *result.predicted.growth_per_s);
-        for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
-            std::printf("  %-14s %s\n", "", line.c_str());
-        }
-    }
-}
 
 /* What keeps the supervisor from leaving start, read off the conditions of the last tick. */
 std::string obstacles_of(const tick_record &last)
@@ -188,49 +125,31 @@ void print_transfer_behaviour(const rig &rig)
 
 } // namespace
 
-void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm)
+void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
+               std::optional<double> spring_force_N)
 {
-    if (is_in_tick(rig, rig.run.grip_close_s, record.index)) {
-        forget_motion(result);
-    }
-    if (is_ordered_in(rig, record.index)) {
-        end_free_motion(result);
-    }
+    result.motion.note_tick(record, arm.motors_at_limit != 0, spring_force_N);
     result.ticks++;
     result.overruns += record.missed_ticks;
-    result.peak_force_N = std::max(result.peak_force_N, std::abs(record.force_N));
     for (int i = 0; i < LIMIT_COUNT && record.limits >> i; i++) {
         result.limit_ticks[i] += (record.limits >> i) & 1;
     }
-    if (record.state == SUPERVISOR_RUNNING) {
-        result.running_ticks++;
-        if (is_held(rig, record)) {
-            result.held_ticks++;
-            result.left_in_tick = record.index + 1;
-        }
-        result.force_age_min_ns = std::min(result.force_age_min_ns, record.force_frame_age_ns);
-        result.force_age_max_ns = std::max(result.force_age_max_ns, record.force_frame_age_ns);
-        result.running_m.push_back(record.manipulator_position_m);
-        result.energy.note_tick(record);
-        result.guidance.note_tick(record.index, arm);
-        result.motors.note_tick(record.index, arm);
-        result.wheel.note_tick(record.index, arm, rig.firmware.arm.attitude);
-        result.limited_until_sample = record.limits != 0 ? result.running_m.size() : result.limited_until_sample;
+    if (record.state != SUPERVISOR_RUNNING) {
+        return;
     }
-    if (record.state == SUPERVISOR_RUNNING && record.limits == 0 && !is_let_go(rig, record.index)) {
-        result.newest.position_m.push_back(record.manipulator_position_m);
-        result.newest.tick.push_back(record.index);
-        result.newest.motor_limit_ticks += arm.motors_at_limit != 0;
-    } else {
-        end_free_motion(result);
-    }
+    result.running_ticks++;
+    result.force_age_min_ns = std::min(result.force_age_min_ns, record.force_frame_age_ns);
+    result.force_age_max_ns = std::max(result.force_age_max_ns, record.force_frame_age_ns);
+    result.energy.note_tick(record);
+    result.guidance.note_tick(record.index, arm);
+    result.motors.note_tick(record.index, arm);
+    result.wheel.note_tick(record.index, arm, rig.firmware.arm.attitude);
 }
 
 void conclude(run_result &result, const rig &rig, const tick_record &last)
 {
-    const double period_s = config_period_s(&rig.firmware);
-    end_free_motion(result);
-    result.simulated_s = result.ticks > 0 ? period_s * static_cast<double>(last.index + 1) : 0.0;
+    result.simulated_s =
+        result.ticks > 0 ? config_period_s(&rig.firmware) * static_cast<double>(last.index + 1) : 0.0;
     result.state = static_cast<supervisor_state>(last.state);
     result.cause = static_cast<stop_cause>(last.stop_cause);
     result.frames_rejected = last.rejected_frames;
@@ -243,21 +162,20 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     result.drive_trouble = static_cast<cia402_trouble>(last.drive_trouble);
     result.drive_error = last.drive_error;
     result.drive_setup_step = last.drive_setup_step;
-    if (result.was_gripped()) {
-        result.growth = fit_growth(result.longest.position_m, period_s, growth_floor_m);
-    }
-    result.predicted = predict_growth(rig);
-    result.is_ordered = !rig.orders.empty();
     result.energy.has_arm = has_arm(rig);
-    const manipulator_config &manipulator = rig.firmware.manipulator;
-    result.is_stable =
-        judge(result, period_s,
-              manipulator.stiffness_N_per_m > 0.0
-                  ? 3.14159265358979323846 * std::sqrt(manipulator.mass_kg / manipulator.stiffness_N_per_m)
-                  : 0.0);
     if (result.running_ticks == 0) {
         result.obstacles = obstacles_of(last);
     }
+    result.evidence = result.motion.conclude();
+    result.predicted = predict_growth(rig);
+    verdict_case all{result.predicted, result.evidence, {}, {}, rig.firmware.manipulator.mass_kg, result.obstacles};
+    if (result.predicted.growth_per_s && *result.predicted.growth_per_s > 0.0) {
+        all.advice = advise(rig);
+    } else {
+        all.margin = margin_of(rig);
+    }
+    result.margin = all.margin;
+    result.verdict = judge(all);
 }
 
 void print_summary(const run_result &result, const rig &rig)
@@ -266,10 +184,15 @@ void print_summary(const run_result &result, const rig &rig)
     if (const nlohmann::json robot = nlohmann::json::parse(result.robot); !robot.is_null()) {
         std::printf("  %-14s %s\n", "robot", robot_sentence(robot).c_str());
     }
-    print_verdict(result, rig);
-    print_prediction(result, rig);
+    print_assumptions(rig);
+    print_verdict(result.verdict);
+    for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
+        std::printf("  %-14s %s\n", "", line.c_str());
+    }
+    print_margin(result.margin);
+    print_delay_budget(rig);
     result.energy.print();
-    std::printf("  %-14s %.2f N\n", "peak force", result.peak_force_N);
+    print_peaks(result.evidence);
     std::printf("  %-14s %lld at %g Hz = %.2f s, %lld overruns\n", "ticks", static_cast<long long>(result.ticks),
                 rig.firmware.loop.rate_Hz, result.simulated_s, static_cast<long long>(result.overruns));
     std::printf("  %-14s %s%s%s\n", "supervisor", supervisor_state_name(result.state),
@@ -314,7 +237,10 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     nlohmann::json json = {
         {"rig", rig.name},
         {"robot", nlohmann::json::parse(result.robot)},
-        {"stable", nullptr},
+        {"stopped", stop_json(result.verdict.stop)},
+        {"bounces", bounces_json(result.verdict.bounces)},
+        {"tracking", tracking_json(result.evidence)},
+        {"peak_force", peaks_json(result.evidence)},
         {"gripped", result.was_gripped()},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
@@ -324,7 +250,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"why_not_predicted", nullptr},
         {"ticks", result.ticks},
         {"overruns", result.overruns},
-        {"peak_force_N", result.peak_force_N},
+        {"peak_force_N", result.evidence.measured_peak.force_N},
         {"simulated_s", result.simulated_s},
         {"state", supervisor_state_name(result.state)},
         {"stop_cause", stop_cause_name(result.cause)},
@@ -343,18 +269,16 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"config_hash", config_hash(rig)},
         {"version", result.version},
     };
+    json.update(answer_json(rig, result.verdict, result.margin));
     if (has_arm(rig)) {
         json["guidance"] = result.guidance.as_json(config_period_s(&rig.firmware));
         json["motors"] = result.motors.as_json(config_period_s(&rig.firmware), rig.firmware.arm.joint_count);
         json["wheel"] = result.wheel.as_json(config_period_s(&rig.firmware), rig.firmware.arm.attitude);
     }
-    if (result.is_stable) {
-        json["stable"] = *result.is_stable;
-    }
-    if (result.growth) {
-        json["growth_per_s"] = result.growth->growth_per_s;
-        json["growth_ci95_per_s"] = result.growth->growth_ci95_per_s;
-        json["frequency_hz"] = result.growth->frequency_Hz;
+    if (result.evidence.growth) {
+        json["growth_per_s"] = result.evidence.growth->growth_per_s;
+        json["growth_ci95_per_s"] = result.evidence.growth->growth_ci95_per_s;
+        json["frequency_hz"] = result.evidence.growth->frequency_Hz;
     }
     if (result.predicted.growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted.growth_per_s;

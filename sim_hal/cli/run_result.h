@@ -12,37 +12,25 @@
 #include "../../firmware/recorder.h"
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig.h"
-#include "../stability/growth_fit.h"
+#include "../berth.h"
 #include "energy_report.h"
 #include "guidance_report.h"
 #include "motor_report.h"
-#include "run_prediction.h"
 #include "wheel_report.h"
 
 namespace berth
 {
 
-/* Motion of the manipulator while it runs, without interruption by a limit or an order,
- * from when the object is gripped until it is let go. */
-struct free_motion {
-    std::vector<double> position_m;
-    std::vector<std::int64_t> tick;     /* index of each sample's tick */
-    std::int64_t motor_limit_ticks = 0; /* of them: an arm's motors were at their torque limit */
-};
-
 struct run_result {
+    explicit run_result(const rig &rig) : motion(rig) {}
+
     double wall_s = 0.0; /* 0: read from a log, which does not know */
     double simulated_s = 0.0;
     std::int64_t ticks = 0;
     std::int64_t overruns = 0;
-    double peak_force_N = 0.0;
     std::int64_t running_ticks = 0;
-    std::int64_t held_ticks = 0;          /* of running_ticks: the object was gripped, or touched */
-    std::int64_t left_in_tick = 0;        /* after the last of them */
-    std::vector<double> running_m;        /* manipulator in all ticks of running, limited or not, since the grip */
-    std::size_t limited_until_sample = 0; /* of running_m: limits acted last before this one */
-    free_motion newest;
-    free_motion longest; /* what growth is measured from */
+    motion_recorder motion;
+    motion_evidence evidence; /* what the motion showed */
     supervisor_state state = SUPERVISOR_START;
     stop_cause cause = STOP_NONE;
     uint32_t limit_ticks[LIMIT_COUNT] = {};
@@ -69,19 +57,21 @@ struct run_result {
     std::string version;        /* of the program that ran the loop */
     std::vector<std::string> candumps;
 
-    std::optional<growth_fit> growth;
     growth_prediction predicted;
-    bool is_ordered = false;       /* an operator orders the arm elsewhere */
-    std::optional<bool> is_stable; /* see judge() */
-    std::string obstacles;         /* what kept a loop that never ran from running */
+    stability_margin margin;
+    stability_verdict verdict;
+    std::string obstacles; /* what kept a loop that never ran from running */
 
-    bool was_gripped() const { return held_ticks > 0; }
+    bool was_gripped() const { return evidence.has_touched; }
 };
 
-/* Takes one tick into account; `arm`: of a rig that has one. */
-void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm);
+/* Takes one tick into account; `arm`: of a rig that has one; `spring_force_N`: of the sensor's spring, where it is
+ * known.
+ */
+void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
+               std::optional<double> spring_force_N);
 
-/* Fills in what only the whole run tells, from its `last` tick: growth, stable, counts. */
+/* Fills in what only the whole run tells, from its `last` tick: evidence, verdict, counts. */
 void conclude(run_result &result, const rig &rig, const tick_record &last);
 
 /* For a person. */

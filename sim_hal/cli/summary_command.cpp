@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "../hil/rig_record.h"
 #include "../log/ulog_reader.h"
 #include "commands.h"
 #include "robot_choice.h"
@@ -21,10 +22,11 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
 {
     ulog_reader log(path);
     rig = log.recorded_rig();
-    run_result result;
+    run_result result(rig);
     result.motors.is_told = log.knows_motors();
     tick_record last{};
-    arm_record arm{}; /* of a tick, before it */
+    arm_record arm{};                     /* of a tick, before it */
+    std::optional<double> spring_force_N; /* of a tick, before it; a real rig's is not known */
     std::int64_t frames_received = 0;
     std::int64_t frames_of_tick = 0; /* they come before it */
     std::int64_t next_index = 0;
@@ -35,9 +37,12 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
             frames_of_tick += record_as<frame_record>(bytes).direction == 0;
         } else if (id == ULOG_ARM_ID) {
             arm = record_as<arm_record>(bytes);
+        } else if (id == ulog_rig_id && bytes.size() == sizeof(rig_values)) {
+            spring_force_N = record_as<rig_values>(bytes).spring_force_N;
         } else if (id == ULOG_TICK_ID) {
             last = record_as<tick_record>(bytes);
-            note_tick(result, rig, last, arm);
+            note_tick(result, rig, last, arm, spring_force_N);
+            spring_force_N.reset();
             frames_received += frames_of_tick;
             frames_of_tick = 0;
             state.missing_ticks += last.index - last.missed_ticks - next_index;
@@ -62,20 +67,20 @@ nlohmann::json envelope_as_json(const run_result &result, double period_s)
 {
     const auto run_time_s = [&](double free_motion_s) {
         const auto sample = static_cast<std::size_t>(free_motion_s / period_s);
-        return period_s * static_cast<double>(result.longest.tick[sample]) +
+        return period_s * static_cast<double>(result.motion.longest().tick[sample]) +
                (free_motion_s - period_s * static_cast<double>(sample));
     };
     nlohmann::json times = nlohmann::json::array();
     nlohmann::json heights = nlohmann::json::array();
-    for (const oscillation_height &height : oscillation_heights(result.longest.position_m, period_s)) {
+    for (const oscillation_height &height : oscillation_heights(result.motion.longest().position_m, period_s)) {
         times.push_back(run_time_s(height.time_s));
         heights.push_back(height.value);
     }
     nlohmann::json json = {{"time_s", times}, {"height_m", heights}};
-    if (result.growth) {
-        json["fit_from_s"] = run_time_s(result.growth->from_s);
-        json["fit_to_s"] = run_time_s(result.growth->to_s);
-        json["fit_height_from_m"] = result.growth->height_from;
+    if (result.evidence.growth) {
+        json["fit_from_s"] = run_time_s(result.evidence.growth->from_s);
+        json["fit_to_s"] = run_time_s(result.evidence.growth->to_s);
+        json["fit_height_from_m"] = result.evidence.growth->height_from;
     }
     return json;
 }

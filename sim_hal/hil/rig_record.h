@@ -18,6 +18,11 @@ namespace berth
     X(double, spring_force_N)                                                                                       \
     X(double, measured_force_N)
 
+/* A record by itself, as a log is read. */
+struct rig_values {
+    RIG_RECORD_FIELDS(RECORD_MEMBER)
+};
+
 #pragma pack(push, 1)
 struct rig_message {
     std::uint16_t size_bytes;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "../../hal/rig/given.h"
 #include "../../hal/rig/rig_file.h"
 
 namespace berth
@@ -260,7 +261,11 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
 
 rig ulog_reader::recorded_rig() const
 {
-    return parse_rig(infos_.at("berth_config"), path_ + " (recorded configuration)");
+    rig rig = parse_rig(infos_.at("berth_config"), path_ + " (recorded configuration)");
+    if (const auto assumed = infos_.find("berth_assumed"); assumed != infos_.end()) {
+        set_assumed(rig, assumed->second);
+    }
+    return rig;
 }
 
 hal_frame frame_of(const frame_record &record)

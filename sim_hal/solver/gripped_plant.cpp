@@ -6,7 +6,7 @@ namespace berth
 {
 
 gripped_plant::gripped_plant(const rig &rig, double reference_m)
-    : rig_(rig), equations_(rig), close_ns_(event_ns(rig.run.grip_close_s)),
+    : rig_(rig), equations_(rig), close_ns_(event_ns(grip_closes_s(rig))),
       release_ns_(event_ns(rig.run.grip_release_s)), next_change_ns_(close_ns_ > 0 ? close_ns_ : release_ns_)
 {
     equations_.is_held = close_ns_ == 0;

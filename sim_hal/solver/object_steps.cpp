@@ -51,7 +51,7 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
 int object_steps_a_tick(const rig &rig)
 {
     const bool is_nonlinear = rig.object.kind == object_kind::contact || rig.run.grip_release_s < never ||
-                              rig.run.grip_close_s > 0.0 || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
+                              grip_closes_s(rig) > 0.0 || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
                               !active_stages(rig, &effect::on_body, "object").empty();
     const bool has_filter = !active_stages(rig, &effect::on_force).empty();
     return value_of_effect(rig, "object.impact_damping_s_per_m") > 0.0         ? stiffening_steps_a_tick
@@ -62,7 +62,7 @@ int object_steps_a_tick(const rig &rig)
 
 object_steps::object_steps(const rig &rig)
     : plant_(object_alone(rig)), grip_force_N_(value_of_effect(rig, "object.grip_force_N")),
-      grip_close_s_(rig.run.grip_close_s), grip_release_s_(rig.run.grip_release_s),
+      grip_close_s_(grip_closes_s(rig)), grip_release_s_(rig.run.grip_release_s),
       impact_damping_s_per_m_(plant_.one_sided ? value_of_effect(rig, "object.impact_damping_s_per_m") : 0.0),
       friction_N_(value_of_effect(rig, "object.coulomb_friction_N")),
       switches_(plant_.one_sided || grip_force_N_ > 0.0 || grip_release_s_ < never || grip_close_s_ > 0.0)

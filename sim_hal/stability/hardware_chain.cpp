@@ -38,7 +38,8 @@ hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_ma
 }
 
 hardware_chain::hardware_chain(const rig &rig)
-    : plant_(rig), gain_(gain_when_small(rig)), scales_(plant_.natural_scales<beam_state>())
+    : plant_(rig), gain_(touches_nothing(rig) ? 0.0 : gain_when_small(rig)),
+      scales_(plant_.natural_scales<beam_state>())
 {
     if (rig.object.kind == object_kind::contact) {
         throw input_error(

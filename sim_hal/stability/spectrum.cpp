@@ -125,7 +125,7 @@ std::string mode_name(const mode &mode, const rig &rig)
 bool drifts_freely(const rig &rig)
 {
     return rig.firmware.arm.kind == ARM_NONE && rig.firmware.manipulator.stiffness_N_per_m == 0.0 &&
-           rig.object.stiffness_N_per_m == 0.0;
+           (rig.object.stiffness_N_per_m == 0.0 || touches_nothing(rig));
 }
 
 spectrum loop_spectrum(const rig &rig)

@@ -109,6 +109,33 @@ def test_all_that_is_left_of_the_5_Hz_wall_is_stable_with_prediction(dead_time_m
     assert (np.abs(radius[below] - coupled) < (turn**3 / 12).max() + np.abs(rigid - coupled) / 3)[is_slowest].all()
 
 
+@pytest.mark.parametrize("method, is_measured", [("prediction", False), ("identification", True), ("adaptive-inverse", True),
+                                                 ("passivity", True)])
+def test_eigen_and_limits_answer_for_what_compensates(method, is_measured):
+    """Without eigenvalues the growth is that of runs, and said to be such."""
+    told = one_json_object(command("eigen", "ess", "--with", method, "--json").stdout)
+    assert told["verdict"] == "stable" and told["growth_per_s"] < 0
+    limits = one_json_object(command("limits", "ess", "--with", method, "--json").stdout)
+    assert limits["growth_per_s"] == pytest.approx(told["growth_per_s"], rel=1e-6)
+    assert ("runs of 20 s" in limits["source"]) is is_measured
+    if is_measured:
+        assert told["eigenvalues"] is None and "runs of 20 s" in told["source"]
+    assert set(limits["parameters"]) == {"robot.dead_time_ms", "object.mass_kg", "object.stiffness_N_per_m"}
+
+
+@pytest.mark.parametrize("method", ["prediction", "identification"])
+def test_a_limit_of_a_compensated_loop_parts_runs_that_decay_from_runs_that_grow(method):
+    """The hardware is heavier than the firmware was told."""
+    heavy = ("ess", "--with", method, "--set", "prediction.mass_kg=100", "--set", "prediction.stiffness_N_per_m=2368.705",
+             "--set", "prediction.damping_N_s_per_m=19.4677", "--set", "prediction.dead_time_ms=17.5")
+    limit = one_json_object(command("limits", *heavy, "--json").stdout)["parameters"]["object.mass_kg"]["above"]
+    assert limit is not None
+    growths = [one_json_object(command("run", *heavy, "--no-log", "--json", "--set", f"object.mass_kg={limit * factor}",
+                                       "--set", "run.duration_s=20").stdout) for factor in (0.9, 1.1)]
+    print(f"limit {limit:.4g} kg: {[told['growth_per_s'] for told in growths]}, {[told['verdict'] for told in growths]}")
+    assert growths[0]["stable"] is not False and growths[1]["stable"] is False
+
+
 def test_a_prediction_that_is_told_another_robots_dead_time_is_refused(tmp_path):
     """The rig file tells of its own robot, --robot puts another there."""
     rig = tmp_path / "rig.toml"

@@ -256,7 +256,7 @@ def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, sta
         values = {"loop.rate_Hz": 250, "robot.dead_time_ms": repr(end), **what}
         assert ask("eigen", "ess", *settings(values))["spectral_radius"] == pytest.approx(1, abs=1e-7)
     words = {"all": "stable over the whole of it", "part": "stable over a part of it: [40, ",
-             "none": "UNSTABLE over the whole of it"}
+             "none": "unstable over the whole of it"}
     text = command("limits", *arguments).stdout.decode()
     assert f"reported dead time from 40 to 80 ms: {words[stable]}" in text
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+#include "../../sim_hal/bounce.h"
 #include "../support/closed_loop.h"
 
 namespace berth
@@ -187,6 +188,52 @@ TEST_CASE("restitution against a damped wall that never pulls, another program")
         const double restitution = approach_and_rebound(r.damping_ratio, r.delay_ms, "fast");
         CHECK(std::abs(restitution - expected) < 3e-4);
     }
+}
+
+rig rig_in_contact(double damping_ratio, double delay_ms)
+{
+    std::vector<std::string> overrides = impact(damping_ratio, delay_ms);
+    overrides.insert(overrides.end(), {"object.kind=contact", "manipulator.initial_position_m=-0.005"});
+    return load_rig("ess", overrides);
+}
+
+TEST_CASE("a played bounce has the published restitution")
+{
+    for (const row &r : table) {
+        if (r.damping_ratio == 0.0) {
+            CAPTURE(r.delay_ms);
+            CHECK(std::abs(play_bounce(rig_in_contact(0.0, r.delay_ms))->restitution - r.restitution) < allowance);
+        }
+    }
+}
+
+/* w0 tau from 0.06 to 0.57, where the formula no longer holds. */
+TEST_CASE("a played bounce against another program, far beyond small delays")
+{
+    for (const double damping_ratio : {0.0, 0.1, 0.3}) {
+        for (const double delay_ms : {3.0, 10.0, 30.0}) {
+            CAPTURE(damping_ratio);
+            CAPTURE(delay_ms);
+            const double expected = delayed_wall_that_never_pulls(damping_ratio, 1e-3 * delay_ms);
+            CHECK(std::abs(play_bounce(rig_in_contact(damping_ratio, delay_ms))->restitution - expected) <
+                  allowance);
+        }
+    }
+}
+
+/* By the formula a bounce gains energy where zeta < w0 tau / 2. */
+TEST_CASE("the dead time at which a bounce gains energy, against another program")
+{
+    const auto found = find_bounce_limit(rig_in_contact(0.05, 3.0), "robot.dead_time_ms");
+    REQUIRE(found);
+    CHECK(found->gains_above);
+    const double delay_ms = found->value + 1.0 + 0.05;
+    CHECK(delayed_wall_that_never_pulls(0.05, 1e-3 * delay_ms) == doctest::Approx(1.0).epsilon(1e-3));
+}
+
+TEST_CASE("a bounce needs a tool in contact")
+{
+    CHECK_THROWS_WITH(play_bounce(load_rig("ess")), doctest::Contains("object.kind"));
 }
 
 TEST_CASE("with hardly any delay a wall gives back what it gets, and no more")

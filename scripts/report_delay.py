@@ -1,0 +1,19 @@
+"""The delay budget as a bar: where the delay of a slow force comes from, in ms."""
+import html
+
+# The names that `berth run` prints, by their keys in its JSON, in the order of the signal; colours as in report_signals.
+PARTS = {"robot_ms": ("robot", "#D55E00"), "hold_ms": ("hold", "#0072B2"), "bus_ms": ("bus", "#999999"),
+         "sensor_ms": ("sensor", "#CC79A7"), "low_pass_ms": ("low-pass", "#009E73"),
+         "wait_ms": ("waiting for the tick", "#E69F00")}
+
+
+def section(budget):
+    """HTML of the bar and its numbers. A part that takes delay away, as an inverse filter may, has no width."""
+    shown = [(name, colour, budget[key]) for key, (name, colour) in PARTS.items() if budget[key] != 0.0]
+    widths = sum(max(0.0, delay_ms) for _, _, delay_ms in shown)
+    bars = "".join(f'<span style="background: {colour}; width: {100 * max(0.0, delay_ms) / widths:.3f}%" '
+                   f'title="{html.escape(name)} {delay_ms:.3g} ms"></span>' for name, colour, delay_ms in shown)
+    words = " + ".join(f'<b style="color: {colour}">{html.escape(name)}</b> {delay_ms:.3g}'
+                       for name, colour, delay_ms in shown)
+    return (f'<section class="delay"><h2>Delay budget</h2>\n<div class="bar">{bars}</div>\n'
+            f"<p>{words} = {budget['total_ms']:.4g} ms from a command to the force that answers it</p></section>")

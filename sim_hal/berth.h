@@ -1,0 +1,34 @@
+/* The host library: a rig goes in, answers come out as plain structures. The command, reports and other languages
+ * are its clients; none of them reads printed text.
+ *
+ *   rig        load_rig(), parse_rig(), print_config(); refuse_unstated() for what must not be assumed
+ *   budget     delay_budget_of(): where the loop's delay comes from, in ms
+ *   assumed    assumptions_of(): what decides and was not stated
+ *   spectrum   loop_spectrum(): eigenvalues of one period; predict_growth(): the growth that they say, in 1/s
+ *   limits     find_limits(): how far one parameter may go; advise(): the smallest change that makes a loop stable
+ *   bounce     play_bounce(): restitution of a tool in contact; find_bounce_limit(): where it gains energy
+ *   compensated  growth_of_compensated(), limits_of_compensated(): of loops with compensation of the dead time
+ *   map        stability_map.h: largest |z| over two parameters
+ *   run        motion_recorder takes a run's ticks; motion_evidence is what they show
+ *   verdict    judge(): one verdict from prediction and motion, its words and its advice
+ *
+ * Everything that is wrong with a rig comes as input_error, with file, line, key and remedy. Sources of the
+ * mathematics stand in the headers of stability/. */
+#ifndef SIM_HAL_BERTH_H
+#define SIM_HAL_BERTH_H
+
+#include "../hal/rig/given.h"
+#include "../hal/rig/rig_file.h"
+#include "advice.h"
+#include "assumptions.h"
+#include "bounce.h"
+#include "compensated.h"
+#include "delay_budget.h"
+#include "motion.h"
+#include "prediction.h"
+#include "stability/limits.h"
+#include "stability/spectrum.h"
+#include "stability/stability_map.h"
+#include "verdict.h"
+
+#endif

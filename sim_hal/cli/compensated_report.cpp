@@ -1,0 +1,95 @@
+#include "compensated_report.h"
+
+#include <cstdio>
+
+#include "../compensated.h"
+#include "../stability/arm_loop.h"
+#include "gains_report.h"
+#include "short_number.h"
+#include "verdict_report.h"
+
+namespace berth
+{
+
+namespace
+{
+
+std::string or_none(const std::optional<double> &value)
+{
+    return value ? short_number(*value) : "none";
+}
+
+const char *source_words(bool is_measured)
+{
+    return is_measured ? "growth of runs of 20 s without noise, as this compensation has no eigenvalues"
+                       : "eigenvalues of the loop with its compensation";
+}
+
+growth_prediction prediction_of(const compensated_growth &own)
+{
+    return {own.growth_per_s, {}, 0.0, own.is_measured ? prediction_source::run : prediction_source::eigenvalues};
+}
+
+} // namespace
+
+int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
+{
+    refuse_arm(rig);
+    const stability_verdict verdict = judge(prediction_of(growth_of_compensated(rig)), {});
+    if (arguments.json) {
+        nlohmann::json json = answer_json(rig, verdict, {});
+        json.update({{"rig", rig.name},
+                     {"eigenvalues", nullptr},
+                     {"spectral_radius", nullptr},
+                     {"growth_per_s", verdict.growth ? nlohmann::json(verdict.growth->growth_per_s) : nullptr},
+                     {"source", source_words(true)}});
+        print_json(json);
+        return check_exit_code(arguments, verdict, {});
+    }
+    print_assumptions(rig);
+    std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
+    std::printf("  %-14s %s\n", "source", source_words(true));
+    print_delay_budget(rig);
+    return check_exit_code(arguments, verdict, {});
+}
+
+int answer_compensated_limits(const rig &rig, const rig_arguments &arguments)
+{
+    refuse_arm(rig);
+    const compensated_growth own = growth_of_compensated(rig);
+    const stability_verdict verdict = judge(prediction_of(own), {});
+    const std::vector<compensated_limit> limits = limits_of_compensated(rig);
+    stability_margin margin;
+    for (const compensated_limit &limit : limits) {
+        if (limit.key == "robot.dead_time_ms" && verdict.is_stable == std::optional<bool>(true)) {
+            margin.is_dead_time_open = !limit.above;
+            margin.dead_time_ms = limit.above ? std::optional<double>(*limit.above - limit.value) : std::nullopt;
+        }
+    }
+    if (arguments.json) {
+        nlohmann::json json = answer_json(rig, verdict, margin);
+        json.update(
+            {{"rig", rig.name}, {"growth_per_s", own.growth_per_s}, {"source", source_words(own.is_measured)}});
+        for (const compensated_limit &limit : limits) {
+            json["parameters"][std::string(limit.key)] = {
+                {"value", limit.value}, {"below", or_null(limit.below)}, {"above", or_null(limit.above)}};
+        }
+        print_json(json);
+        return check_exit_code(arguments, verdict, margin);
+    }
+    print_assumptions(rig);
+    std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
+    std::printf("  %-14s %s; the firmware goes on with what it was told\n", "source", source_words(own.is_measured));
+    print_delay_budget(rig);
+    std::printf("  %-32s %12s %25s\n  %-32s %12s %12s %12s\n", "", "", "nearest limit", "parameter", "value",
+                "below", "above");
+    for (const compensated_limit &limit : limits) {
+        std::printf("  %-32s %12s %12s %12s\n", std::string(limit.key).c_str(), short_number(limit.value).c_str(),
+                    or_none(limit.below).c_str(), or_none(limit.above).c_str());
+    }
+    std::printf(
+        "none: no limit within a factor of 10 either way. Intervals narrower than 15 %% may be overlooked.\n");
+    return check_exit_code(arguments, verdict, margin);
+}
+
+} // namespace berth

@@ -1,0 +1,174 @@
+#include "verdict_report.h"
+
+#include <cstdio>
+
+#include "gains_report.h"
+#include "short_number.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr const char *line_format = "  %-14s %s\n";
+
+std::string_view section_of(std::string_view key)
+{
+    return key.substr(0, key.find('.'));
+}
+
+nlohmann::json peak_json(const force_peak &peak)
+{
+    return {{"force_N", peak.force_N}, {"at_s", peak.at_s}};
+}
+
+} // namespace
+
+void print_verdict(const stability_verdict &verdict)
+{
+    std::printf(line_format, verdict_name(verdict.kind), verdict.because.c_str());
+    if (!verdict.advice.empty()) {
+        std::printf(line_format, "advice", verdict.advice.c_str());
+    }
+}
+
+void print_assumptions(const rig &rig)
+{
+    const std::vector<assumption> all = assumptions_of(rig);
+    const char *title = "assumed";
+    for (auto first = all.begin(); first != all.end();) {
+        const std::string_view section = section_of(first->key);
+        std::string line = "[" + std::string(section) + "]";
+        for (; first != all.end() && section_of(first->key) == section; ++first) {
+            line += (line.back() == ']' ? " " : ", ") + std::string(first->key.substr(section.size() + 1)) + " = " +
+                    first->value;
+        }
+        std::printf(line_format, title, line.c_str());
+        title = "";
+    }
+}
+
+void print_delay_budget(const rig &rig)
+{
+    const delay_budget budget = delay_budget_of(rig);
+    std::string line;
+    for (const delay_part &part : budget.parts()) {
+        char text[60];
+        std::snprintf(text, sizeof text, "%.3g", part.delay_ms);
+        line += (line.empty() ? "" : " + ") + std::string(part.name) + " " + text;
+    }
+    std::printf("  %-14s %s = %.4g ms\n", "delay", line.c_str(), budget.total_ms());
+}
+
+void print_margin(const stability_margin &margin)
+{
+    if (!margin.modulus) {
+        return;
+    }
+    const std::string dead_time = margin.dead_time_ms ? short_number(*margin.dead_time_ms) + " ms of dead time"
+                                  : margin.is_dead_time_open ? "no limit up to ten times the robot's dead time"
+                                                             : "";
+    std::printf("  %-14s %s%smodulus %.4f\n", "margin", dead_time.c_str(), dead_time.empty() ? "" : ", ",
+                *margin.modulus);
+}
+
+void print_peaks(const motion_evidence &motion)
+{
+    std::printf("  %-14s %.2f N measured at %.3f s", "peak force", motion.measured_peak.force_N,
+                motion.measured_peak.at_s);
+    if (motion.true_peak) {
+        std::printf(", %.2f N in the sensor's spring at %.3f s", motion.true_peak->force_N, motion.true_peak->at_s);
+    }
+    std::printf("\n");
+}
+
+int check_exit_code(const rig_arguments &arguments, const stability_verdict &verdict, const stability_margin &margin)
+{
+    constexpr int exit_unsafe = 1;
+    return arguments.check && !is_safe(verdict, margin, arguments.check_margin_ms) ? exit_unsafe : 0;
+}
+
+nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, const stability_margin &margin)
+{
+    return {{"verdict", verdict_name(verdict.kind)},
+            {"stable", or_null(verdict.is_stable)},
+            {"because", verdict.because},
+            {"advice", verdict.advice.empty() ? nlohmann::json() : nlohmann::json(verdict.advice)},
+            {"doubling_time_s", doubling_json(verdict)},
+            {"margin", margin_json(margin)},
+            {"assumed", assumed_json(rig)},
+            {"delay_budget", delay_budget_json(rig)}};
+}
+
+nlohmann::json stop_json(const std::optional<run_stop> &stop)
+{
+    if (!stop) {
+        return nullptr;
+    }
+    return {{"cause", stop_cause_name(stop->cause)}, {"after_s", stop->after_s}};
+}
+
+nlohmann::json doubling_json(const stability_verdict &verdict)
+{
+    return verdict.growth && verdict.growth->growth_per_s > 0.0 ? nlohmann::json(verdict.growth->factor_time_s())
+                                                                : nlohmann::json();
+}
+
+nlohmann::json bounces_json(const std::optional<bounce_finding> &bounces)
+{
+    if (!bounces) {
+        return nullptr;
+    }
+    return {{"count", bounces->count},
+            {"restitution", bounces->restitution},
+            {"restitution_range", {bounces->restitution_lowest, bounces->restitution_highest}},
+            {"energy_J", bounces->energy_J}};
+}
+
+nlohmann::json tracking_json(const motion_evidence &motion)
+{
+    if (!motion.has_run) {
+        return nullptr;
+    }
+    return {
+        {"rms_m", motion.tracking.rms_m}, {"peak_m", motion.tracking.peak_m}, {"range_m", motion.tracking.range_m}};
+}
+
+nlohmann::json margin_json(const stability_margin &margin)
+{
+    return {{"dead_time_ms", or_null(margin.dead_time_ms)},
+            {"dead_time_is_open", margin.is_dead_time_open},
+            {"modulus", or_null(margin.modulus)}};
+}
+
+nlohmann::json assumed_json(const rig &rig)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const assumption &one : assumptions_of(rig)) {
+        list.push_back({{"key", one.key}, {"value", one.value}});
+    }
+    return list;
+}
+
+nlohmann::json delay_budget_json(const rig &rig)
+{
+    const delay_budget budget = delay_budget_of(rig);
+    nlohmann::json json;
+    for (const delay_part &part : budget.parts()) {
+        json[std::string(part.key)] = part.delay_ms;
+    }
+    json["total_ms"] = budget.total_ms();
+    return json;
+}
+
+nlohmann::json peaks_json(const motion_evidence &motion)
+{
+    nlohmann::json json = {{"measured", peak_json(motion.measured_peak)}, {"true", nullptr}};
+    if (motion.true_peak) {
+        json["true"] = peak_json(*motion.true_peak);
+    }
+    return json;
+}
+
+} // namespace berth

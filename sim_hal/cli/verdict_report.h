@@ -1,0 +1,40 @@
+/* Verdict, delay budget and assumptions, for a person and for a program. What is printed here was made by the
+ * library. */
+#ifndef SIM_HAL_CLI_VERDICT_REPORT_H
+#define SIM_HAL_CLI_VERDICT_REPORT_H
+
+#include <nlohmann/json.hpp>
+
+#include "../berth.h"
+#include "commands.h"
+
+namespace berth
+{
+
+/* Lines of a summary. */
+void print_verdict(const stability_verdict &verdict);
+void print_assumptions(const rig &rig);
+void print_delay_budget(const rig &rig);
+void print_margin(const stability_margin &margin);
+void print_peaks(const motion_evidence &motion);
+
+/* 0, or 1 where --check asks for more than the verdict gives. */
+int check_exit_code(const rig_arguments &arguments, const stability_verdict &verdict,
+                    const stability_margin &margin);
+
+/* What every answer has: verdict, its reason and advice, margin, delay budget, and what was assumed. */
+nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, const stability_margin &margin);
+
+/* Null where there is nothing to tell. */
+nlohmann::json stop_json(const std::optional<run_stop> &stop);
+nlohmann::json doubling_json(const stability_verdict &verdict);
+nlohmann::json bounces_json(const std::optional<bounce_finding> &bounces);
+nlohmann::json tracking_json(const motion_evidence &motion);
+nlohmann::json margin_json(const stability_margin &margin);
+nlohmann::json assumed_json(const rig &rig);
+nlohmann::json delay_budget_json(const rig &rig);
+nlohmann::json peaks_json(const motion_evidence &motion);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,42 @@
+/* How far a loop with compensation of the dead time may go until it is unstable. The hardware changes, and the
+ * firmware goes on with what it was told: that is what a margin is for.
+ *
+ * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none: their loop
+ * is run from a deflection for 20 s, and the growth of its swing is bisected, without noise. */
+#ifndef SIM_HAL_COMPENSATED_H
+#define SIM_HAL_COMPENSATED_H
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "../hal/rig/rig.h"
+
+namespace berth
+{
+
+/* Of each run. */
+constexpr double compensated_run_s = 20.0;
+
+struct compensated_growth {
+    double growth_per_s;
+    bool is_measured; /* by a run; else the eigenvalues' */
+};
+
+/* Throws input_error where the loop can neither be run nor has eigenvalues. */
+compensated_growth growth_of_compensated(const rig &rig);
+
+struct compensated_limit {
+    std::string_view key; /* of the hardware, in the rig file */
+    double value;         /* the rig's own */
+    std::optional<double> below;
+    std::optional<double> above;
+};
+
+/* The nearest values at which the growth changes its sign, within a factor of 10 either way, in steps of 15 %: a
+ * narrower interval may be overlooked. Of dead time, mass and stiffness of the object. */
+std::vector<compensated_limit> limits_of_compensated(const rig &rig);
+
+} // namespace berth
+
+#endif

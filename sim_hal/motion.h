@@ -1,0 +1,128 @@
+/* What a run's motion shows, tick by tick and as a whole: evidence for a verdict, and no verdict itself. */
+#ifndef SIM_HAL_MOTION_H
+#define SIM_HAL_MOTION_H
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "../firmware/recorder.h"
+#include "../firmware/supervisor.h"
+#include "../hal/rig/rig.h"
+#include "stability/growth_fit.h"
+
+namespace berth
+{
+
+/* Motion of the manipulator while it runs, without interruption by a limit or an order,
+ * from when the object is gripped until it is let go. */
+struct free_motion {
+    std::vector<double> position_m;
+    std::vector<std::int64_t> tick;     /* index of each sample's tick */
+    std::int64_t motor_limit_ticks = 0; /* of them: an arm's motors were at their torque limit */
+};
+
+/* Why a run ended before its time. */
+struct run_stop {
+    stop_cause cause = STOP_NONE;
+    double after_s = 0.0; /* since the start of the run */
+
+    /* The motion itself, or the force that it made, was too large. */
+    bool is_of_motion() const;
+};
+
+struct force_peak {
+    double force_N = 0.0;
+    double at_s = 0.0;
+};
+
+/* One stay of a tool in the material. Speeds of the manipulator, once the force of the stay has reached the loop. */
+struct bounce {
+    double touched_s;
+    double left_s;
+    double speed_in_m_per_s;
+    double speed_out_m_per_s;
+
+    double restitution() const { return speed_out_m_per_s / speed_in_m_per_s; }
+};
+
+/* How far the robot is from where the manipulator is. */
+struct tracking_error {
+    double rms_m = 0.0;
+    double peak_m = 0.0;
+    double range_m = 0.0; /* of the manipulator's motion */
+};
+
+enum class motion_trend {
+    unknown, /* neither of the others, or too short to tell */
+    comes_to_rest,
+    moves_more, /* in the second half than in the first */
+};
+
+struct motion_evidence {
+    double running_s = 0.0;
+    bool has_run = false;
+    bool has_touched = false; /* gripped or touched the object: there was a loop */
+    bool touches_now = false; /* at the end */
+    bool has_moved = false;
+    bool is_driven = false;  /* an operator's profile moved it for most of the run */
+    bool is_ordered = false; /* an operator orders an arm elsewhere */
+    bool is_contact = false;
+    bool has_effects_of_size = false; /* backlash and the like: small motions say nothing of large ones */
+    bool is_too_short = false;        /* did not swing often enough to tell growth from decay */
+    std::optional<growth_fit> growth; /* of the free motion */
+    double motor_limit_share = 0.0;   /* of the ticks of that */
+    bool limits_acted_late = false;   /* in the last quarter: they bound what grows */
+    std::optional<bool> falls;        /* under limits: the swing is lower in the second half */
+    double height_m = 0.0;            /* of the last swings, from crest to trough */
+    motion_trend trend = motion_trend::unknown;
+    std::vector<bounce> bounces;
+    tracking_error tracking;
+    force_peak measured_peak;
+    std::optional<force_peak> true_peak; /* in the sensor's spring, at the ticks; nothing: known to no log */
+    run_stop stop;
+};
+
+/* Takes the ticks of one run. */
+class motion_recorder
+{
+  public:
+    explicit motion_recorder(const rig &rig);
+
+    /* `spring_force_N`: of the sensor's spring at this tick; nothing where nobody knows. */
+    void note_tick(const tick_record &record, bool motors_at_limit, std::optional<double> spring_force_N);
+
+    /* Once, after the last tick. */
+    motion_evidence conclude();
+
+    const free_motion &longest() const { return longest_; } /* what growth is measured from */
+    std::int64_t held_ticks() const { return held_ticks_; }
+
+  private:
+    void note_running(const tick_record &record);
+    void note_bounce(const tick_record &record);
+    void note_peaks(const tick_record &record, std::optional<double> spring_force_N);
+    void end_free_motion();
+    void forget_motion();
+
+    rig rig_;
+    double period_s_;
+    std::int64_t settle_ticks_; /* until a force that has gone is gone from the loop, too */
+    motion_evidence evidence_;
+    std::int64_t held_ticks_ = 0;
+    std::int64_t running_ticks_ = 0;
+    bool holds_ = false;                   /* in this tick */
+    std::vector<double> running_m_;        /* manipulator in all ticks of running, limited or not, since the grip */
+    std::size_t limited_until_sample_ = 0; /* of running_m_: limits acted last before this one */
+    free_motion newest_;
+    free_motion longest_;
+    std::optional<bounce> open_bounce_;
+    std::int64_t settled_in_tick_ = -1; /* when the last stay's force has gone */
+    double tracking_square_sum_m2_ = 0.0;
+    double lowest_m_ = 0.0;
+    double highest_m_ = 0.0;
+};
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,107 @@
+#include "prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../firmware/compensation/compensation.h"
+#include "../hal/rig/rig_file.h"
+#include "effects/active.h"
+#include "stability/dominant_root.h"
+#include "stability/gains.h"
+#include "stability/limits.h"
+#include "stability/loop_timeline.h"
+#include "stability/lyapunov.h"
+#include "stability/spectrum.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* A longer dead time would make the prediction take more than a moment. */
+constexpr int predicted_degree_max = 200;
+
+constexpr std::int64_t predicted_ticks = 40000;
+
+/* Moves z = 1 by this much where it is a double eigenvalue. */
+constexpr double drift_rounding_per_s = 1e-3;
+
+bool has_loop_equation(const rig &rig)
+{
+    return !compensation_is_on(&rig.firmware) && rig.firmware.arm.kind == ARM_NONE && !is_time_varying(rig);
+}
+
+growth_prediction eigenvalue_growth(const rig &rig, prediction_source source)
+{
+    const loop_equation equation = make_loop_equation(without_variation(rig));
+    if (equation.degree() > predicted_degree_max) {
+        return {{},
+                "the loop has " + std::to_string(equation.degree()) + " eigenvalues, for more than " +
+                    std::to_string(predicted_degree_max) + " ask `berth eigen`"};
+    }
+    const double growth_per_s =
+        std::log(dominant_root_finder().spectral_radius(equation)) / config_period_s(&rig.firmware);
+    if (drifts_freely(rig) && growth_per_s < drift_rounding_per_s) {
+        return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
+    }
+    return {growth_per_s, {}, 0.0, source};
+}
+
+} // namespace
+
+rig in_contact(const rig &rig)
+{
+    berth::rig held = rig;
+    if (held.object.kind == object_kind::contact) {
+        held.object.kind = object_kind::gripped;
+    }
+    return held;
+}
+
+growth_prediction predict_growth(const rig &rig)
+try {
+    const bool touches = rig.object.kind == object_kind::contact;
+    if (const std::vector<std::string> left_out = left_out_when_small(in_contact(rig)); !left_out.empty()) {
+        return {{}, left_out.front()};
+    }
+    const berth::rig linear = in_contact(rig);
+    const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;
+    if (compensation_is_on(&rig.firmware) || rig.firmware.arm.kind != ARM_NONE) {
+        if (is_time_varying(rig)) {
+            return {{},
+                    "what changes from period to period is reckoned without compensation and with a manipulator "
+                    "of one degree of freedom alone"};
+        }
+        return {loop_spectrum(without_variation(linear)).growth_per_s, {}, 0.0, source};
+    }
+    if (is_time_varying(rig) && make_loop_equation(without_variation(linear)).degree() <= predicted_degree_max) {
+        const lyapunov_exponent found = exponent_of(linear, load_wake_histogram(rig), predicted_ticks);
+        return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent};
+    }
+    return eigenvalue_growth(linear, source);
+} catch (const input_error &error) {
+    return {{}, error.what()};
+}
+
+stability_margin margin_of(const rig &rig)
+try {
+    const berth::rig linear = in_contact(rig);
+    stability_margin margin;
+    if (!has_loop_equation(linear) || !left_out_when_small(linear).empty() || drifts_freely(linear) ||
+        make_loop_equation(linear).degree() > predicted_degree_max) {
+        return margin;
+    }
+    if (const auto quality = quality_of(linear)) {
+        margin.modulus = quality->margin;
+    }
+    if (margin.modulus && !touches_nothing(rig)) {
+        margin.dead_time_ms = dead_time_margin_ms(linear, find_limits(linear, "robot.dead_time_ms"));
+        margin.is_dead_time_open = !margin.dead_time_ms;
+    }
+    return margin;
+} catch (const input_error &) {
+    return {};
+}
+
+} // namespace berth

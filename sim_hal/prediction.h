@@ -1,0 +1,46 @@
+/* What the model says of a loop's growth before anything moves. */
+#ifndef SIM_HAL_PREDICTION_H
+#define SIM_HAL_PREDICTION_H
+
+#include <optional>
+#include <string>
+
+#include "../hal/rig/rig.h"
+
+namespace berth
+{
+
+enum class prediction_source {
+    none,
+    eigenvalues,       /* of one period */
+    contact,           /* the same, of a tool while it stays in contact */
+    lyapunov_exponent, /* of a loop that changes from tick to tick */
+    run,               /* of a compensation that has no eigenvalues: how the swing of a run without noise grows */
+};
+
+struct growth_prediction {
+    std::optional<double> growth_per_s;
+    std::string why_not;     /* where there is none */
+    double ci95_per_s = 0.0; /* of a Lyapunov exponent */
+    prediction_source source = prediction_source::none;
+};
+
+/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits. */
+growth_prediction predict_growth(const rig &rig);
+
+/* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
+rig in_contact(const rig &rig);
+
+/* How far a stable loop is from one that swings. */
+struct stability_margin {
+    std::optional<double> dead_time_ms; /* by which the robot's dead time may grow */
+    bool is_dead_time_open = false;     /* no limit up to ten times the robot's dead time */
+    std::optional<double> modulus;      /* smallest |1 + L|, see modulus_margin.h */
+};
+
+/* Nothing is known of loops without a loop equation: arms, compensation, and those that change from tick to tick. */
+stability_margin margin_of(const rig &rig);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,456 @@
+#include "verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace berth
+{
+
+namespace
+{
+
+/* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
+constexpr double neutral_per_s = 1e-6;
+
+enum class tendency { unknown, decays, grows };
+
+tendency tendency_of(double growth_per_s, double ci95_per_s)
+{
+    if (!(std::abs(growth_per_s) > std::max(ci95_per_s, 0.0))) {
+        return tendency::unknown;
+    }
+    return growth_per_s < 0.0 ? tendency::decays : tendency::grows;
+}
+
+tendency tendency_of(const growth_prediction &prediction)
+{
+    return prediction.growth_per_s
+               ? tendency_of(*prediction.growth_per_s, std::max(prediction.ci95_per_s, neutral_per_s))
+               : tendency::unknown;
+}
+
+/* What an operator moves tells nothing of what the loop does by itself. */
+tendency tendency_of(const motion_evidence &motion)
+{
+    return motion.growth && !motion.is_driven
+               ? tendency_of(motion.growth->growth_per_s, motion.growth->growth_ci95_per_s)
+               : tendency::unknown;
+}
+
+std::string formatted(const char *format, double a, double b = 0.0, double c = 0.0)
+{
+    char text[200];
+    std::snprintf(text, sizeof text, format, a, b, c);
+    return text;
+}
+
+/* What stopped a run, in a sentence. */
+std::string words_of(stop_cause cause)
+{
+    switch (cause) {
+    case STOP_ENABLE_OFF:
+        return "enable going off";
+    case STOP_SENSOR_STALE:
+        return "force samples that stayed away";
+    case STOP_OPERATOR_STALE:
+        return "operator commands that stayed away";
+    case STOP_FEEDBACK_STALE:
+        return "robot positions that stayed away";
+    case STOP_SENSOR_SATURATED:
+        return "the saturated sensor";
+    case STOP_NOT_FINITE:
+        return "a number that is not finite";
+    case STOP_MISSED_TICKS:
+        return "too many missed ticks";
+    default:
+        std::string name = stop_cause_name(cause);
+        std::replace(name.begin(), name.end(), '_', ' ');
+        return "the " + name;
+    }
+}
+
+std::string stop_words(const run_stop &stop)
+{
+    return "stopped by " + words_of(stop.cause) + formatted(" after %.2f s", stop.after_s);
+}
+
+std::string predicted_words(const growth_prediction &prediction)
+{
+    const char *const who = prediction.source == prediction_source::lyapunov_exponent ? "the Lyapunov exponent is"
+                            : prediction.source == prediction_source::run             ? "a run without noise says"
+                            : prediction.source == prediction_source::contact ? "the eigenvalues in contact say"
+                                                                              : "the eigenvalues say";
+    return std::string(who) + formatted(" %+.3g /s", *prediction.growth_per_s);
+}
+
+std::string factor_words(const growth_finding &growth)
+{
+    return (growth.growth_per_s < 0.0 ? ": halves every " : ": doubles every ") +
+           formatted("%.3g s", growth.factor_time_s());
+}
+
+std::string measured_words(const growth_finding &growth)
+{
+    return std::string("the oscillation ") + (growth.growth_per_s < 0.0 ? "decays by " : "grows by ") +
+           rate_text(std::abs(growth.growth_per_s), growth.ci95_per_s) +
+           formatted(" /s at %.4g Hz", growth.frequency_Hz) + factor_words(growth);
+}
+
+std::string motor_words(const motion_evidence &motion)
+{
+    return motion.motor_limit_share > 0.0
+               ? formatted("; motors were at their torque limit in %.0f %% of its ticks: the growth of a saturated "
+                           "loop says nothing of small motions",
+                           std::ceil(100.0 * motion.motor_limit_share))
+               : "";
+}
+
+growth_finding measured(const growth_fit &fit)
+{
+    return {growth_origin::measured, fit.growth_per_s, fit.growth_ci95_per_s, fit.frequency_Hz};
+}
+
+growth_finding predicted(const growth_prediction &prediction)
+{
+    return {growth_origin::predicted, *prediction.growth_per_s, prediction.ci95_per_s, 0.0};
+}
+
+stability_verdict undetermined(std::string because, std::string advice)
+{
+    stability_verdict found;
+    found.because = std::move(because);
+    found.advice = std::move(advice);
+    return found;
+}
+
+std::string with_prediction(std::string text, const growth_prediction &prediction)
+{
+    return prediction.growth_per_s ? std::move(text) + "; " + predicted_words(prediction) : text;
+}
+
+std::optional<bounce_finding> bounces_of(const verdict_case &of)
+{
+    const std::vector<bounce> &all = of.motion.bounces;
+    if (all.empty()) {
+        return {};
+    }
+    std::vector<double> restitutions;
+    std::vector<double> energies_J;
+    for (const bounce &one : all) {
+        restitutions.push_back(one.restitution());
+        energies_J.push_back(
+            0.5 * of.manipulator_mass_kg *
+            (one.speed_out_m_per_s * one.speed_out_m_per_s - one.speed_in_m_per_s * one.speed_in_m_per_s));
+    }
+    std::sort(restitutions.begin(), restitutions.end());
+    std::sort(energies_J.begin(), energies_J.end());
+    return bounce_finding{all.size(), restitutions[all.size() / 2], restitutions.front(), restitutions.back(),
+                          energies_J[all.size() / 2]};
+}
+
+/* A tool that comes back from the material again and again, or has left it for good. */
+bool is_bouncing(const motion_evidence &motion)
+{
+    constexpr std::size_t again_and_again = 3;
+    return !motion.bounces.empty() && (!motion.touches_now || motion.bounces.size() >= again_and_again);
+}
+
+stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bounces)
+{
+    stability_verdict found;
+    found.kind = verdict_kind::bouncing;
+    found.bounces = bounces;
+    const bool gains = bounces.restitution > 1.0;
+    found.is_stable = !gains;
+    const std::string restitution = bounces.count == 1
+                                        ? formatted("%.3g", bounces.restitution)
+                                        : formatted("%.3g (%.3g to %.3g)", bounces.restitution,
+                                                    bounces.restitution_lowest, bounces.restitution_highest);
+    found.because = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
+                    ", restitution " + restitution + (gains ? ": a bounce gains " : ": a bounce loses ") +
+                    formatted("%.3g J", std::abs(bounces.energy_J));
+    if (!of.motion.touches_now) {
+        const bounce &last = of.motion.bounces.back();
+        found.because +=
+            formatted("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",
+                      last.left_s - last.touched_s, last.left_s);
+    }
+    found.because = with_prediction(found.because, of.prediction);
+    found.advice = gains ? advice_text(of.advice) : "";
+    return found;
+}
+
+/* What is known before anything has been judged: the loop never ran, or never had its object. */
+std::optional<stability_verdict> judge_without_motion(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    if (!motion.has_run) {
+        return undetermined(with_prediction("the supervisor never came to running" + of.obstacles, of.prediction),
+                            "clear what keeps the loop from running");
+    }
+    if (motion.has_touched) {
+        return {};
+    }
+    const std::string ran = formatted("it ran for %.2f s, but ", motion.running_s);
+    return motion.is_contact
+               ? undetermined(with_prediction(ran + "the tool never came to the object: there was no loop to judge",
+                                              of.prediction),
+                              "move the tool beyond object.surface_position_m, or run longer (run.duration_s)")
+               : undetermined(with_prediction(ran + "never with the object gripped: there was no loop to judge",
+                                              of.prediction),
+                              "let run.grip_close_s lie within the run");
+}
+
+stability_verdict unstable(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    stability_verdict found;
+    found.kind = verdict_kind::unstable;
+    found.is_stable = false;
+    const bool is_seen = tendency_of(motion) == tendency::grows;
+    const tendency model = tendency_of(of.prediction);
+    if (is_seen) {
+        found.growth = measured(*motion.growth);
+        found.because = measured_words(*found.growth) + motor_words(motion);
+    } else if (model == tendency::grows) {
+        found.growth = predicted(of.prediction);
+        found.because = predicted_words(of.prediction) + factor_words(*found.growth);
+        if (tendency_of(motion) == tendency::decays) {
+            found.because += "; the motion of this run still decays: what grows has not come up yet, a longer run "
+                             "shows it";
+        }
+    } else {
+        found.because = "it moves more and more";
+    }
+    if (is_seen && model == tendency::decays) {
+        found.because += "; " + predicted_words(of.prediction) +
+                         " for small motions: noise, limits and the size of the motion are not in it";
+    } else if (is_seen && of.prediction.growth_per_s) {
+        found.because += "; " + predicted_words(of.prediction);
+    }
+    found.advice = advice_text(of.advice);
+    return found;
+}
+
+stability_verdict limit_cycle(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    stability_verdict found;
+    found.kind = verdict_kind::limit_cycle;
+    found.is_stable = false;
+    found.because = formatted("it swings for ever at a height of %.3g mm", 1e3 * motion.height_m) +
+                    (motion.limits_acted_late ? ", held by the limits" : "");
+    if (tendency_of(of.prediction) == tendency::grows) {
+        found.growth = predicted(of.prediction);
+    }
+    found.because = with_prediction(found.because, of.prediction);
+    found.advice = advice_text(of.advice);
+    return found;
+}
+
+stability_verdict stable(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    stability_verdict found;
+    found.kind = verdict_kind::stable;
+    found.is_stable = true;
+    if (tendency_of(motion) == tendency::decays) {
+        found.growth = measured(*motion.growth);
+        found.because = with_prediction(measured_words(*found.growth) + motor_words(motion), of.prediction);
+        return found;
+    }
+    if (tendency_of(of.prediction) != tendency::decays) {
+        found.because = motion.falls ? "the motion falls although limits bound it" : "the motion comes to rest";
+        found.because += motor_words(motion);
+        return found;
+    }
+    found.growth = predicted(of.prediction);
+    found.because = predicted_words(of.prediction) + factor_words(*found.growth);
+    found.because += !motion.has_moved           ? "; nothing moved in this run"
+                     : motion.is_too_short       ? "; this run is too short to show it"
+                     : motion.growth.has_value() ? "; this run does not tell decay from growth"
+                                                 : "; this run has too little oscillation to measure it";
+    return found;
+}
+
+stability_verdict driven(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    const tracking_error &tracking = motion.tracking;
+    stability_verdict found;
+    found.kind = verdict_kind::driven;
+    const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
+    found.because = formatted("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
+                              1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
+    if (tendency_of(of.prediction) == tendency::decays) {
+        found.is_stable = true;
+        found.growth = predicted(of.prediction);
+        found.because += "; " + predicted_words(of.prediction) + factor_words(*found.growth);
+        return found;
+    }
+    found.because += "; whether the loop is stable is not predicted: " + of.prediction.why_not;
+    found.advice = "to see it, let the loop swing by itself: profile.kind = \"rest\"";
+    return found;
+}
+
+stability_verdict stopped_early(const verdict_case &of)
+{
+    const run_stop &stop = of.motion.stop;
+    if (stop.is_of_motion()) {
+        return undetermined(
+            with_prediction("the motion reached a limit before its growth could be measured", of.prediction),
+            "widen the limit (limits.*, sensor_channel.force_limit_N) or start from less "
+            "(manipulator.initial_position_m, profile.amplitude_*)");
+    }
+    return undetermined(with_prediction("the run ended before its growth could be measured", of.prediction),
+                        "remove what stopped it: " + words_of(stop.cause));
+}
+
+stability_verdict not_told(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    const std::string why = of.prediction.why_not.empty() ? "" : "; not predicted: " + of.prediction.why_not;
+    if (!motion.has_moved) {
+        return undetermined("nothing moved: there is no motion to judge" + why,
+                            "move it: manipulator.initial_position_m or [profile]");
+    }
+    if (motion.growth) {
+        return undetermined(
+            "the run does not tell decay from growth: what is measured is smaller than its interval" +
+                motor_words(motion) + why,
+            "a longer run (run.duration_s) or less noise may tell");
+    }
+    if (motion.limits_acted_late) {
+        return undetermined("limits bound the motion to its end: its fall may be theirs" + motor_words(motion) + why,
+                            "widen limits.* or start from less, so that the loop swings freely");
+    }
+    return undetermined("there is too little oscillation to measure a growth rate" + motor_words(motion) + why,
+                        "a longer run (run.duration_s) may show more");
+}
+
+bool ended_early(const run_stop &stop)
+{
+    return stop.cause != STOP_NONE && stop.cause != STOP_REQUESTED;
+}
+
+/* With limits acting to the end, or effects that depend on the size of the motion, a swing of constant height is one
+ * that grew. */
+bool swings_for_ever(const motion_evidence &motion, tendency model)
+{
+    const bool holds_height = motion.falls == std::optional<bool>(false) && motion.height_m > 0.0;
+    const bool may_be_held = motion.limits_acted_late || (motion.has_effects_of_size && model == tendency::grows);
+    return holds_height && may_be_held && !motion.is_driven;
+}
+
+stability_verdict judge_motion(const verdict_case &of)
+{
+    const motion_evidence &motion = of.motion;
+    const tendency model = tendency_of(of.prediction);
+    const tendency seen = tendency_of(motion);
+    if (motion.stop.cause == STOP_NOT_FINITE || (motion.stop.is_of_motion() && model == tendency::grows)) {
+        return unstable(of);
+    }
+    if (const auto bounces = bounces_of(of); bounces && is_bouncing(motion) && !motion.stop.is_of_motion()) {
+        return judge_bounces(of, *bounces);
+    }
+    if (swings_for_ever(motion, model)) {
+        return limit_cycle(of);
+    }
+    if (seen == tendency::grows || model == tendency::grows) {
+        return unstable(of);
+    }
+    if (seen == tendency::decays && !motion.limits_acted_late) {
+        return stable(of);
+    }
+    if (ended_early(motion.stop)) {
+        return stopped_early(of);
+    }
+    if (motion.is_driven || (motion.is_ordered && model != tendency::unknown)) {
+        return driven(of);
+    }
+    if (model == tendency::decays || motion.falls == std::optional<bool>(true)) {
+        return stable(of);
+    }
+    const bool is_judged_whole = !motion.growth && !motion.limits_acted_late && !motion.is_ordered &&
+                                 !motion.is_too_short && motion.has_moved;
+    if (is_judged_whole && motion.trend == motion_trend::moves_more) {
+        return unstable(of);
+    }
+    return is_judged_whole && motion.trend == motion_trend::comes_to_rest ? stable(of) : not_told(of);
+}
+
+} // namespace
+
+const char *verdict_name(verdict_kind kind)
+{
+    static const char *const names[] = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"};
+    return names[static_cast<int>(kind)];
+}
+
+double growth_finding::factor_time_s() const
+{
+    return std::log(2.0) / std::abs(growth_per_s);
+}
+
+std::string rate_text(double value, double ci95)
+{
+    if (!(ci95 > 0.0)) {
+        return formatted("%.3g", value);
+    }
+    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
+    char text[80];
+    std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals, value, decimals, ci95);
+    return text;
+}
+
+stability_verdict judge(const verdict_case &of)
+{
+    if (auto found = judge_without_motion(of)) {
+        if (ended_early(of.motion.stop)) {
+            found->stop = of.motion.stop;
+        }
+        return *found;
+    }
+    stability_verdict found = judge_motion(of);
+    if (ended_early(of.motion.stop)) {
+        found.stop = of.motion.stop;
+        found.because += "; " + stop_words(of.motion.stop);
+    }
+    return found;
+}
+
+stability_verdict judge(const growth_prediction &prediction, const stability_advice &advice)
+{
+    stability_verdict found;
+    if (!prediction.growth_per_s) {
+        return undetermined(prediction.why_not, "ask `berth run`");
+    }
+    found.growth = predicted(prediction);
+    switch (tendency_of(prediction)) {
+    case tendency::decays:
+        found.kind = verdict_kind::stable;
+        found.is_stable = true;
+        break;
+    case tendency::grows:
+        found.kind = verdict_kind::unstable;
+        found.is_stable = false;
+        found.advice = advice_text(advice);
+        break;
+    default:
+        found.growth.reset();
+        return undetermined("the growth is no larger than its uncertainty", "ask for more --ticks, or `berth run`");
+    }
+    found.because = predicted_words(prediction) + factor_words(*found.growth);
+    return found;
+}
+
+bool is_safe(const stability_verdict &verdict, const stability_margin &margin, double margin_ms)
+{
+    if (verdict.is_stable != std::optional<bool>(true)) {
+        return false;
+    }
+    return margin_ms <= 0.0 || margin.is_dead_time_open || margin.dead_time_ms.value_or(0.0) >= margin_ms;
+}
+
+} // namespace berth

@@ -1,0 +1,83 @@
+/* One verdict on a loop, from what the model predicts and what the motion shows: a pure function of both. */
+#ifndef SIM_HAL_VERDICT_H
+#define SIM_HAL_VERDICT_H
+
+#include <optional>
+#include <string>
+
+#include "advice.h"
+#include "motion.h"
+#include "prediction.h"
+
+namespace berth
+{
+
+enum class verdict_kind {
+    stable,
+    unstable,
+    limit_cycle,  /* swings for ever at one height */
+    driven,       /* an operator moves it: how well it tracks, and stable by prediction */
+    bouncing,     /* a tool touches and leaves: energy and restitution of each bounce */
+    undetermined, /* the exception: `because` says why, `advice` what to do */
+};
+
+/* The words of terminal, JSON, page and picture. */
+const char *verdict_name(verdict_kind kind);
+
+enum class growth_origin { measured, predicted };
+
+/* A rate that is larger than its uncertainty. */
+struct growth_finding {
+    growth_origin origin;
+    double growth_per_s; /* less than 0: decays */
+    double ci95_per_s;   /* 0: exact */
+    double frequency_Hz; /* 0: not known */
+
+    /* In which the motion doubles, or halves. */
+    double factor_time_s() const;
+};
+
+/* Of all bounces of a run. */
+struct bounce_finding {
+    std::size_t count;
+    double restitution; /* median */
+    double restitution_lowest;
+    double restitution_highest;
+    double energy_J; /* that a bounce adds to the manipulator's motion: median */
+};
+
+/* What a verdict is made of. */
+struct verdict_case {
+    growth_prediction prediction;
+    motion_evidence motion;
+    stability_margin margin;
+    stability_advice advice; /* of a loop that is predicted to be unstable */
+    double manipulator_mass_kg = 0.0;
+    std::string obstacles; /* what kept a loop that never ran from running; empty: not known */
+};
+
+struct stability_verdict {
+    verdict_kind kind = verdict_kind::undetermined;
+    std::optional<bool> is_stable;
+    std::optional<growth_finding> growth;
+    std::optional<bounce_finding> bounces;
+    std::optional<run_stop> stop; /* what stopped the run before its time */
+    std::string because;          /* one sentence */
+    std::string advice;           /* one line; empty: none is needed */
+};
+
+/* Of a run. */
+stability_verdict judge(const verdict_case &of);
+
+/* Of the model alone, as `eigen` and `limits` have it. */
+stability_verdict judge(const growth_prediction &prediction, const stability_advice &advice);
+
+/* Stable, and with this margin of dead time left. */
+bool is_safe(const stability_verdict &verdict, const stability_margin &margin, double margin_ms);
+
+/* 0.298364 with an interval of 4e-05: "0.29836 +- 0.00004"; exact: three digits. */
+std::string rate_text(double value, double ci95);
+
+} // namespace berth
+
+#endif
