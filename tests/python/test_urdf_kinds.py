@@ -48,7 +48,7 @@ def robot(*parts):
 BUS = link("bus", 100, (20, 21, 22))
 FIXED_WITHOUT_AXIS = joint("mount", "fixed", "link3", "flange", axis="0 0 0") + link("flange", 0)
 OPENING = 'lower="0" upper="0.04" effort="20" velocity="0.2"'
-FINGERS = (link("left", 0.1, (1e-4, 1e-4, 1e-4)) + link("right", 0.1, (1e-4, 1e-4, 1e-4))
+FINGERS = (link("left", 0.1, (1e-4, 1e-4, 1e-4)) + link("right", 0.15, (1e-4, 1e-4, 2e-4))
            + joint("grip", "prismatic", "link3", "left", "1 0 0", limit=OPENING)
            + joint("grip_right", "prismatic", "link3", "right", "-1 0 0", mimic("grip"), OPENING))
 BENT = 'lower="0.5" upper="2" effort="1" velocity="1"'
