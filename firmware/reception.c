@@ -138,18 +138,28 @@ static int counter_is_behind(const struct reception_row *row, uint8_t newest, ui
     return behind > 0 && behind <= row->counter_mask / 2;
 }
 
-/* A counter may be any once a tick has seen that its message is stale: the sender may have begun anew. */
+/* A counter tells old from new for half a turn, counted in the frames that belong to the time, and until a tick has seen
+ * that its message is stale: then the sender may have begun anew. */
+static int64_t counter_lasts_ns(const struct reception *reception, enum received_message message)
+{
+    const struct reception_row *row = &reception->rows[message];
+    const int64_t half_turn_ns = row->counter_mask / 2 * reception->period_ns / row->per_tick;
+    const int64_t stale_ns = reception->stale_after_ns[message] + 2 * reception->period_ns;
+    return half_turn_ns < stale_ns ? half_turn_ns : stale_ns;
+}
+
 static int is_old(const struct reception *reception, enum received_message message, const struct hal_frame *frame)
 {
-    const int64_t stale_after_ns = reception->stale_after_ns[message];
     const int64_t since_newest_ns = frame->time_ns - reception->received_ns[message];
     const struct reception_row *row = &reception->rows[message];
-    if (reception->now_ns - frame->time_ns > stale_after_ns) {
+    if (reception->now_ns - frame->time_ns > reception->stale_after_ns[message]) {
         return 1;
     }
-    return reception->seen[message] &&
-           (since_newest_ns < 0 || (since_newest_ns <= stale_after_ns + 2 * reception->period_ns &&
-                                    counter_is_behind(row, reception->counter[message], counter_of(row, frame))));
+    if (!reception->seen[message] || since_newest_ns < 0) {
+        return reception->seen[message];
+    }
+    return counter_is_behind(row, reception->counter[message], counter_of(row, frame)) &&
+           since_newest_ns <= counter_lasts_ns(reception, message);
 }
 
 enum received_message reception_check(struct reception *reception, const struct hal_frame *frame)

@@ -382,6 +382,9 @@ const old_frame_case old_frames[] = {
     {"counter of a robot that began anew, afterwards", feedback(100, 200 * ms), feedback(0, 305 * ms + 1),
      305 * ms + 1, true},
     {"4 bits, half a turn back", command(9, 200 * ms), command(2, 202 * ms), 202 * ms, false},
+    {"4 bits, back, in the time of half a turn", command(9, 200 * ms), command(8, 217 * ms), 217 * ms, false},
+    {"4 bits, back, after more than that: as many may be lost", command(9, 200 * ms), command(8, 218 * ms), 218 * ms,
+     true},
     {"4 bits, half a turn ahead", command(9, 200 * ms), command(1, 202 * ms), 202 * ms, true},
 };
 
