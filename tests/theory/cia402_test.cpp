@@ -167,6 +167,11 @@ TEST_CASE("cia402: a drive in fault stops the loop, and goes on when its error i
     CHECK(state() == SUPERVISOR_READY);
     rig.operators().set_request(OPERATOR_RUN);
     run(1.0);
+    CHECK(state() == SUPERVISOR_READY); /* the enable has to be given anew */
+    for (const std::uint8_t level : {0, 1}) {
+        sim_set_input(loop.hal(), HAL_LINE_ENABLE, level);
+        run(0.1);
+    }
     CHECK(loop.is_running());
 }
 

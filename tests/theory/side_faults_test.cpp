@@ -396,10 +396,11 @@ TEST_CASE("axes in trouble: an operator who cannot wait waits for the axis that 
         rig.firmware.side_axes[slow].limits.acceleration_m_per_s2 = 0.02;
         watched_loop loop(rig);
         loop.run_to(3.0);
-        loop.operators().set_request(OPERATOR_RESET);
         loop.tamper = with_fault(BERTH_CAN_FEEDBACK_RZ_FRAME_ID);
         REQUIRE(loop.run_until(SUPERVISOR_FAULT, 4));
         loop.tamper = {};
+        loop.tick(); /* a reset counts only after the loop saw, in fault, that nobody asks for it */
+        loop.operators().set_request(OPERATOR_RESET);
         int ticks = 0;
         bool was_at_rest = false;
         for (; loop.app().supervisor.state == SUPERVISOR_FAULT && ticks < 800; ticks++) {
@@ -436,9 +437,11 @@ TEST_CASE("axes in trouble: a robot that has gone elsewhere along one axis is no
         loop.operators().set_request(OPERATOR_RESET);
         REQUIRE(loop.run_until(SUPERVISOR_START));
         const pose rest = loop.wanted();
-        loop.operators().set_request(OPERATOR_RUN);
         CHECK(!loop.run_until(SUPERVISOR_READY));
         loop.tamper = {};
+        REQUIRE(loop.run_until(SUPERVISOR_READY));
+        loop.tick();
+        loop.operators().set_request(OPERATOR_RUN);
         REQUIRE(loop.run_until(SUPERVISOR_RUNNING));
         check_near(loop, rest, loop.sent(), 1e-6);
     }

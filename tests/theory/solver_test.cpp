@@ -55,7 +55,7 @@ comparison same_frames(const std::string &name, const std::vector<std::string> &
     rig.solver.kind = solver_kind::cvode;
     virtual_rig listener(rig);
     comparison result;
-    tick_input in;
+    tick_input in{};
     tick_output out;
     while (hal_wait_tick(hal, &in.tick) == HAL_OK) {
         listener.advance_to(in.tick.scheduled_ns);
