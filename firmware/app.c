@@ -12,6 +12,8 @@ void app_start(struct app *app, const struct app_config *config)
     supervisor_start(&app->supervisor);
     missed_time_start(&app->missed_time, &app->config);
     refusal_start(&app->refusal, &app->config);
+    reflexes_start(&app->reflexes, &app->config);
+    app->record.command_position_m = app->config.manipulator.initial_position_m;
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
     compensation_start(&app->compensation, &app->config, &app->manipulator);
@@ -87,12 +89,36 @@ static int robot_at_place(const struct app *app)
            side_axes_at_place(&app->side_axes, app->robot_channel.side_position);
 }
 
-static uint32_t supervisor_conditions(const struct app *app, const struct tick_input *in)
+/* The robot's report of this tick has come. */
+static int has_report(const struct app *app)
+{
+    const int is_drive = app->robot_channel.profile == ROBOT_PROFILE_CIA402;
+    return app->reception.in_tick[is_drive ? RECEIVED_DRIVE_STATUS : RECEIVED_ROBOT_FEEDBACK] > 0;
+}
+
+static uint32_t reflexes_of_tick(struct app *app, int64_t now_ns)
+{
+    const struct reflex_input in = {
+        .now_ns = now_ns,
+        .setpoint_m = app->record.command_position_m,
+        .reported_m = app->robot_channel.position_m,
+        .has_report = has_report(app),
+        .has_sample = app->sensor_channel.has_sample,
+        .is_running = supervisor_may_move(&app->supervisor),
+        .dead_time_J = app->energy.sums.dead_time_J,
+        .stored_J = app->energy.sums.stored_J,
+        .operator_J = app->energy.sums.operator_J,
+    };
+    return reflexes_step(&app->reflexes, &in);
+}
+
+static uint32_t supervisor_conditions(struct app *app, const struct tick_input *in)
 {
     const struct reception *reception = &app->reception;
     const int64_t now_ns = in->tick.scheduled_ns;
     const uint8_t request = app->operator_channel.command.request;
     const enum received_message from_operator = operator_message(&app->config.operator_command);
+    const uint32_t reflexes = reflexes_of_tick(app, now_ns);
     const uint32_t limited = app->limits.active | side_axes_limited(&app->side_axes);
     const struct {
         uint32_t condition;
@@ -114,6 +140,10 @@ static uint32_t supervisor_conditions(const struct app *app, const struct tick_i
         {CONDITION_BUS_OFF, reception->bus_off},
         {CONDITION_SEND_REFUSED, refusal_lasts(&app->refusal, now_ns)},
         {CONDITION_SETPOINT_STALE, app->robot_channel.setpoint_is_stale},
+        {CONDITION_FOLLOWING_ERROR, (reflexes & REFLEX_FOLLOWING_ERROR) != 0},
+        {CONDITION_LINK_QUALITY, (reflexes & REFLEX_LINK_QUALITY) != 0},
+        {CONDITION_DEAD_TIME_POWER, (reflexes & REFLEX_DEAD_TIME_POWER) != 0},
+        {CONDITION_GROWTH, (reflexes & REFLEX_GROWTH) != 0},
         {CONDITION_MISSED_TICKS, missed_time_is_over(&app->missed_time)},
         {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
         {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},

@@ -13,6 +13,7 @@
 #include "operator_command.h"
 #include "reception.h"
 #include "recorder.h"
+#include "reflexes.h"
 #include "robot_channel.h"
 #include "sensor_channel.h"
 #include "side_axes.h"
@@ -41,6 +42,7 @@ struct app {
     uint32_t unrecorded_ticks; /* ticks whose record found the ring full */
     uint32_t unsent_frames;    /* frames that found the transmit queue full: an input of the next tick */
     struct refusal refusal;
+    struct reflexes reflexes;
     uint32_t sent_frames; /* by the last tick */
     uint8_t heartbeat;
     struct tick_record record;      /* of the newest tick */

@@ -223,8 +223,20 @@ struct dissipation_config {
     double damping_N_s_per_m;
 };
 
+/* [reflex]: what makes the loop stop by itself */
+struct reflex_config {
+    double following_error_m; /* between the robot's report and the setpoint that belongs to it; not finite: off */
+    double following_error_ms;
+    double link_quality; /* least share of ticks with a report of the robot, and with a force sample; 0: off */
+    double link_quality_window_s;
+    double dead_time_power_W; /* that dead time makes at most; not finite: off */
+    double dead_time_power_window_s;
+    double growth_J; /* energy of the manipulator that nobody gave it, at most; not finite: off */
+};
+
 struct app_config {
     struct loop_config loop;
+    struct reflex_config reflex;
     struct manipulator_config manipulator;
     struct arm_config arm; /* ARM_NONE: there is none */
     struct operator_config operator_command;

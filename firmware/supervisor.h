@@ -40,6 +40,10 @@ enum stop_cause {
     STOP_MISSED_TICKS,
     STOP_SEND_REFUSED,
     STOP_SETPOINT_STALE,
+    STOP_FOLLOWING_ERROR,
+    STOP_LINK_QUALITY,
+    STOP_DEAD_TIME_POWER,
+    STOP_GROWTH,
     STOP_CAUSE_COUNT
 };
 
@@ -66,6 +70,10 @@ enum supervisor_condition {
     CONDITION_ROBOT_FOLLOWS = 1 << 18,  /* it is enabled and follows setpoints */
     CONDITION_SEND_REFUSED = 1 << 19,   /* the bus takes no frames */
     CONDITION_SETPOINT_STALE = 1 << 20, /* the robot does not echo setpoints any more */
+    CONDITION_FOLLOWING_ERROR = 1 << 21,
+    CONDITION_LINK_QUALITY = 1 << 22, /* too few reports or samples come */
+    CONDITION_DEAD_TIME_POWER = 1 << 23,
+    CONDITION_GROWTH = 1 << 24, /* the loop diverges */
     /* Not in the table: with it the enable need not be seen off, as nobody can switch it off. */
     CONDITION_ENABLE_NOT_WIRED = 1 << 30,
 };

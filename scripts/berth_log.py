@@ -13,7 +13,8 @@ from pyulog import ULog
 STATES = ("start", "ready", "running", "holding", "fault", "stopped")
 STOP_CAUSES = ("none", "requested", "enable_off", "sensor_stale", "operator_stale", "emergency_stop",
                "feedback_stale", "robot_fault", "sensor_saturated", "force_limit", "position_limit", "not_finite",
-               "bus_off", "missed_ticks", "send_refused", "setpoint_stale")
+               "bus_off", "missed_ticks", "send_refused", "setpoint_stale",
+               "following_error", "link_quality", "dead_time_power", "growth")
 LIMITS = ("not_finite", "position", "velocity", "acceleration")  # by bit number
 
 

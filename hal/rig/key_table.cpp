@@ -85,6 +85,22 @@ static std::vector<rig_key> make_own_keys()
         KEY("loop.missed_time_refill_s", firmware.loop.missed_time_refill_s, r::positive,
             "in which the whole budget comes back"),
 
+        KEY("reflex.following_error_m", firmware.reflex.following_error_m, r::positive_or_inf,
+            "robot's report to the setpoint that belongs to it, beyond which the loop stops; inf: off"),
+        KEY("reflex.following_error_ms", firmware.reflex.following_error_ms, r::not_negative,
+            "for how long it may be beyond it"),
+        KEY("reflex.link_quality", firmware.reflex.link_quality, r::fraction,
+            "share of ticks with a report of the robot, and with a force sample, below which the loop stops; 0: "
+            "off"),
+        KEY("reflex.link_quality_window_s", firmware.reflex.link_quality_window_s, r::positive,
+            "over which they are counted"),
+        KEY("reflex.dead_time_power_W", firmware.reflex.dead_time_power_W, r::positive_or_inf,
+            "made by dead time, beyond which the loop stops; inf: off"),
+        KEY("reflex.dead_time_power_window_s", firmware.reflex.dead_time_power_window_s, r::positive,
+            "over which it is the mean"),
+        KEY("reflex.growth_J", firmware.reflex.growth_J, r::positive_or_inf,
+            "energy of the manipulator that nobody gave it, beyond which the loop stops; inf: off"),
+
         KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive, "M"),
         KEY("manipulator.damping_N_s_per_m", firmware.manipulator.damping_N_s_per_m, r::not_negative, "D"),
         KEY("manipulator.stiffness_N_per_m", firmware.manipulator.stiffness_N_per_m, r::not_negative, "K"),

@@ -93,6 +93,17 @@ const std::vector<config_case> relation_cases = {
      [](app_config &c) { c.robot_channel.setpoint_stale_after_ms = 0.0; }},
     {"robot_channel.setpoint_stale_after_ms", "not a number",
      [](app_config &c) { c.robot_channel.setpoint_stale_after_ms = not_a_number; }},
+    {"reflex.following_error_m", "zero", [](app_config &c) { c.reflex.following_error_m = 0.0; }},
+    {"reflex.following_error_m", "not a number", [](app_config &c) { c.reflex.following_error_m = not_a_number; }},
+    {"reflex.following_error_m", "a dead time of too many ticks",
+     [](app_config &c) { c.hardware.setpoint_to_motion_ms = 2.5 * 1024; }},
+    {"reflex.following_error_ms", "negative", [](app_config &c) { c.reflex.following_error_ms = -1.0; }},
+    {"reflex.link_quality", "negative", [](app_config &c) { c.reflex.link_quality = -0.1; }},
+    {"reflex.link_quality", "above 1", [](app_config &c) { c.reflex.link_quality = 1.1; }},
+    {"reflex.link_quality_window_s", "zero", [](app_config &c) { c.reflex.link_quality_window_s = 0.0; }},
+    {"reflex.dead_time_power_W", "zero", [](app_config &c) { c.reflex.dead_time_power_W = 0.0; }},
+    {"reflex.dead_time_power_window_s", "zero", [](app_config &c) { c.reflex.dead_time_power_window_s = 0.0; }},
+    {"reflex.growth_J", "zero", [](app_config &c) { c.reflex.growth_J = 0.0; }},
     {"manipulator.integrator", "below", [](app_config &c) { c.manipulator.integrator = -1; }},
     {"manipulator.integrator", "above", [](app_config &c) { c.manipulator.integrator = INTEGRATOR_COUNT; }},
     {"manipulator.substeps", "none", [](app_config &c) { c.manipulator.substeps = 0; }},
@@ -159,6 +170,11 @@ TEST_CASE("config: the defaults and the ends of every range are accepted")
     CHECK(accepted([](app_config &c) { c.manipulator.initial_position_m = c.limits.position_min_m; }));
     CHECK(accepted([](app_config &c) { c.manipulator.initial_position_m = c.limits.position_max_m; }));
     CHECK(accepted([](app_config &c) { c.robot_channel.setpoint_stale_after_ms = infinity; })); /* no echo */
+    CHECK(accepted([](app_config &c) {
+        c.reflex.following_error_m = c.reflex.dead_time_power_W = c.reflex.growth_J = infinity;
+        c.reflex.link_quality = 0.0;
+        c.hardware.setpoint_to_motion_ms = 1e6; /* nobody looks back at it */
+    }));
     CHECK(accepted(enable_filter));
     CHECK(accepted([](app_config &c) { c.inverse_filter.bandwidth_Hz = -1.0; })); /* not enabled: not looked at */
 }

@@ -11,7 +11,7 @@
 namespace
 {
 
-constexpr std::uint32_t condition_bits = 21;
+constexpr std::uint32_t condition_bits = 25;
 constexpr std::uint32_t fresh = CONDITION_FEEDBACK_FRESH | CONDITION_SENSOR_FRESH | CONDITION_OPERATOR_FRESH;
 constexpr std::uint32_t healthy =
     fresh | CONDITION_ENABLE | CONDITION_ROBOT_AT_PLACE | CONDITION_AT_REST | CONDITION_ROBOT_FOLLOWS;
@@ -90,6 +90,7 @@ const expected_transitions transition_table[] = {
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
       {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
       {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
+      {CONDITION_FOLLOWING_ERROR, fault(STOP_FOLLOWING_ERROR)},
       {CONDITION_SENSOR_FRESH, holding(STOP_SENSOR_STALE)},
       {CONDITION_OPERATOR_FRESH, holding(STOP_OPERATOR_STALE)},
       {CONDITION_REQUEST_RUN, running},
@@ -107,9 +108,13 @@ const expected_transitions transition_table[] = {
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
       {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
       {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
+      {CONDITION_FOLLOWING_ERROR, fault(STOP_FOLLOWING_ERROR)},
       {CONDITION_ENABLE, holding(STOP_ENABLE_OFF)},
       {CONDITION_SENSOR_FRESH, holding(STOP_SENSOR_STALE)},
       {CONDITION_OPERATOR_FRESH, holding(STOP_OPERATOR_STALE)},
+      {CONDITION_LINK_QUALITY, fault(STOP_LINK_QUALITY)},
+      {CONDITION_DEAD_TIME_POWER, fault(STOP_DEAD_TIME_POWER)},
+      {CONDITION_GROWTH, fault(STOP_GROWTH)},
       {CONDITION_REQUEST_HOLD, holding(STOP_REQUESTED)},
       {CONDITION_STOP, holding(STOP_REQUESTED)}}},
     {SUPERVISOR_HOLDING,
@@ -125,6 +130,7 @@ const expected_transitions transition_table[] = {
       {CONDITION_MISSED_TICKS, fault(STOP_MISSED_TICKS)},
       {CONDITION_SEND_REFUSED, fault(STOP_SEND_REFUSED)},
       {CONDITION_SETPOINT_STALE, fault(STOP_SETPOINT_STALE)},
+      {CONDITION_FOLLOWING_ERROR, fault(STOP_FOLLOWING_ERROR)},
       {CONDITION_ENABLE, held_before},
       {CONDITION_SENSOR_FRESH, held_before},
       {CONDITION_OPERATOR_FRESH, held_before},
@@ -143,11 +149,13 @@ int broken_rule(supervisor_state from, std::uint32_t conditions, const outcome &
     const auto has = [=](std::uint32_t all) { return (conditions & all) == all; };
     const auto has_any = [=](std::uint32_t any) { return (conditions & any) != 0; };
     const auto [to, cause] = result;
-    const bool may_run =
-        has(fresh | CONDITION_ENABLE) && !has_any(trouble | CONDITION_POSITION_LIMIT | CONDITION_MISSED_TICKS |
-                                                  CONDITION_SETPOINT_STALE | CONDITION_STOP);
+    const bool may_run = has(fresh | CONDITION_ENABLE) &&
+                         !has_any(trouble | CONDITION_POSITION_LIMIT | CONDITION_MISSED_TICKS |
+                                  CONDITION_SETPOINT_STALE | CONDITION_FOLLOWING_ERROR | CONDITION_STOP);
     const bool enters_running = from == SUPERVISOR_READY && has(CONDITION_REQUEST_RUN | CONDITION_ROBOT_FOLLOWS);
-    const bool stays_running = from == SUPERVISOR_RUNNING && !has_any(CONDITION_REQUEST_HOLD);
+    const bool stays_running =
+        from == SUPERVISOR_RUNNING &&
+        !has_any(CONDITION_REQUEST_HOLD | CONDITION_LINK_QUALITY | CONDITION_DEAD_TIME_POWER | CONDITION_GROWTH);
     if (to == SUPERVISOR_RUNNING && !(may_run && (enters_running || stays_running))) {
         return 1;
     }
@@ -207,7 +215,7 @@ TEST_CASE("supervisor: each single condition in each state leads where it is doc
     }
 }
 
-TEST_CASE("supervisor: the rules hold for every state and all 2^21 sets of conditions")
+TEST_CASE("supervisor: the rules hold for every state and all 2^25 sets of conditions")
 {
     for (int from = 0; from < SUPERVISOR_STATE_COUNT; from++) {
         std::uint32_t broken = 0, first_conditions = 0;
