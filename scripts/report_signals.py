@@ -373,8 +373,8 @@ def margin_words(margin):
     """How far a stable loop is from one that swings; empty where it is not known."""
     if margin["modulus"] is None:
         return ""
-    dead_time = ("no limit up to ten times the robot's dead time" if margin["dead_time_is_open"]
-                 else f"{margin['dead_time_ms']:.4g} ms of dead time" if margin["dead_time_ms"] is not None else "")
+    at_least = "at least " if margin["dead_time_is_open"] else ""
+    dead_time = f"{at_least}{margin['dead_time_ms']:.4g} ms of dead time" if margin["dead_time_ms"] is not None else ""
     return ", ".join(part for part in (dead_time, f"modulus {margin['modulus']:.4f}") if part)
 
 

@@ -96,8 +96,10 @@ try {
         margin.modulus = quality->margin;
     }
     if (margin.modulus && !touches_nothing(rig)) {
-        margin.dead_time_ms = dead_time_margin_ms(linear, find_limits(linear, "robot.dead_time_ms"));
+        const parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
+        margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
         margin.is_dead_time_open = !margin.dead_time_ms;
+        margin.dead_time_ms = margin.dead_time_ms.value_or(dead_time.to - dead_time.value);
     }
     return margin;
 } catch (const input_error &) {

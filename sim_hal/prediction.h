@@ -34,7 +34,7 @@ rig in_contact(const rig &rig);
 /* How far a stable loop is from one that swings. */
 struct stability_margin {
     std::optional<double> dead_time_ms; /* by which the robot's dead time may grow */
-    bool is_dead_time_open = false;     /* no limit up to ten times the robot's dead time */
+    bool is_dead_time_open = false;     /* by more: that is as far as was searched */
     std::optional<double> modulus;      /* smallest |1 + L|, see modulus_margin.h */
 };
 

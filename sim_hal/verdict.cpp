@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "verdict_words.h"
 
 namespace berth
 {
@@ -38,74 +39,6 @@ tendency tendency_of(const motion_evidence &motion)
                : tendency::unknown;
 }
 
-std::string formatted(const char *format, double a, double b = 0.0, double c = 0.0)
-{
-    char text[200];
-    std::snprintf(text, sizeof text, format, a, b, c);
-    return text;
-}
-
-/* What stopped a run, in a sentence. */
-std::string words_of(stop_cause cause)
-{
-    switch (cause) {
-    case STOP_ENABLE_OFF:
-        return "enable going off";
-    case STOP_SENSOR_STALE:
-        return "force samples that stayed away";
-    case STOP_OPERATOR_STALE:
-        return "operator commands that stayed away";
-    case STOP_FEEDBACK_STALE:
-        return "robot positions that stayed away";
-    case STOP_SENSOR_SATURATED:
-        return "the saturated sensor";
-    case STOP_NOT_FINITE:
-        return "a number that is not finite";
-    case STOP_MISSED_TICKS:
-        return "too many missed ticks";
-    default:
-        std::string name = stop_cause_name(cause);
-        std::replace(name.begin(), name.end(), '_', ' ');
-        return "the " + name;
-    }
-}
-
-std::string stop_words(const run_stop &stop)
-{
-    return "stopped by " + words_of(stop.cause) + formatted(" after %.2f s", stop.after_s);
-}
-
-std::string predicted_words(const growth_prediction &prediction)
-{
-    const char *const who = prediction.source == prediction_source::lyapunov_exponent ? "the Lyapunov exponent is"
-                            : prediction.source == prediction_source::run             ? "a run without noise says"
-                            : prediction.source == prediction_source::contact ? "the eigenvalues in contact say"
-                                                                              : "the eigenvalues say";
-    return std::string(who) + formatted(" %+.3g /s", *prediction.growth_per_s);
-}
-
-std::string factor_words(const growth_finding &growth)
-{
-    return (growth.growth_per_s < 0.0 ? ": halves every " : ": doubles every ") +
-           formatted("%.3g s", growth.factor_time_s());
-}
-
-std::string measured_words(const growth_finding &growth)
-{
-    return std::string("the oscillation ") + (growth.growth_per_s < 0.0 ? "decays by " : "grows by ") +
-           rate_text(std::abs(growth.growth_per_s), growth.ci95_per_s) +
-           formatted(" /s at %.4g Hz", growth.frequency_Hz) + factor_words(growth);
-}
-
-std::string motor_words(const motion_evidence &motion)
-{
-    return motion.motor_limit_share > 0.0
-               ? formatted("; motors were at their torque limit in %.0f %% of its ticks: the growth of a saturated "
-                           "loop says nothing of small motions",
-                           std::ceil(100.0 * motion.motor_limit_share))
-               : "";
-}
-
 growth_finding measured(const growth_fit &fit)
 {
     return {growth_origin::measured, fit.growth_per_s, fit.growth_ci95_per_s, fit.frequency_Hz};
@@ -122,11 +55,6 @@ stability_verdict undetermined(std::string because, std::string advice)
     found.because = std::move(because);
     found.advice = std::move(advice);
     return found;
-}
-
-std::string with_prediction(std::string text, const growth_prediction &prediction)
-{
-    return prediction.growth_per_s ? std::move(text) + "; " + predicted_words(prediction) : text;
 }
 
 std::optional<bounce_finding> bounces_of(const verdict_case &of)
@@ -164,17 +92,17 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     const bool gains = bounces.restitution > 1.0;
     found.is_stable = !gains;
     const std::string restitution = bounces.count == 1
-                                        ? formatted("%.3g", bounces.restitution)
-                                        : formatted("%.3g (%.3g to %.3g)", bounces.restitution,
-                                                    bounces.restitution_lowest, bounces.restitution_highest);
+                                        ? with_numbers("%.3g", bounces.restitution)
+                                        : with_numbers("%.3g (%.3g to %.3g)", bounces.restitution,
+                                                       bounces.restitution_lowest, bounces.restitution_highest);
     found.because = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
                     ", restitution " + restitution + (gains ? ": a bounce gains " : ": a bounce loses ") +
-                    formatted("%.3g J", std::abs(bounces.energy_J));
+                    with_numbers("%.3g J", std::abs(bounces.energy_J));
     if (!of.motion.touches_now) {
         const bounce &last = of.motion.bounces.back();
         found.because +=
-            formatted("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",
-                      last.left_s - last.touched_s, last.left_s);
+            with_numbers("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",
+                         last.left_s - last.touched_s, last.left_s);
     }
     found.because = with_prediction(found.because, of.prediction);
     found.advice = gains ? advice_text(of.advice) : "";
@@ -192,7 +120,7 @@ std::optional<stability_verdict> judge_without_motion(const verdict_case &of)
     if (motion.has_touched) {
         return {};
     }
-    const std::string ran = formatted("it ran for %.2f s, but ", motion.running_s);
+    const std::string ran = with_numbers("it ran for %.2f s, but ", motion.running_s);
     return motion.is_contact
                ? undetermined(with_prediction(ran + "the tool never came to the object: there was no loop to judge",
                                               of.prediction),
@@ -239,7 +167,7 @@ stability_verdict limit_cycle(const verdict_case &of)
     stability_verdict found;
     found.kind = verdict_kind::limit_cycle;
     found.is_stable = false;
-    found.because = formatted("it swings for ever at a height of %.3g mm", 1e3 * motion.height_m) +
+    found.because = with_numbers("it swings for ever at a height of %.3g mm", 1e3 * motion.height_m) +
                     (motion.limits_acted_late ? ", held by the limits" : "");
     if (tendency_of(of.prediction) == tendency::grows) {
         found.growth = predicted(of.prediction);
@@ -281,8 +209,9 @@ stability_verdict driven(const verdict_case &of)
     stability_verdict found;
     found.kind = verdict_kind::driven;
     const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
-    found.because = formatted("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
-                              1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
+    found.because =
+        with_numbers("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
+                     1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
     if (tendency_of(of.prediction) == tendency::decays) {
         found.is_stable = true;
         found.growth = predicted(of.prediction);
@@ -393,17 +322,6 @@ double growth_finding::factor_time_s() const
     return std::log(2.0) / std::abs(growth_per_s);
 }
 
-std::string rate_text(double value, double ci95)
-{
-    if (!(ci95 > 0.0)) {
-        return formatted("%.3g", value);
-    }
-    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
-    char text[80];
-    std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals, value, decimals, ci95);
-    return text;
-}
-
 stability_verdict judge(const verdict_case &of)
 {
     if (auto found = judge_without_motion(of)) {
@@ -450,7 +368,7 @@ bool is_safe(const stability_verdict &verdict, const stability_margin &margin, d
     if (verdict.is_stable != std::optional<bool>(true)) {
         return false;
     }
-    return margin_ms <= 0.0 || margin.is_dead_time_open || margin.dead_time_ms.value_or(0.0) >= margin_ms;
+    return margin_ms <= 0.0 || margin.dead_time_ms.value_or(0.0) >= margin_ms;
 }
 
 } // namespace berth

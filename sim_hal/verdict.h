@@ -75,9 +75,6 @@ stability_verdict judge(const growth_prediction &prediction, const stability_adv
 /* Stable, and with this margin of dead time left. */
 bool is_safe(const stability_verdict &verdict, const stability_margin &margin, double margin_ms);
 
-/* 0.298364 with an interval of 4e-05: "0.29836 +- 0.00004"; exact: three digits. */
-std::string rate_text(double value, double ci95);
-
 } // namespace berth
 
 #endif

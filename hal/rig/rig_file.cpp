@@ -41,18 +41,12 @@ void put_arm(rig &rig, const arm_description &arm)
     rig.arm.clear();
 }
 
-/* Keys of the file itself, no values of the rig. */
-bool is_about_the_file(std::string_view name)
-{
-    return name == "base" || name == "assumed";
-}
-
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
 {
     for (const auto &[name, value] : table) {
         const std::string section(name.str());
-        if (is_about_the_file(section)) {
-            continue;
+        if (section == "base" || section == "assumed") {
+            continue; /* about the file, no values of the rig */
         }
         if (const auto *entries = value.as_table(); entries != nullptr && section == "wrench") {
             read_wrench(rig, *entries, origin);

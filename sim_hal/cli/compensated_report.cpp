@@ -63,7 +63,7 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments)
     for (const compensated_limit &limit : limits) {
         if (limit.key == "robot.dead_time_ms" && verdict.is_stable == std::optional<bool>(true)) {
             margin.is_dead_time_open = !limit.above;
-            margin.dead_time_ms = limit.above ? std::optional<double>(*limit.above - limit.value) : std::nullopt;
+            margin.dead_time_ms = limit.above.value_or(10.0 * limit.value) - limit.value;
         }
     }
     if (arguments.json) {

@@ -306,11 +306,13 @@ int limits_command(const limits_arguments &arguments)
     }
     const progress_line progress;
     std::vector<parameter_limits> parameters;
+    std::optional<double> searched_ms; /* of the dead time */
     for (const std::string_view key : physical_parameters(rig)) {
         progress.show("limits: " + std::string(key));
         parameters.push_back(find_limits(rig, key, linear, how));
         if (key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
+            searched_ms = parameters.back().to - parameters.back().value;
         }
     }
     progress.show("limits: rates, gains");
@@ -324,7 +326,8 @@ int limits_command(const limits_arguments &arguments)
     verdict.loop_delay_ms = 1e3 * loop_delay_s(own);
     progress.show("");
 
-    const stability_margin margin{verdict.margin_ms, verdict.is_stable && !verdict.margin_ms,
+    const bool is_open = verdict.is_stable && !verdict.margin_ms;
+    const stability_margin margin{is_open ? searched_ms : verdict.margin_ms, is_open,
                                   ranking.now ? ranking.now->margin : std::nullopt};
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
     const stability_verdict judged =

@@ -66,9 +66,9 @@ void print_margin(const stability_margin &margin)
     if (!margin.modulus) {
         return;
     }
-    const std::string dead_time = margin.dead_time_ms ? short_number(*margin.dead_time_ms) + " ms of dead time"
-                                  : margin.is_dead_time_open ? "no limit up to ten times the robot's dead time"
-                                                             : "";
+    const std::string dead_time = margin.dead_time_ms ? std::string(margin.is_dead_time_open ? "at least " : "") +
+                                                            short_number(*margin.dead_time_ms) + " ms of dead time"
+                                                      : "";
     std::printf("  %-14s %s%smodulus %.4f\n", "margin", dead_time.c_str(), dead_time.empty() ? "" : ", ",
                 *margin.modulus);
 }

@@ -114,7 +114,7 @@ def test_what_was_advised_makes_it_stable(rig):
 def test_the_low_pass_that_nobody_stated_is_said_before_the_verdict(rig, tmp_path):
     told = run_json(rig(HELD + OBJECT), tmp_path)
     assumed = {one["key"]: one["value"] for one in told["assumed"]}
-    assert assumed["sensor.low_pass_frequency_Hz"] == "20" and "sensor.delay_ms" not in assumed
+    assert float(assumed["sensor.low_pass_frequency_Hz"]) == 20 and "sensor.delay_ms" not in assumed
     assert told["delay_budget"]["total_ms"] == pytest.approx(48.1, abs=0.05)
     assert told["delay_budget"]["low_pass_ms"] == pytest.approx(11.1, abs=0.05)
     shown = lines("run", rig(HELD + OBJECT), "--no-log")
@@ -145,7 +145,7 @@ def test_an_object_may_be_taken_on_purpose(rig, tmp_path):
 
 def test_a_robot_that_touches_nothing_swings_as_the_manipulator_alone(rig, tmp_path):
     file = rig(HELD + '[object]\nkind = "none"\n')
-    told = run_json(file, tmp_path)
+    told = run_json(file, tmp_path, "--set", "sensor.noise_N=0")
     assert told["verdict"] == "stable" and told["peak_force"]["true"]["force_N"] == 0
     assert told["growth_per_s"] == pytest.approx(-100 / 120 / 2, rel=1e-3)
     eigen = one_json_object(command("eigen", file, "--json").stdout)

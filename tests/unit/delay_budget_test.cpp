@@ -1,4 +1,5 @@
 /* The parts of the loop's delay, against what the rig file says and against the theory's own sum. */
+#include <cmath>
 #include <doctest/doctest.h>
 
 #include "../../hal/rig/rig_file.h"

@@ -1,0 +1,95 @@
+#include "verdict_words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace berth
+{
+
+std::string with_numbers(const char *format, double a, double b, double c)
+{
+    char text[200];
+    std::snprintf(text, sizeof text, format, a, b, c);
+    return text;
+}
+
+/* What stopped a run, in a sentence. */
+std::string words_of(stop_cause cause)
+{
+    switch (cause) {
+    case STOP_ENABLE_OFF:
+        return "enable going off";
+    case STOP_SENSOR_STALE:
+        return "force samples that stayed away";
+    case STOP_OPERATOR_STALE:
+        return "operator commands that stayed away";
+    case STOP_FEEDBACK_STALE:
+        return "robot positions that stayed away";
+    case STOP_SENSOR_SATURATED:
+        return "the saturated sensor";
+    case STOP_NOT_FINITE:
+        return "a number that is not finite";
+    case STOP_MISSED_TICKS:
+        return "too many missed ticks";
+    default:
+        std::string name = stop_cause_name(cause);
+        std::replace(name.begin(), name.end(), '_', ' ');
+        return "the " + name;
+    }
+}
+
+std::string stop_words(const run_stop &stop)
+{
+    return "stopped by " + words_of(stop.cause) + with_numbers(" after %.2f s", stop.after_s);
+}
+
+std::string predicted_words(const growth_prediction &prediction)
+{
+    const char *const who = prediction.source == prediction_source::lyapunov_exponent ? "the Lyapunov exponent is"
+                            : prediction.source == prediction_source::run             ? "a run without noise says"
+                            : prediction.source == prediction_source::contact ? "the eigenvalues in contact say"
+                                                                              : "the eigenvalues say";
+    return std::string(who) + with_numbers(" %+.3g /s", *prediction.growth_per_s);
+}
+
+std::string factor_words(const growth_finding &growth)
+{
+    return (growth.growth_per_s < 0.0 ? ": halves every " : ": doubles every ") +
+           with_numbers("%.3g s", growth.factor_time_s());
+}
+
+std::string measured_words(const growth_finding &growth)
+{
+    return std::string("the oscillation ") + (growth.growth_per_s < 0.0 ? "decays by " : "grows by ") +
+           rate_text(std::abs(growth.growth_per_s), growth.ci95_per_s) +
+           with_numbers(" /s at %.4g Hz", growth.frequency_Hz) + factor_words(growth);
+}
+
+std::string motor_words(const motion_evidence &motion)
+{
+    return motion.motor_limit_share > 0.0
+               ? with_numbers(
+                     "; motors were at their torque limit in %.0f %% of its ticks: the growth of a saturated "
+                     "loop says nothing of small motions",
+                     std::ceil(100.0 * motion.motor_limit_share))
+               : "";
+}
+
+std::string with_prediction(std::string text, const growth_prediction &prediction)
+{
+    return prediction.growth_per_s ? std::move(text) + "; " + predicted_words(prediction) : text;
+}
+
+std::string rate_text(double value, double ci95)
+{
+    if (!(ci95 > 0.0)) {
+        return with_numbers("%.3g", value);
+    }
+    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
+    char text[80];
+    std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals, value, decimals, ci95);
+    return text;
+}
+
+} // namespace berth

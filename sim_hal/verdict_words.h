@@ -1,0 +1,37 @@
+/* The sentences of a verdict, without the decision. */
+#ifndef SIM_HAL_VERDICT_WORDS_H
+#define SIM_HAL_VERDICT_WORDS_H
+
+#include <string>
+
+#include "verdict.h"
+
+namespace berth
+{
+
+/* As printf, up to three numbers. */
+std::string with_numbers(const char *format, double a, double b = 0.0, double c = 0.0);
+
+/* What stopped a run, as "the position limit"; and in a sentence with its time. */
+std::string words_of(stop_cause cause);
+std::string stop_words(const run_stop &stop);
+
+/* "the eigenvalues say -0.298 /s" */
+std::string predicted_words(const growth_prediction &prediction);
+std::string with_prediction(std::string text, const growth_prediction &prediction);
+
+/* ": halves every 2.32 s" */
+std::string factor_words(const growth_finding &growth);
+
+/* "the oscillation decays by 0.29836 +- 0.00004 /s at 0.9285 Hz: halves every 2.32 s" */
+std::string measured_words(const growth_finding &growth);
+
+/* What has to be known beside a growth that was measured with an arm's motors at their limits; empty: none were. */
+std::string motor_words(const motion_evidence &motion);
+
+/* 0.298364 with an interval of 4e-05: "0.29836 +- 0.00004"; exact: three digits. */
+std::string rate_text(double value, double ci95);
+
+} // namespace berth
+
+#endif
