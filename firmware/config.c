@@ -1,6 +1,7 @@
 #include "config.h"
 
 #include <float.h>
+#include <math.h>
 #include <stdbool.h>
 
 #include "can/codec.h"
@@ -27,9 +28,9 @@ struct app_config config_default(void)
                    .following_error_ms = 50.0,
                    .link_quality = 0.4,
                    .link_quality_window_s = 2.0,
-                   .dead_time_power_W = 1000.0,
+                   .dead_time_power_W = INFINITY,
                    .dead_time_power_window_s = 0.2,
-                   .growth_J = 1000.0},
+                   .growth_J = INFINITY},
         .sensor_channel = {.layout = SENSOR_ONE_FRAME,
                            .axis = SENSOR_AXIS_Z,
                            .rate_Hz = 0.0,

@@ -207,6 +207,15 @@ struct operator_order {
 constexpr std::size_t effect_values_max = 64;
 constexpr std::size_t rig_keys_max = 320;
 
+/* All of them off, for what is to go on however it moves. */
+inline reflex_config without_reflexes(reflex_config reflex)
+{
+    constexpr double off = std::numeric_limits<double>::infinity();
+    reflex.following_error_m = reflex.dead_time_power_W = reflex.growth_J = off;
+    reflex.link_quality = 0.0;
+    return reflex;
+}
+
 struct rig {
     std::string name;
     std::string description;

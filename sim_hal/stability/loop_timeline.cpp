@@ -102,6 +102,9 @@ rig timing_of(const rig &original)
     timing.firmware.sensor_channel.force_limit_N = CAN_FORCE_MAX_N;
     timing.firmware.sensor_channel.stale_after_ms = never_ms;
     timing.firmware.robot_channel.stale_after_ms = never_ms;
+    timing.firmware.robot_channel.unsent_after_ms = never_ms;
+    timing.firmware.robot_channel.setpoint_stale_after_ms = never_ms;
+    timing.firmware.reflex = without_reflexes(timing.firmware.reflex); /* numbers are no motion */
     timing.firmware.operator_command.stale_after_ms = never_ms;
     timing.firmware.robot_channel.start_tolerance_m = 1.0;
     timing.firmware.cia402.counts_per_m = config_default().cia402.counts_per_m;
@@ -144,7 +147,7 @@ class numbered_loop
         app_step(app_.get(), &in, &out);
         index_++;
         ready_ticks_ = app_->supervisor.state == SUPERVISOR_READY ? ready_ticks_ + 1 : 0;
-        events_.operators().set_request(ready_ticks_ > 1 ? OPERATOR_RUN : OPERATOR_NONE);
+        events_.operators().set_request(ready_ticks_ > 1 || is_running() ? OPERATOR_RUN : OPERATOR_NONE);
         for (std::uint32_t i = 0; i < out.frame_count; i++) {
             put_number(out.frames[i]);
             out.frames[i].time_ns = woke_ns;

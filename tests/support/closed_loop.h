@@ -33,6 +33,18 @@ class closed_loop
     /* False at the end of the run. */
     bool tick() { return loop_tick(hal_, app_.get()) == HAL_OK; }
 
+    /* Ticks until it runs; it is asked to as soon as it was ready for a tick, which needs no enable. */
+    void start()
+    {
+        sim_set_input(hal_, HAL_LINE_ENABLE, HAL_LEVEL_NOT_WIRED);
+        operator_station &operators = sim_rig(hal_).operators();
+        operators.set_request(OPERATOR_NONE);
+        for (int ready_ticks = 0; !is_running() && tick();) {
+            ready_ticks = app_->supervisor.state == SUPERVISOR_READY ? ready_ticks + 1 : 0;
+            operators.set_request(ready_ticks > 1 || is_running() ? OPERATOR_RUN : OPERATOR_NONE);
+        }
+    }
+
     const struct app &app() const { return *app_; }
     struct app &app() { return *app_; } /* for tests that put the firmware into another state */
     struct hal *hal() { return hal_; }

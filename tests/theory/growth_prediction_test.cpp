@@ -42,14 +42,14 @@ std::vector<double> run_free(rig rig, double expected_growth_per_s, random_strea
     rig.run.release_s = 0.0;
     rig.firmware.limits = {-5.0, 5.0, 1e6, 1e12};
     rig.firmware.sensor_channel.force_limit_N = 5.4e4;
+    rig.firmware.reflex = without_reflexes(rig.firmware.reflex);
     rig.firmware.manipulator.initial_position_m = start_m;
     REQUIRE(!complete_and_check(rig));
     closed_loop loop(rig);
+    loop.start();
     for (int i = 0; i < shaken_ticks; i++) {
         REQUIRE(loop.tick());
-        if (loop.is_running()) {
-            loop.app().manipulator.position_m += shake * start_m * (random.uniform() - 0.5);
-        }
+        loop.app().manipulator.position_m += shake * start_m * (random.uniform() - 0.5);
     }
     return free_motion_m(loop);
 }
