@@ -17,7 +17,7 @@ from recipes import Recipe, again, beside, record_in
 @dataclass(init=False, repr=False)
 class Row:
     """A case. `rig`: of the diagnosis, where the record has no rig.toml beside it; `given`: settings of that rig, as
-    `--set`; `options`: further words, or a function that gives them; `slow`: it runs in `make slow-test` alone."""
+    `--set`; `options`: further words, or a function that gives them; `slow`: it runs in `make full-test` alone."""
 
     name: str
     record: Recipe

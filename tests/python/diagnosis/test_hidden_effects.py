@@ -1,7 +1,7 @@
 """Records of tests/hidden_effects, whose generator shares no code with the program: effects whose own history a replay has
 to follow exactly, what one stretch of a record shows or the force alone, and pairs of effects.
 
-Rows that take long are slow: `make slow-test`. Each prints the command that makes its record again.
+Rows that take long are slow: `make full-test`. Each prints the command that makes its record again.
 """
 
 import json
