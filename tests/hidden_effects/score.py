@@ -1,12 +1,13 @@
 """Hides effects, lets `berth diagnose` look for them, and scores what it says.
 
-    python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short] [--kind KIND] [--program build/berth]
-        [--out DIR]
+    python tests/hidden_effects/score.py [--count 300] [--seed 1] [--short | --fixed] [--kind KIND]
+        [--program build/berth] [--out DIR]
 
 Writes score.json and score.md into DIR; exits with 1 if a bound is missed. What was cut short goes on where it ended,
 from DIR/records.jsonl, if program and records are the same. --short: 12 records,
 seeds from the date; few records cannot show a share, so a bound then fails only on a count that it makes improbable
-(0.1 %), and only wrong names, false alarms and crashes decide.
+(0.1 %), and only wrong names, false alarms and crashes decide. --fixed: the records of fixed_records.py, one of each
+kind of hidden effect; every one of them must be told right.
 """
 
 import argparse
@@ -26,6 +27,7 @@ import diagnosis  # noqa: E402
 import tally  # noqa: E402
 from effects import LIBRARY, SIZES  # noqa: E402
 from equivalents import inseparable_alone, inseparable_together  # noqa: E402
+from fixed_records import FIXED  # noqa: E402
 from generate import write  # noqa: E402
 from judge import admits_ignorance, detectable, is_confident, judge, names_nothing, offered  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
@@ -102,8 +104,9 @@ def reproduction(seed, effect, size, kind):
     return words + "".join(f" --{name} {value}" for name, value in given if value)
 
 
-def score_one(job, program, work):
-    """Makes, diagnoses and judges one record; a JSON object."""
+def score_one(job, program, work, leaves_out=True):
+    """Makes, diagnoses and judges one record; a JSON object. `leaves_out`: a single effect is looked for a second time,
+    with a library that lacks it."""
     seed, kind, effect, size = job
     folder, truth_folder, out = (pathlib.Path(work) / f"{name}-{seed}" for name in ("record", "truth", "out"))
     scenario = draw(seed, effect, size, kind)
@@ -125,7 +128,7 @@ def score_one(job, program, work):
     if kind == "outside" and record["visible"]:
         record |= {"left_out_ok": admits_ignorance(found, inseparable),
                    "left_out": f"{found.verdict} {found.causes}"}
-    if kind == "single" and record["visible"]:
+    if leaves_out and kind == "single" and record["visible"]:
         other, error = diagnose(program, folder, out.with_name(f"without-{seed}"), names[0])
         near = inseparable_names(scenario, other, names) if other else []
         record |= {"left_out_ok": other is not None and admits_ignorance(other, near),
@@ -136,10 +139,10 @@ def score_one(job, program, work):
     return record
 
 
-def score_safely(job, program, work):
+def score_safely(job, program, work, leaves_out=True):
     """The same; where the scorer itself fails, a record that says so, so that the others are not lost."""
     try:
-        return score_one(job, program, work)
+        return score_one(job, program, work, leaves_out)
     except Exception:
         return {"seed": job[0], "kind": job[1], "effect": None, "size": job[3], "noise": "", "richer": False,
                 "label": f"{job[1]} {job[2] or ''}".strip(), "visible": False, "again": reproduction(job[0], job[2], job[3], job[1]),
@@ -170,6 +173,7 @@ def arguments():
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1, help="of the first record")
     parser.add_argument("--short", action="store_true", help="12 records, seeds from the date")
+    parser.add_argument("--fixed", action="store_true", help="one record of each kind of effect, all of which must be right")
     parser.add_argument("--kind", choices=sorted(set(PATTERN)), help="records of this kind alone")
     parser.add_argument("--program", default=str(ROOT / "build" / "berth"))
     parser.add_argument("--out", default=str(ROOT / "build" / "hidden_effects" / "score"))
@@ -177,8 +181,37 @@ def arguments():
     return parser.parse_args()
 
 
+def is_right(record):
+    """As it must be in a fixed record: what is hidden is shown and named; where the library lacks it, that is said."""
+    if record["kind"] == "fault_free":
+        return record["names_nothing"]
+    if record["kind"] == "outside":
+        return bool(record.get("left_out_ok")) and record["outcome"] != "wrong"
+    return record["outcome"] == "right" and bool(record["visible"])
+
+
+def score_fixed(program, work, jobs_at_once):
+    """Scores the fixed records; those that are not right. Seeds repeat, and each record has a folder of its own."""
+    def made(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+
+    with concurrent.futures.ProcessPoolExecutor(jobs_at_once) as pool:
+        pending = [pool.submit(score_safely, job, program, made(work / str(n)), False) for n, job in enumerate(FIXED)]
+        records = [done.result() for done in concurrent.futures.as_completed(pending)]
+    bad = [r for r in records if not is_right(r)]
+    for r in bad:
+        print(f"WRONG: {r['label']}: {r['outcome']}, {r['verdict']} {', '.join(r['causes']) or 'nothing'}"
+              f"{'; ' + r['error'] if r.get('error') else ''}\n  again: {r['again']}")
+    print(f"{len(records) - len(bad)} of {len(records)} fixed records are told right")
+    return bad
+
+
 def main():
     given = arguments()
+    if given.fixed:
+        work = pathlib.Path(given.out).with_name("fixed")
+        sys.exit(1 if score_fixed(given.program, work, given.jobs) else 0)
     if given.short:
         given.count, given.seed = 12, int(datetime.date.today().strftime("%Y%m%d")) * 100
     work = pathlib.Path(given.out)

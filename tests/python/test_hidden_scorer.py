@@ -11,6 +11,7 @@ from conftest import ROOT
 FOLDER = ROOT / "tests" / "hidden_effects"
 sys.path.insert(0, str(FOLDER))
 import diagnosis  # noqa: E402
+import fixed_records  # noqa: E402
 import judge  # noqa: E402
 import score  # noqa: E402
 import tally  # noqa: E402
@@ -263,3 +264,34 @@ def test_a_failure_of_the_scorer_itself_is_a_record_that_failed(monkeypatch, tmp
     found = score.score_safely((7, "single", "robot.lag", "small"), "berth", tmp_path)
     assert found["outcome"] == "failed" and "robot_position_m" in found["error"] and found["seed"] == 7
     assert tally.markdown([found], True)
+
+
+def test_every_kind_of_hidden_effect_has_a_fixed_record():
+    effects = [effect for _, kind, effect, _ in score.FIXED if kind in ("single", "outside")]
+    assert sorted([*effects, *fixed_records.WITHOUT]) == sorted([*score.LIBRARY, *score.OUTSIDE])
+    assert {kind for _, kind, _, _ in score.FIXED} == set(score.PATTERN)
+
+
+def record_of(kind, outcome, **more):
+    return {"kind": kind, "outcome": outcome, "visible": ["robot.lag"], "names_nothing": False, **more}
+
+
+@pytest.mark.parametrize("record, right", [
+    (record_of("single", "right"), True), (record_of("single", "missed"), False), (record_of("two", "wrong"), False),
+    (record_of("single", "right", visible=[]), False), (record_of("single", "failed"), False),
+    (record_of("fault_free", "quiet", names_nothing=True), True), (record_of("fault_free", "quiet"), False),
+    (record_of("outside", "missed", left_out_ok=True), True), (record_of("outside", "wrong", left_out_ok=True), False),
+    (record_of("outside", "missed"), False),
+])
+def test_what_a_fixed_record_must_be(record, right):
+    assert score.is_right(record) is right
+
+
+@pytest.mark.parametrize("how, bad", [("right", []), ("silent", ["robot.backlash"])])
+def test_fixed_records_tell_programs_apart(monkeypatch, tmp_path, how, bad):
+    program = tmp_path / "fake"
+    program.write_text(FAKE.format(how=how))
+    program.chmod(0o755)
+    monkeypatch.setattr(score, "FIXED", [(3, "fault_free", "none", None), (7, "single", "robot.backlash", "medium")])
+    found = score.score_fixed(program, tmp_path, 1)
+    assert [one["label"] for one in found] == bad
