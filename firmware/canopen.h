@@ -36,8 +36,18 @@ enum canopen_sdo {
     SDO_DOWNLOADED = 0x60,
     SDO_UPLOAD = 0x40,
     SDO_UPLOADED = 0x43, /* as SDO_DOWNLOAD */
+    SDO_ASK_SEGMENT = 0x60,
     SDO_ABORT = 0x80,
 };
+
+/* Its parts, in answers: which service, in the three highest bits; then those of reads. */
+#define SDO_SERVICE 0xe0u
+#define SDO_SEGMENT 0x00u
+#define SDO_UPLOAD_ANSWER 0x40u
+#define SDO_IS_EXPEDITED 0x02u /* the data are in the frame; else they come in segments */
+#define SDO_SIZE_IS_TOLD 0x01u
+#define SDO_LAST_SEGMENT 0x01u /* and the first: its toggle bit is 0 */
+#define SDO_SEGMENT_SIZE 0x0eu
 
 #define SDO_ABORT_TIMEOUT 0x05040000u
 #define SDO_ABORT_NO_OBJECT 0x06020000u

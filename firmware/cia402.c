@@ -59,6 +59,9 @@ static const char *const trouble_names[] = {
     [DRIVE_TROUBLE_FAULT] = "the drive is in fault",
     [DRIVE_TROUBLE_NOT_ENABLED] = "the drive does not reach operation enabled",
     [DRIVE_TROUBLE_DROPPED_OUT] = "the drive has left operation enabled by itself",
+    [DRIVE_TROUBLE_STRANGE_ANSWER] = "the drive answers its set-up in a way that CiA 301 does not have",
+    [DRIVE_TROUBLE_NO_PERIOD] = "the drive cannot take the loop's period",
+    [DRIVE_TROUBLE_UNWATCHED] = "the drive would not stop when the loop dies: it cannot watch the loop's heartbeat",
 };
 _Static_assert(sizeof trouble_names / sizeof trouble_names[0] == DRIVE_TROUBLE_COUNT, "one name per trouble");
 
@@ -170,6 +173,12 @@ static enum cia402_trouble setup_trouble(const struct cia402_setup *setup)
         return DRIVE_TROUBLE_NO_ANSWER;
     case SETUP_WRONG_VALUE:
         return DRIVE_TROUBLE_WRONG_VALUE;
+    case SETUP_STRANGE_ANSWER:
+        return DRIVE_TROUBLE_STRANGE_ANSWER;
+    case SETUP_NO_PERIOD:
+        return DRIVE_TROUBLE_NO_PERIOD;
+    case SETUP_UNWATCHED:
+        return DRIVE_TROUBLE_UNWATCHED;
     case SETUP_FINE:
         break;
     }
@@ -203,13 +212,27 @@ static enum cia402_trouble trouble_of(const struct cia402 *drive, int heartbeat_
     return DRIVE_TROUBLE_NONE;
 }
 
+static uint32_t error_of(const struct cia402 *drive)
+{
+    switch ((enum cia402_trouble)drive->trouble) {
+    case DRIVE_TROUBLE_NONE:
+        return 0;
+    case DRIVE_TROUBLE_SDO_ABORT:
+        return drive->setup.abort_code;
+    case DRIVE_TROUBLE_NO_PERIOD:
+        return cia402_period_error(drive->setup.period_value, drive->setup.period_index);
+    default:
+        return drive->error_code;
+    }
+}
+
 void cia402_judge(struct cia402 *drive, int heartbeat_is_stale)
 {
     if (drive->trouble == DRIVE_TROUBLE_NONE) {
         drive->trouble = (uint8_t)trouble_of(drive, heartbeat_is_stale);
     }
-    if (drive->trouble != DRIVE_TROUBLE_NONE && drive->error == 0) {
-        drive->error = drive->trouble == DRIVE_TROUBLE_SDO_ABORT ? drive->setup.abort_code : drive->error_code;
+    if (drive->error == 0) {
+        drive->error = error_of(drive);
     }
     drive->was_enabled = drive->was_enabled || (cia402_setup_is_done(&drive->setup) && cia402_follows(drive));
 }

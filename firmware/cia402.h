@@ -38,6 +38,9 @@ enum cia402_trouble {
     DRIVE_TROUBLE_FAULT,           /* 402 state fault or fault reaction active */
     DRIVE_TROUBLE_NOT_ENABLED,     /* does not get to operation enabled in time */
     DRIVE_TROUBLE_DROPPED_OUT,     /* has left operation enabled unasked */
+    DRIVE_TROUBLE_STRANGE_ANSWER,  /* answers its set-up, and not as the standard has it */
+    DRIVE_TROUBLE_NO_PERIOD,       /* cannot tell the loop's period */
+    DRIVE_TROUBLE_UNWATCHED,       /* would not stop when the loop dies */
     DRIVE_TROUBLE_COUNT
 };
 
@@ -51,7 +54,8 @@ struct cia402 {
     uint8_t nmt_state;
     uint8_t trouble;     /* enum cia402_trouble: the first that came, until a reset */
     uint8_t was_enabled; /* since the set-up */
-    uint32_t error;      /* SDO abort code or EMCY error code that came with the trouble; 0: neither */
+    uint32_t error; /* SDO abort code or EMCY error code that came with the trouble, or the period that the drive
+                       knows, see cia402_period_error(); 0: none */
     uint32_t enabling_ticks;
     uint32_t heartbeat_period_ticks;
     uint32_t saturated_setpoints;
@@ -83,6 +87,12 @@ static inline int cia402_follows(const struct cia402 *drive)
 /* Appends the frames of this tick and returns the position that the setpoint frame carries, in m. */
 double cia402_send(struct cia402 *drive, const struct supervisor *supervisor, const struct hal_tick *tick,
                    double command_position_m, int reset_is_wanted, struct tick_output *out);
+
+/* The drive's own interpolation period as an error: value * 10^index s; value 0: any, in this unit. */
+static inline uint32_t cia402_period_error(uint8_t value, int8_t index)
+{
+    return (uint32_t)value << 8 | (uint8_t)index;
+}
 
 enum cia402_state cia402_state_of(uint16_t statusword);
 const char *cia402_state_name(enum cia402_state state);

@@ -14,9 +14,12 @@ extern "C" {
 
 enum cia402_setup_trouble {
     SETUP_FINE,
-    SETUP_ABORTED,    /* the drive has refused an object: its abort code is kept */
-    SETUP_NO_ANSWER,  /* or not the expected state within its time */
-    SETUP_WRONG_VALUE /* an object is not what it has to be: no drive for this profile */
+    SETUP_ABORTED,        /* the drive has refused an object: its abort code is kept */
+    SETUP_NO_ANSWER,      /* or not the expected state within its time */
+    SETUP_WRONG_VALUE,    /* an object is not what it has to be: no drive for this profile */
+    SETUP_STRANGE_ANSWER, /* none but one that no server may give */
+    SETUP_NO_PERIOD,      /* 0x60C2 cannot tell the loop's period */
+    SETUP_UNWATCHED       /* no object 0x1016: it would not stop when the loop dies */
 };
 
 struct cia402_setup {
@@ -26,10 +29,15 @@ struct cia402_setup {
     uint32_t in_flight_ticks; /* since its request was sent; 0: it has not been */
     uint32_t sdo_timeout_ticks;
     uint32_t state_timeout_ticks;
-    uint8_t attempts;   /* of this step's request, that have got no answer */
-    uint8_t has_answer; /* an SDO answer to the request in flight */
-    uint8_t has_booted; /* since the step began */
-    uint8_t trouble;    /* enum cia402_setup_trouble; the set-up stands still */
+    uint8_t attempts;          /* of this step's request, that have got no answer */
+    uint8_t has_answer;        /* an SDO answer to the request in flight */
+    uint8_t has_booted;        /* since the step began */
+    uint8_t trouble;           /* enum cia402_setup_trouble; the set-up stands still */
+    uint8_t is_strange;        /* an answer to this step that is none of the standard */
+    uint8_t segment;           /* enum segment_state: an answer that comes in segments */
+    uint8_t period_is_refused; /* as it was offered first */
+    int8_t period_index;       /* the drive's own, read back */
+    uint8_t period_value;      /* the drive's own, read back; 0: not read */
     uint32_t answer_value;
     uint32_t abort_code;
 };

@@ -49,7 +49,8 @@ struct app_config config_default(void)
                    .heartbeat_ms = 100.0,
                    .stale_after_ms = 300.0,
                    .sdo_timeout_ms = 200.0,
-                   .state_timeout_ms = 2000.0},
+                   .state_timeout_ms = 2000.0,
+                   .must_watch_loop = 1},
         .limits = {.position_min_m = -1.0,
                    .position_max_m = 1.0,
                    .velocity_m_per_s = 2.0,
@@ -277,13 +278,26 @@ double config_period_s(const struct app_config *config)
     return (double)config_period_ns(config) / (double)NS_PER_S;
 }
 
+uint8_t config_interpolation_value(const struct app_config *config, int8_t index)
+{
+    const int64_t period_ns = config_period_ns(config);
+    int64_t unit_ns = 1;
+    if (index < -9 || index > 0) {
+        return 0; /* finer than a ns, or longer than any period of a loop */
+    }
+    for (int i = -9; i < index; i++) {
+        unit_ns *= 10;
+    }
+    return period_ns % unit_ns == 0 && period_ns / unit_ns <= UINT8_MAX ? (uint8_t)(period_ns / unit_ns) : 0;
+}
+
 struct interpolation_period config_interpolation_period(const struct app_config *config)
 {
-    static const int64_t unit_ns[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000, 1000000000};
-    const int64_t period_ns = config_period_ns(config);
-    for (int i = (int)(sizeof unit_ns / sizeof unit_ns[0]) - 1; i >= 0; i--) {
-        if (period_ns % unit_ns[i] == 0 && period_ns / unit_ns[i] <= UINT8_MAX) {
-            return (struct interpolation_period){(uint8_t)(period_ns / unit_ns[i]), (int8_t)(i - 9)};
+    static const int8_t indices[] = {-3, 0, -1, -2, -4, -5, -6, -7, -8, -9};
+    for (size_t i = 0; i < sizeof indices / sizeof indices[0]; i++) {
+        const uint8_t value = config_interpolation_value(config, indices[i]);
+        if (value != 0) {
+            return (struct interpolation_period){value, indices[i]};
         }
     }
     return (struct interpolation_period){0, 0};

@@ -118,6 +118,7 @@ struct cia402_config {
     double stale_after_ms;  /* age of a heartbeat, either way */
     double sdo_timeout_ms;
     double state_timeout_ms; /* for the drive to boot, and to be enabled */
+    int32_t must_watch_loop; /* flag: a drive that cannot watch our heartbeat (no object 0x1016) is refused */
 };
 
 /* [inverse_filter]: takes away the amplitude error of a robot that is named by [robot] transfer_* */
@@ -278,12 +279,15 @@ int64_t config_sample_period_ns(const struct app_config *config);
 
 double config_period_s(const struct app_config *config);
 
-/* The loop's period as object 0x60C2 of CiA 402 wants it: value * 10^index s. value is 0 if there is none. */
+/* The loop's period as object 0x60C2 of CiA 402 wants it: value * 10^index s, whole ms with index -3, as many drives
+ * know no other. value is 0 if there is none. */
 struct interpolation_period {
     uint8_t value;
     int8_t index;
 };
 struct interpolation_period config_interpolation_period(const struct app_config *config);
+/* The value that goes with this index; 0: none makes the period. */
+uint8_t config_interpolation_value(const struct app_config *config, int8_t index);
 
 /* Milliseconds to the nearest nanosecond; the only conversion of configured durations. Non-negative input; INT64_MAX
  * for what is not finite or too long. */

@@ -1,6 +1,7 @@
 /* The loop on its own: the same program against the simulated rig and on the target. */
 #include <stdio.h>
 
+#include "cia402_text.h"
 #include "loop.h"
 
 enum exit_code { EXIT_DONE = 0, EXIT_USAGE_OR_INPUT = 2, EXIT_HARDWARE = 3 };
@@ -39,9 +40,9 @@ int main(int argc, char **argv)
     }
     const struct cia402 *drive = &app.robot_channel.drive;
     if (drive->trouble != DRIVE_TROUBLE_NONE) {
-        printf("drive: %s, object 0x%06X of its set-up, error code 0x%X\n",
-               cia402_trouble_name((enum cia402_trouble)drive->trouble), cia402_setup_object(drive->setup.step),
-               drive->error);
+        char text[CIA402_TEXT_BYTES_MAX];
+        cia402_trouble_text((enum cia402_trouble)drive->trouble, drive->setup.step, drive->error, text);
+        printf("drive: %s\n", text);
     }
     return exit_code_of(status == HAL_END ? closed : status);
 }

@@ -180,6 +180,8 @@ static std::vector<rig_key> make_own_keys()
             "without an answer to an SDO, a fault"),
         KEY("cia402.state_timeout_ms", firmware.cia402.state_timeout_ms, r::positive,
             "for the drive to boot and to be enabled"),
+        FLAG("cia402.must_watch_loop", firmware.cia402.must_watch_loop,
+             "refuse a drive without object 0x1016, which would not stop when the loop dies"),
         KEY("limits.position_min_m", firmware.limits.position_min_m, r::any, "of setpoints on the wire"),
         KEY("limits.position_max_m", firmware.limits.position_max_m, r::any, "of setpoints on the wire"),
         KEY("limits.velocity_m_per_s", firmware.limits.velocity_m_per_s, r::positive, "of setpoints on the wire"),

@@ -59,27 +59,12 @@ bool is_drive(const rig &rig)
 /* State and trouble of the drive in the last tick. */
 std::string drive_text(const run_result &result)
 {
-    char text[160];
-    int length = std::snprintf(text, sizeof text, "%s, statusword 0x%04X",
-                               cia402_state_name(cia402_state_of(result.drive_statusword)), result.drive_statusword);
-    std::string all(text, static_cast<std::size_t>(length));
-    if (result.drive_trouble == DRIVE_TROUBLE_NONE) {
-        return all;
-    }
-    all += std::string("; ") + cia402_trouble_name(result.drive_trouble);
-    const std::uint32_t object = cia402_setup_object(result.drive_setup_step);
-    if (object != 0) {
-        length = std::snprintf(text, sizeof text, ", object 0x%04X:%02X", object >> 8, object & 0xff);
-        all.append(text, static_cast<std::size_t>(length));
-    }
-    if (result.drive_error != 0) {
-        length =
-            std::snprintf(text, sizeof text, ", %s 0x%0*X",
-                          result.drive_trouble == DRIVE_TROUBLE_SDO_ABORT ? "SDO abort code" : "EMCY error code",
-                          result.drive_trouble == DRIVE_TROUBLE_SDO_ABORT ? 8 : 4, result.drive_error);
-        all.append(text, static_cast<std::size_t>(length));
-    }
-    return all;
+    char text[CIA402_TEXT_BYTES_MAX];
+    std::snprintf(text, sizeof text, "%s, statusword 0x%04X",
+                  cia402_state_name(cia402_state_of(result.drive_statusword)), result.drive_statusword);
+    std::string all = text;
+    cia402_trouble_text(result.drive_trouble, result.drive_setup_step, result.drive_error, text);
+    return text[0] == '\0' ? all : all + "; " + text;
 }
 
 void print_limits(const run_result &result)

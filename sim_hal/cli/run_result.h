@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "../../firmware/cia402.h"
+#include "../../firmware/cia402_text.h"
 #include "../../firmware/limits.h"
 #include "../../firmware/recorder.h"
 #include "../../firmware/supervisor.h"

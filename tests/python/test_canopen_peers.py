@@ -18,6 +18,7 @@ PROFILE = {"robot_channel.profile": "cia402", "run.release_s": 0.3}
 START, READY, RUNNING, HOLDING, FAULT, STOPPED = range(6)
 ROBOT_FAULT = 7  # stop cause
 SDO_ABORT, NO_ANSWER, WRONG_VALUE, EMERGENCY, HEARTBEAT, NOT_OPERATIONAL, IN_FAULT = range(1, 8)  # trouble
+STRANGE_ANSWER, NO_PERIOD, UNWATCHED = range(10, 13)
 REQUEST_NONE, REQUEST_RUN, REQUEST_RESET = 0, 2, 3
 SYNC, NMT = 0x080, 0x000
 
@@ -234,6 +235,97 @@ def test_an_object_that_is_only_offered_may_be_missing(loop):
     drive = ServoDrive(loop)
     del drive.node.object_dictionary[0x1006]
     loop.run_until(is_in(loop, READY))
+
+
+class DriveWithFixedIndex(ServoDrive):
+    """Takes one index of the interpolation period, as drives do that count in ms, or in tenths of them."""
+
+    def __init__(self, bus, index):
+        super().__init__(bus)
+        self.node.object_dictionary[0x60C2][2].default = index
+        self.index = index
+        self.node.add_write_callback(self.refuse_other_index)
+
+    def refuse_other_index(self, index, od, data, **_):
+        if (index, od.subindex) == (0x60C2, 2) and int.from_bytes(data, "little", signed=True) != self.index:
+            raise canopen.SdoAbortedError(0x06090030)
+
+
+# Loop rate, index that the drive takes, trouble.
+PERIODS = [(500, -3, None), (250, -3, None), (100, -3, None), (50, -3, None), (400, -4, None), (100, -4, None),
+           (100, -2, None), (400, -3, NO_PERIOD), (10, -4, NO_PERIOD)]
+
+
+@pytest.mark.parametrize("rate_Hz, index, trouble", PERIODS)
+def test_a_drive_that_takes_one_unit_of_the_period(rate_Hz, index, trouble):
+    slow = {"robot.dead_time_ms": 300, "sensor.delay_ms": 100} if rate_Hz < 250 else {}
+    rig = {**PROFILE, "loop.rate_Hz": rate_Hz, **slow}
+    bus = PeerBus("loop", "ess", *(f"{key}={value}" for key, value in rig.items()), period_s=1 / rate_Hz)
+    drive = DriveWithFixedIndex(bus, index)
+    bus.request = REQUEST_RUN
+    if trouble is None:
+        bus.run_until(is_in(bus, RUNNING))
+        period = drive.node.sdo[0x60C2]
+        assert period[1].raw * 10.0 ** period[2].raw == pytest.approx(1 / rate_Hz)
+    else:
+        stops(bus, trouble, 2000)
+    bus.close()
+
+
+@pytest.mark.parametrize("command", [0x43, 0x42, 0x41])
+def test_a_read_is_answered_with_four_bytes_or_without_a_size_or_in_segments(loop, command):
+    send = loop.send
+
+    def changed(message, *rest):
+        data = message.data
+        if message.arbitration_id == 0x580 + NODE and data[0] & 0xE0 == 0x40:
+            size = 4 - (data[0] >> 2 & 3)
+            changed.segment = bytes([0x01 | (7 - size) << 1]) + bytes(data[4:4 + size]).ljust(7, b"\0")
+            data[0] = command
+            if command == 0x41:
+                data[4:8] = struct.pack("<I", size)
+        send(message, *rest)
+
+    loop.send = changed
+    drive = ServoDrive(loop)
+    if command == 0x41:  # canopen's server has sent all of it already, so its answer to the second request is left out
+        loop.network.unsubscribe(0x600 + NODE, drive.node.sdo.on_request)
+
+        def answer(identifier, data, when):
+            if data[0] == 0x60:
+                send(can.Message(arbitration_id=0x580 + NODE, data=changed.segment, is_extended_id=False))
+            else:
+                drive.node.sdo.on_request(identifier, data, when)
+        loop.network.subscribe(0x600 + NODE, answer)
+    loop.request = REQUEST_RUN
+    loop.run_until(is_in(loop, RUNNING))
+
+
+def test_an_answer_that_is_none_of_the_standard_is_told_as_such(loop):
+    send = loop.send
+
+    def changed(message, *rest):
+        if message.arbitration_id == 0x580 + NODE and message.data[0] == 0x60:
+            message.data[0] = 0xE0
+        send(message, *rest)
+
+    loop.send = changed
+    ServoDrive(loop)
+    stops(loop, STRANGE_ANSWER, 2000)
+
+
+@pytest.mark.parametrize("is_demanded", [True, False])
+def test_a_drive_that_does_not_watch_its_master(is_demanded):
+    rig = {**PROFILE, "cia402.must_watch_loop": str(is_demanded).lower()}
+    bus = PeerBus("loop", "ess", *(f"{key}={value}" for key, value in rig.items()))
+    drive = ServoDrive(bus)
+    del drive.node.object_dictionary[0x1016]
+    bus.request = REQUEST_RUN
+    if is_demanded:
+        stops(bus, UNWATCHED, 2000)
+    else:
+        bus.run_until(is_in(bus, RUNNING))
+    bus.close()
 
 
 def test_without_an_answer_it_asks_again_and_then_gives_up(loop):

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "drive_bench.h"
+#include "firmware/cia402_text.h"
 #include "seeded.h"
 
 using bench::bytes;
@@ -139,8 +140,16 @@ TEST_CASE("cia402: each trouble of the drive is a robot fault, by its name, and 
         std::uint32_t error;
     };
     const trouble_case cases[] = {
-        {DRIVE_TROUBLE_SDO_ABORT, [](drive_bench &b) { b.answer_60c2 = sdo(0x80, 0x60c2, 1, 0x06090030); },
-         [](drive_bench &b) { b.answer_60c2 = {0x60}; }, 0x06090030},
+        {DRIVE_TROUBLE_SDO_ABORT,
+         [](drive_bench &b) { b.answer_instead[0x606000] = sdo(0x80, 0x6060, 0, 0x06090030); },
+         [](drive_bench &b) { b.answer_instead.clear(); }, 0x06090030},
+        {DRIVE_TROUBLE_UNWATCHED,
+         [](drive_bench &b) { b.answer_instead[0x101601] = sdo(0x80, 0x1016, 1, 0x06020000); },
+         [](drive_bench &b) { b.answer_instead.clear(); }, 0},
+        {DRIVE_TROUBLE_STRANGE_ANSWER, [](drive_bench &b) { b.write_command = 0xe0; },
+         [](drive_bench &b) { b.write_command = 0x60; }, 0},
+        {DRIVE_TROUBLE_STRANGE_ANSWER, [](drive_bench &b) { b.read_command = 0xc3; },
+         [](drive_bench &b) { b.read_command = 0; }, 0},
         {DRIVE_TROUBLE_NO_ANSWER, [](drive_bench &b) { b.answers_sdo = false; },
          [](drive_bench &b) { b.answers_sdo = true; }, 0},
         {DRIVE_TROUBLE_NOT_ENABLED, [](drive_bench &b) { b.enables = false; },
@@ -287,8 +296,15 @@ TEST_CASE("cia402: the period as object 0x60C2 tells it")
         int value;
         int index;
     };
-    for (const period_case &one :
-         {period_case{400, 25, -4}, {1000, 1, -3}, {50, 2, -2}, {8000, 125, -6}, {1, 1, 0}, {250.0 / 3.0, 12, -3}}) {
+    for (const period_case &one : {period_case{400, 25, -4},
+                                   {1000, 1, -3},
+                                   {100, 10, -3},
+                                   {50, 20, -3},
+                                   {4, 250, -3},
+                                   {8000, 125, -6},
+                                   {1, 1, 0},
+                                   {2, 5, -1},
+                                   {250.0 / 3.0, 12, -3}}) {
         app_config config = drive_config();
         config.loop.rate_Hz = one.rate_Hz;
         CHECK(config_validate(&config).key == nullptr);
@@ -300,6 +316,117 @@ TEST_CASE("cia402: the period as object 0x60C2 tells it")
     CHECK(std::string(config_validate(&config).key) == "loop.rate_Hz");
     config.robot_channel.profile = ROBOT_PROFILE_BERTH;
     CHECK(config_validate(&config).key == nullptr);
+}
+
+TEST_CASE("cia402: a period that is refused as it is written is told in the drive's own unit")
+{
+    struct period_case {
+        double rate_Hz;
+        std::set<std::int8_t> indices; /* that the drive takes */
+        std::int8_t index;             /* that it has at first */
+        int fixed_period;              /* that it keeps; 0: takes any */
+        int error;                     /* -1: it gets ready; else what the record has */
+    };
+    const period_case cases[] = {
+        {100, {-3}, -3, 0, -1},     {50, {-3}, -3, 0, -1},     {500, {-3}, -3, 0, -1},
+        {400, {-4}, -4, 0, -1},     {100, {-4}, -4, 0, -1},                           /* 100 * 10^-4 s */
+        {400, {-5}, -5, 0, -1},     {100, {-2}, -2, 0, -1},    {250, {7}, -3, 4, -1}, /* it has it already */
+        {400, {-3}, -3, 0, 0x00fd}, {400, {7}, -3, 4, 0x00fd}, {500, {7}, -3, 4, 0x04fd},
+        {10, {-4}, -4, 0, 0x00fc}, /* 1000 * 10^-4 s */
+    };
+    for (const period_case &one : cases) {
+        CAPTURE(one.rate_Hz);
+        CAPTURE(one.index);
+        app_config config = drive_config();
+        config.loop.rate_Hz = one.rate_Hz;
+        config.cia402.heartbeat_ms = 100.0;
+        REQUIRE(config_validate(&config).key == nullptr);
+        drive_bench bench(config);
+        bench.indices = one.indices;
+        bench.period_index = one.index;
+        bench.fixed_period = one.fixed_period;
+        if (one.error < 0) {
+            REQUIRE(bench.run_until(SUPERVISOR_READY));
+            const int value = one.fixed_period != 0 ? one.fixed_period : bench.period_value;
+            CHECK(value * std::pow(10.0, bench.period_index) == doctest::Approx(1.0 / one.rate_Hz));
+        } else {
+            REQUIRE(bench.run_until(SUPERVISOR_FAULT));
+            CHECK(bench.trouble() == DRIVE_TROUBLE_NO_PERIOD);
+            CHECK(bench.app().record.drive_error == static_cast<std::uint32_t>(one.error));
+        }
+    }
+}
+
+TEST_CASE("cia402: an answer to a read may say any size, or none, or come in a segment")
+{
+    for (const int command : {0x43, 0x42, 0x4e, 0x4f, 0x41, 0x40}) {
+        CAPTURE(command);
+        drive_bench bench;
+        bench.read_command = static_cast<std::uint8_t>(command);
+        if (command == 0x4f) { /* one byte of what has more: no CiA 402 device by its type, 0x..0192 */
+            REQUIRE(bench.run_until(SUPERVISOR_FAULT));
+            CHECK(bench.trouble() == DRIVE_TROUBLE_WRONG_VALUE);
+            continue;
+        }
+        REQUIRE(bench.run_until(SUPERVISOR_RUNNING));
+    }
+}
+
+TEST_CASE("cia402: a drive without an object to watch the loop is let be where the rig file says so")
+{
+    app_config config = drive_config();
+    config.cia402.must_watch_loop = 0;
+    drive_bench bench(config);
+    bench.answer_instead[0x101601] = sdo(0x80, 0x1016, 1, 0x06020000);
+    CHECK(bench.run_until(SUPERVISOR_RUNNING));
+    drive_bench other(config); /* which has it, and does not take it */
+    other.answer_instead[0x101601] = sdo(0x80, 0x1016, 1, 0x06090030);
+    REQUIRE(other.run_until(SUPERVISOR_FAULT));
+    CHECK(other.trouble() == DRIVE_TROUBLE_SDO_ABORT);
+}
+
+TEST_CASE("cia402: a drive that does not tell its modes shows by what it takes")
+{
+    drive_bench bench;
+    bench.answer_instead[0x650200] = sdo(0x80, 0x6502, 0, 0x06020000);
+    CHECK(bench.run_until(SUPERVISOR_RUNNING));
+    drive_bench other;
+    other.answer_instead[0x650200] = sdo(0x43, 0x6502, 0, 0x00000001); /* profile position alone */
+    REQUIRE(other.run_until(SUPERVISOR_FAULT, 4000));
+    CHECK(other.trouble() == DRIVE_TROUBLE_WRONG_VALUE);
+}
+
+TEST_CASE("cia402: trouble in words")
+{
+    const auto said = [](cia402_trouble trouble, int object, std::uint8_t subindex, std::uint32_t error) {
+        std::uint32_t step = 0;
+        while (step < cia402_setup_steps &&
+               cia402_setup_object(step) != static_cast<std::uint32_t>(object << 8 | subindex)) {
+            step++;
+        }
+        char text[CIA402_TEXT_BYTES_MAX];
+        cia402_trouble_text(trouble, step, error, text);
+        return std::string(text);
+    };
+    CHECK(said(DRIVE_TROUBLE_NONE, 0x6060, 0, 0).empty());
+    CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x6060, 0, 0x06090030) ==
+          "the drive refuses an object, object 0x6060:00, SDO abort code 0x06090030 (the value is invalid)");
+    CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x1a00, 1, 0x06040041).find("cannot be mapped into a PDO") !=
+          std::string::npos);
+    CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x6060, 0, 0x12345678).find("maker's own") != std::string::npos);
+    CHECK(said(DRIVE_TROUBLE_NO_PERIOD, 0x60c2, 2, 0x00fd) ==
+          "the drive cannot take the loop's period, object 0x60C2:02; its unit is 10^-3 s, of which it takes 1 to "
+          "255: "
+          "set loop.rate_Hz to 1000 divided by such a whole number");
+    CHECK(said(DRIVE_TROUBLE_NO_PERIOD, 0x60c2, 1, 0x04fd) ==
+          "the drive cannot take the loop's period, object 0x60C2:01; it keeps 4 * 10^-3 s: set loop.rate_Hz = 250");
+    CHECK(said(DRIVE_TROUBLE_NO_PERIOD, 0x60c2, 2, 0x0003).find("makes no period of a loop") != std::string::npos);
+    CHECK(said(DRIVE_TROUBLE_UNWATCHED, 0x1016, 1, 0).find("object 0x1016:01; cia402.must_watch_loop = false") !=
+          std::string::npos);
+    CHECK(said(DRIVE_TROUBLE_EMERGENCY, 0, 0, 0x2310).find("EMCY error code 0x2310") != std::string::npos);
+    for (int i = 0; i < DRIVE_TROUBLE_COUNT; i++) {
+        CHECK(said(static_cast<cia402_trouble>(i), 0x1016, 1, 0xffffffff).size() < CIA402_TEXT_BYTES_MAX - 1);
+    }
 }
 
 TEST_CASE("cia402: a configuration that cannot be is refused under its key")

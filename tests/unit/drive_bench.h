@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "firmware/app.h"
@@ -44,14 +46,15 @@ inline hal_frame frame_with(std::uint32_t id, const bytes &data)
 class drive_bench
 {
   public:
-    explicit drive_bench(const app_config &config = drive_config()) : app_(std::make_unique<struct app>())
+    explicit drive_bench(const app_config &config = drive_config())
+        : app_(std::make_unique<struct app>()), period_ns_(config_period_ns(&config))
     {
         app_start(app_.get(), &config);
     }
 
     void tick()
     {
-        const std::int64_t now_ns = index_ * 2500000;
+        const std::int64_t now_ns = index_ * period_ns_;
         tick_input in{};
         in.tick = {index_, now_ns, now_ns, 0, stop};
         in.enable = HAL_LEVEL_NOT_WIRED;
@@ -59,7 +62,7 @@ class drive_bench
         const auto counter = static_cast<std::uint8_t>(index_);
         in.frames[in.frame_count++] = force_frame(0.0, counter, now_ns);
         in.frames[in.frame_count++] = motion_frame(0.0, 0.0, operator_.asks(request, state()), counter, now_ns);
-        if (heartbeats && index_ % 40 == 0) {
+        if (heartbeats && index_ * period_ns_ % 100000000 < period_ns_) {
             answers.push_back(frame_with(0x700 + node, {nmt}));
         }
         for (hal_frame &frame : answers) {
@@ -131,10 +134,17 @@ class drive_bench
     std::uint32_t stop = 0;
     bool heartbeats = true, boots = true, answers_sdo = true, sends_pdos = true, enables = true;
     std::uint8_t nmt = 0x7f;
-    std::uint16_t statusword = 0x0250; /* switch on disabled */
-    bytes answer_60c2 = {0x60};        /* or another answer to the write of 0x60C2:01 */
-    std::vector<bytes> requests;       /* all SDO requests */
-    std::vector<hal_frame> answers;    /* of the drive, for the next tick */
+    std::uint16_t statusword = 0x0250;   /* switch on disabled */
+    std::map<int, bytes> answer_instead; /* by object * 256 + subindex: to a write, or a read of nothing but it */
+    std::set<std::int8_t> indices;       /* of 0x60C2 that it takes; empty: all */
+    int fixed_period = 0;                /* 0x60C2:01, if it cannot be written */
+    std::int8_t period_index = -3;
+    std::uint8_t period_value = 1;
+    /* First byte of the answer to a read: 0 as it should be; 0x41 and 0x40: in a segment. */
+    std::uint8_t read_command = 0;
+    std::uint8_t write_command = 0x60;
+    std::vector<bytes> requests;    /* all SDO requests */
+    std::vector<hal_frame> answers; /* of the drive, for the next tick */
     tick_output out{};
 
   private:
@@ -151,7 +161,8 @@ class drive_bench
         } else if (frame.id == 0x600 + node) {
             requests.emplace_back(frame.data, frame.data + 8);
             if (answers_sdo && frame.data[0] != 0x80) {
-                answers.push_back(frame_with(0x580 + node, answer_to(requests.back())));
+                answers.push_back(
+                    frame_with(0x580 + node, frame.data[0] == 0x60 ? segment_ : answer_to(requests.back())));
             }
         } else if (frame.id == 0x200 + node) {
             waiting_ = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
@@ -165,17 +176,51 @@ class drive_bench
         }
     }
 
-    bytes answer_to(const bytes &request_bytes) const
+    /* Value and size of the object. */
+    std::pair<std::uint32_t, int> read(int key) const
     {
-        const int object = request_bytes[1] | request_bytes[2] << 8;
-        bytes answer = {0x60, request_bytes[1], request_bytes[2], request_bytes[3], 0, 0, 0, 0};
-        if (request_bytes[0] == 0x40) {
-            const std::uint32_t value = object == 0x1000 ? 0x00020192 : object == 0x6502 ? 0x80 : 8;
-            answer[0] = object == 0x6061 ? 0x4f : 0x43;
-            std::memcpy(answer.data() + 4, &value, 4);
-        } else if (object == 0x60c2 && request_bytes[3] == 1) {
-            std::copy(answer_60c2.begin(), answer_60c2.end(), answer.begin());
+        switch (key) {
+        case 0x100000:
+            return {0x00020192, 4};
+        case 0x650200:
+            return {0x80, 4};
+        case 0x60c201:
+            return {fixed_period != 0 ? static_cast<std::uint8_t>(fixed_period) : period_value, 1};
+        case 0x60c202:
+            return {static_cast<std::uint8_t>(period_index), 1};
+        default:
+            return {8, 1};
         }
+    }
+
+    bytes answer_to(const bytes &asked)
+    {
+        const int object = asked[1] | asked[2] << 8;
+        const int key = object << 8 | asked[3];
+        bytes answer = {write_command, asked[1], asked[2], asked[3], 0, 0, 0, 0};
+        if (const auto instead = answer_instead.find(key); instead != answer_instead.end()) {
+            return instead->second;
+        }
+        if (asked[0] == 0x40) {
+            const auto [value, size] = read(key);
+            answer[0] = read_command != 0 ? read_command : static_cast<std::uint8_t>(0x43 | (4 - size) << 2);
+            std::memcpy(answer.data() + 4, &value, 4);
+            segment_ = {static_cast<std::uint8_t>(0x01 | (7 - size) << 1), 0, 0, 0, 0, 0, 0, 0};
+            std::memcpy(segment_.data() + 1, &value, 4);
+            if ((read_command & 0x02) == 0 && read_command != 0) { /* the size alone */
+                const auto told = static_cast<std::uint32_t>(size);
+                std::memcpy(answer.data() + 4, &told, 4);
+            }
+            return answer;
+        }
+        const auto index = static_cast<std::int8_t>(asked[4]);
+        const bool is_refused = (key == 0x60c202 && !indices.empty() && indices.count(index) == 0) ||
+                                (key == 0x60c201 && fixed_period != 0 && asked[4] != fixed_period);
+        if (is_refused) {
+            return {0x80, asked[1], asked[2], asked[3], 0x30, 0x00, 0x09, 0x06};
+        }
+        period_index = key == 0x60c202 ? index : period_index;
+        period_value = key == 0x60c201 ? asked[4] : period_value;
         return answer;
     }
 
@@ -196,6 +241,8 @@ class drive_bench
     }
 
     std::unique_ptr<struct app> app_;
+    std::int64_t period_ns_;
+    bytes segment_; /* the value that was asked for */
     std::int64_t index_ = 0;
     std::uint16_t waiting_ = 0;
     std::int32_t position_ = 0;
