@@ -1,5 +1,6 @@
 """Reads a log of `berth run` into numpy arrays, and asks `berth summary` for the run's result."""
 import json
+import os
 import re
 import subprocess
 import tomllib
@@ -126,3 +127,14 @@ def stretches(values, time_s, period_s):
     starts = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
     ends = np.concatenate((time_s[starts[1:]], [time_s[-1] + period_s]))
     return [(int(values[i]), time_s[i], end) for i, end in zip(starts, ends)]
+
+
+def write_whole(path, content):
+    """Writes a file so that it is there whole or, if writing fails, as it was before."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error

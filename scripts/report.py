@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """Makes a report of a run beside its log: LOG.html with zoomable plots, LOG.png for a README."""
 import argparse
-import os
 import sys
 from pathlib import Path
 
-from berth_log import InputError, read_log, read_summary
+from berth_log import InputError, read_log, read_summary, write_whole
 from report_accuracy import accuracy_of
 from report_figure import build_figure
 from report_page import build_page
@@ -13,17 +12,6 @@ from report_reduction import sweeps_of
 
 ROOT = Path(__file__).resolve().parents[1]
 EXIT_INPUT = 2
-
-
-def write_whole(path, content):
-    """Writes a file so that it is there whole or, if writing fails, as it was before."""
-    partial = path.with_name(path.name + ".partial")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
 def parse_arguments():

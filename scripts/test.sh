@@ -166,6 +166,7 @@ else
     else
         py "Python tests" "${at_once[@]}" -m "not slow" tests/python
     fi
+    step "hidden effects, a fixed record of each kind" .venv/bin/python tests/hidden_effects/score.py --fixed
     together
 fi
 

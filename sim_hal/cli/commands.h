@@ -126,10 +126,18 @@ void print_json(const nlohmann::json &object);
 std::vector<std::string> left_out(const rig &rig, double amplitude_m);
 void tell_left_out(const rig &rig, double amplitude_m);
 
+struct export_arguments {
+    std::string log;
+    bool csv = false;
+    bool parquet = false;
+    bool mcap = false;
+};
+
 int run_command(const run_arguments &arguments);
 int replay_command(const std::string &log, bool json);
 int summary_command(const std::string &log, bool json);
 int candump_command(const std::string &log, bool json);
+int export_command(const export_arguments &arguments);
 int deadtime_command(const rig_arguments &arguments);
 int eigen_command(const varying_arguments &arguments);
 int map_command(const map_arguments &arguments);

@@ -81,6 +81,14 @@ int run(int argc, char **argv)
     candump_app->add_flag("--json", json, "print one JSON object and nothing else");
     candump_app->callback([&] { exit_code = berth::candump_command(log, json); });
 
+    berth::export_arguments exported;
+    CLI::App *export_app = app.add_subcommand("export", "write a log for other programs");
+    export_app->add_option("LOG", exported.log, "a .ulg file written by `berth run`")->required();
+    export_app->add_flag("--csv", exported.csv, "one file a topic");
+    export_app->add_flag("--parquet", exported.parquet, "one file a topic");
+    export_app->add_flag("--mcap", exported.mcap, "one file, with schemas, as Foxglove opens it");
+    export_app->callback([&] { exit_code = berth::export_command(exported); });
+
     berth::rig_arguments deadtime;
     CLI::App *deadtime_app = app.add_subcommand("deadtime", "measure command to motion from a step of the setpoint");
     berth::add_rig_options(*deadtime_app, deadtime);
