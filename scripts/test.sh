@@ -161,12 +161,12 @@ else
     step "lint" make lint
     if [ "$mode" = full ]; then
         py "Python tests" "${at_once[@]}" tests/python
+        step "hidden effects, a fixed record of each kind" .venv/bin/python tests/hidden_effects/score.py --fixed
         step "score of hidden effects" make score COUNT=60
         step "set-up, build, run and quick tests on Debian 13" scripts/debian_root.sh trixie
     else
         py "Python tests" "${at_once[@]}" -m "not slow" tests/python
     fi
-    step "hidden effects, a fixed record of each kind" .venv/bin/python tests/hidden_effects/score.py --fixed
     together
 fi
 

@@ -61,8 +61,6 @@ STABILITY = [
     ("eigen ess --set object.stiffness_N_per_m=nan --json", "object.stiffness_N_per_m", "finite"),
     ("eigen ess --set robot.dead_time_ms=inf", "robot.dead_time_ms", "finite"),
     ("eigen ess --set robot.dead_time_ms=inf --json", "robot.dead_time_ms", "finite"),
-    ("eigen concept-foam", "object.kind", "contact"),
-    ("eigen concept-foam --json", "object.kind", "contact"),
     ("eigen nosuchrig", "nosuchrig", "no shipped rig"),
     ("eigen nosuchrig --json", "nosuchrig", "no shipped rig"),
     ("limits ess --set object.mass_kg=0", "object.mass_kg", "greater than 0"),
@@ -73,8 +71,6 @@ STABILITY = [
     ("limits ess --set object.stiffness_N_per_m=nan --json", "object.stiffness_N_per_m", "finite"),
     ("limits ess --set robot.dead_time_ms=inf", "robot.dead_time_ms", "finite"),
     ("limits ess --set robot.dead_time_ms=inf --json", "robot.dead_time_ms", "finite"),
-    ("limits concept-foam", "object.kind", "contact"),
-    ("limits concept-foam --json", "object.kind", "contact"),
     ("limits nosuchrig", "nosuchrig", "no shipped rig"),
     ("limits nosuchrig --json", "nosuchrig", "no shipped rig"),
     ("eigen ess --amplitude 0.3 --set object.cubic_stiffness_N_per_m3=-1e7", "berth: --amplitude: at "),
@@ -115,7 +111,6 @@ MAP = [
     ("map ess --vary mass --threads 0", "1"),
     ("map ess --vary mass --set manipulator.stiffness_N_per_m=0", "frequency ratio"),
     ("map ess --vary mass --set object.mass_kg=0", "object.mass_kg"),
-    ("map concept-copper --vary mass", "contact"),
     ("map ess --vary elasticity --grid 10000x10000", "1e+08 points take about", "GB of memory", "--yes"),
     ("map ess --vary mass --model rig", "--model"),
 ]
@@ -171,11 +166,7 @@ SENSOR = [
 
 # compensation
 COMPENSATION = [
-    ("limits ess --with prediction", "compensation is on"),
     ("eigen ess --set robot.jitter_ms=0.3 --with prediction", "compensation is on"),
-    ("eigen ess --with passivity", "passivity.action"),
-    ("eigen ess --with identification", "identification.enabled"),
-    ("eigen ess --with adaptive-inverse", "adaptive_inverse.tolerance"),
     ("run ess --with magic", "magic", "prediction"),
     ("compensate ess --dead-time nan", "--dead-time"),
     ("compensate ess --dead-time -1", "--dead-time"),
