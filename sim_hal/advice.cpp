@@ -76,6 +76,10 @@ try {
     if (compensation_is_on(&rig.firmware)) {
         return found;
     }
+    const growth_prediction steady = predict_growth(linear);
+    if (!steady.growth_per_s || *steady.growth_per_s < 0.0) {
+        return found; /* what changes from tick to tick makes it grow, and no parameter */
+    }
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(linear)) {
         parameters.push_back(find_limits(linear, key, as_it_is, advice_scan));

@@ -71,7 +71,7 @@ double median_height(std::vector<oscillation_height>::const_iterator from,
 }
 
 /* Limits bound the motion: does it fall nevertheless? While they act to the end, a fall is theirs, too. */
-std::optional<bool> falls_under_limits(const std::vector<oscillation_height> &heights, double limited_share)
+std::optional<bool> falls_nevertheless(const std::vector<oscillation_height> &heights, double limited_share)
 {
     constexpr double end = 0.9; /* of the run */
     if (heights.size() < least_heights) {
@@ -301,7 +301,7 @@ motion_evidence motion_recorder::conclude()
     const std::vector<oscillation_height> heights = oscillation_heights(running_m_, period_s_);
     const double limited_share = static_cast<double>(limited_until_sample_) / static_cast<double>(running_m_.size());
     found.limits_acted_late = limited_share > 0.75;
-    found.falls = falls_under_limits(heights, limited_share);
+    found.falls = falls_nevertheless(heights, limited_share);
     found.height_m =
         heights.size() < least_heights
             ? 0.0

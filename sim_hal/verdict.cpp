@@ -143,7 +143,7 @@ stability_verdict unstable(const verdict_case &of)
         found.because = measured_words(*found.growth) + motor_words(motion);
     } else if (model == tendency::grows) {
         found.growth = predicted(of.prediction);
-        found.because = predicted_words(of.prediction) + factor_words(*found.growth);
+        found.because = predicted_words(of.prediction) + factor_words(*found.growth) + motor_words(motion);
         if (tendency_of(motion) == tendency::decays) {
             found.because += "; the motion of this run still decays: what grows has not come up yet, a longer run "
                              "shows it";
@@ -177,6 +177,12 @@ stability_verdict limit_cycle(const verdict_case &of)
     return found;
 }
 
+/* Without limits at work, the growth tells more. */
+bool falls_under_limits(const motion_evidence &motion)
+{
+    return motion.limits_acted_late && motion.falls == std::optional<bool>(true);
+}
+
 stability_verdict stable(const verdict_case &of)
 {
     const motion_evidence &motion = of.motion;
@@ -189,7 +195,8 @@ stability_verdict stable(const verdict_case &of)
         return found;
     }
     if (tendency_of(of.prediction) != tendency::decays) {
-        found.because = motion.falls ? "the motion falls although limits bound it" : "the motion comes to rest";
+        found.because =
+            falls_under_limits(motion) ? "the motion falls although limits bound it" : "the motion comes to rest";
         found.because += motor_words(motion);
         return found;
     }
@@ -298,7 +305,7 @@ stability_verdict judge_motion(const verdict_case &of)
     if (motion.is_driven || (motion.is_ordered && model != tendency::unknown)) {
         return driven(of);
     }
-    if (model == tendency::decays || motion.falls == std::optional<bool>(true)) {
+    if (model == tendency::decays || falls_under_limits(motion)) {
         return stable(of);
     }
     const bool is_judged_whole = !motion.growth && !motion.limits_acted_late && !motion.is_ordered &&

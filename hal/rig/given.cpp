@@ -57,6 +57,15 @@ bool is_given(const rig &rig, std::string_view path)
     return key != nullptr && rig.given.test(index_of(*key));
 }
 
+std::string_view given_mark(const rig &rig, std::string_view path)
+{
+    const rig_key *const key = find_key(path);
+    if (key == nullptr || !can_be_assumed(*key)) {
+        return "";
+    }
+    return rig.given.test(index_of(*key)) ? "given: " : "assumed: ";
+}
+
 void note_given(rig &rig, const key_places &places)
 {
     for (const auto &[path, where] : places) {

@@ -15,6 +15,9 @@ namespace berth
 void set_given(rig &rig, std::string_view path, bool is_given);
 bool is_given(const rig &rig, std::string_view path);
 
+/* What a printed configuration says of a key: "given: ", "assumed: ", or nothing where no assumption is made. */
+std::string_view given_mark(const rig &rig, std::string_view path);
+
 /* What is assumed: a section that states nothing by its name, of others the keys. */
 std::vector<std::string> assumed_names(const rig &rig);
 

@@ -372,7 +372,7 @@ std::string print_config(const rig &rig)
         head += (head.empty() ? "assumed = [" : ", ") + quoted(name);
     }
     return print_with(rig, head.empty() ? head : head + "]\n", [](const berth::rig &of, const rig_key &key) {
-        return std::string(is_given(of, key.path) ? "given: " : "assumed: ");
+        return std::string(given_mark(of, key.path));
     });
 }
 

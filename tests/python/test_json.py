@@ -51,7 +51,8 @@ def test_a_loop_that_never_ran_is_neither_stable_nor_not(tmp_path):
     ({"manipulator.mass_kg": 1, "run.duration_s": 20}, False),
     # stopped before anything could be seen
     ({"limits.position_max_m": 0.011, "limits.position_min_m": 0.009}, None),
-    ({"bus.burst_probability": 0.01, "bus.burst_length_frames": 300}, None),
+    # the supervisor stops it early; the losses make it grow, by its Lyapunov exponent
+    ({"bus.burst_probability": 0.01, "bus.burst_length_frames": 300}, False),
 ])
 def test_the_verdict_says_no_more_than_the_run_shows(changes, stable, tmp_path):
     result = run_json("ess", tmp_path, "--no-log", *settings(changes))

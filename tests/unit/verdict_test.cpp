@@ -69,6 +69,12 @@ motion_evidence held_by_limits()
     return motion;
 }
 
+motion_evidence falling(motion_evidence motion)
+{
+    motion.falls = true;
+    return motion;
+}
+
 motion_evidence bounced(std::vector<double> restitutions, bool touches_now)
 {
     motion_evidence motion = moving();
@@ -146,6 +152,8 @@ const row table[] = {
      verdict_kind::stable, yes, "the eigenvalues say -0.3 /s: halves every 2.31 s; this run does not tell"},
     {"the same without a model", predicts_nothing(), measured(0.67, 10.0), verdict_kind::undetermined, open,
      "smaller than its interval"},
+    {"a swing that falls, with a growth within its interval and no limit at work", predicts_nothing(),
+     falling(measured(-0.03, 0.2)), verdict_kind::undetermined, open, "smaller than its interval"},
     {"an exponent within its interval", predicts(0.01, 0.02), moving(), verdict_kind::undetermined, open,
      "too little oscillation"},
     {"an exponent beyond its interval", predicts(0.03, 0.02), moving(), verdict_kind::unstable, no,
