@@ -299,6 +299,11 @@ parameter_limits find_limits(const rig &original, std::string_view key_path, con
     const auto is_stable_to_first_order = [&](double value) { return line.is_stable_to_first_order(value); };
 
     const auto parts = parts_with_loops(scan_grid(original, key, kind, own, how), line);
+    if (parts.empty()) {
+        throw input_error(std::string(key.path) +
+                          ": no value of it makes a loop that can be looked at; another key of the "
+                          "rig file is out of range");
+    }
     parameter_limits result{key.path, own, parts.front().front(), parts.back().back(), {}, {}, {}};
     for (const std::vector<double> &part : parts) {
         std::vector<double> ends;
