@@ -279,12 +279,22 @@ bool swings_for_ever(const motion_evidence &motion, tendency model)
     return holds_height && may_be_held && !motion.is_driven;
 }
 
+/* Too large in the end, though nobody moved it, and larger than at first. */
+bool grew_until_stopped(const motion_evidence &motion)
+{
+    return motion.stop.is_of_motion() && motion.trend == motion_trend::moves_more && !motion.is_driven &&
+           !motion.is_ordered;
+}
+
 stability_verdict judge_motion(const verdict_case &of)
 {
     const motion_evidence &motion = of.motion;
     const tendency model = tendency_of(of.prediction);
     const tendency seen = tendency_of(motion);
     if (motion.stop.cause == STOP_NOT_FINITE || (motion.stop.is_of_motion() && model == tendency::grows)) {
+        return unstable(of);
+    }
+    if (grew_until_stopped(motion) && model == tendency::unknown) {
         return unstable(of);
     }
     if (const auto bounces = bounces_of(of); bounces && is_bouncing(motion) && !motion.stop.is_of_motion()) {
