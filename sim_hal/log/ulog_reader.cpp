@@ -5,6 +5,7 @@
 
 #include "../../hal/rig/given.h"
 #include "../../hal/rig/rig_file.h"
+#include "../hil/rig_record.h"
 
 namespace berth
 {
@@ -35,7 +36,8 @@ struct known_topic {
 constexpr known_topic known_topics[] = {{"tick", ULOG_TICK_ID, sizeof(tick_record)},
                                         {"can_frame", ULOG_FRAME_ID, sizeof(frame_record)},
                                         {"arm", ULOG_ARM_ID, sizeof(arm_record)},
-                                        {"side", ULOG_SIDE_ID, sizeof(side_record)}};
+                                        {"side", ULOG_SIDE_ID, sizeof(side_record)},
+                                        {"rig", ulog_rig_id, sizeof(rig_values)}};
 
 const known_topic *topic_of(std::uint16_t id)
 {

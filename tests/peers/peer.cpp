@@ -68,6 +68,7 @@ void run_loop(const berth::rig &rig)
     const std::int64_t period_ns = config_period_ns(&rig.firmware);
     std::vector<hal_frame> frames;
     int request = OPERATOR_NONE;
+    bench::patient_operator person;
     for (std::int64_t index = 0;; index++) {
         const std::int64_t now_ns = index * period_ns;
         const auto counter = static_cast<std::uint8_t>(index);
@@ -76,7 +77,8 @@ void run_loop(const berth::rig &rig)
         in.tick = {index, now_ns, now_ns, 0, 0};
         in.enable = HAL_LEVEL_NOT_WIRED;
         in.frames[in.frame_count++] = bench::force_frame(0.0, counter, now_ns);
-        in.frames[in.frame_count++] = bench::motion_frame(0.0, 0.0, request, counter, now_ns);
+        in.frames[in.frame_count++] = bench::motion_frame(
+            0.0, 0.0, person.asks(request, static_cast<supervisor_state>(app->supervisor.state)), counter, now_ns);
         for (hal_frame &frame : frames) {
             frame.time_ns = now_ns;
             if (in.frame_count < TICK_FRAMES_IN_MAX) {

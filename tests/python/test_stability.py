@@ -61,7 +61,7 @@ def test_at_each_limit_the_largest_eigenvalue_has_magnitude_1_and_is_the_mode_na
             assert abs(np.angle(z)) * rate_Hz / (2 * np.pi) == pytest.approx(limit["frequency_Hz"], rel=1e-4)
             # Six digits of the limit are right: a millionth to either side decides.
             for factor in (1 - 1e-6, 1 + 1e-6):
-                is_stable = ask("eigen", rig, {**values, key: repr(limit["value"] * factor)})["stable"]
+                is_stable = ask("eigen", rig, {**values, key: repr(limit["value"] * factor)})["growth_per_s"] < 0
                 assert is_stable is ((factor > 1) == (limit["stable"] == "above")), (key, side)
             at_limits += 1
     print(f"{rig} {values}: {at_limits} limits checked")
@@ -114,7 +114,6 @@ def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
 
 
 @pytest.mark.parametrize("rig, values, why", [
-    ("concept-foam", {}, "one-sided contact has no small motions"),
     ("ess", {"robot.dead_time_ms": 5000}, "eigenvalues, for more than 200 ask `berth eigen`"),
     ("ess", {"robot.backlash_m": 1e-4}, "has no linearisation"),
     ("ess", {"manipulator.arm": "ess", "robot.dead_time_ms": 6000}, "lower loop.rate_Hz, robot.dead_time_ms"),
@@ -236,7 +235,7 @@ def test_a_verdict_of_harmonics_that_do_not_settle_says_that_it_is_a_guess():
     abrupt = settings({"robot.acceleration_limit_m_per_s2": 0.3})
     for subcommand in ("eigen", "limits"):
         words = command(subcommand, "ess-50hz", *abrupt).stdout.decode().splitlines()
-        assert words[0].endswith(" (A GUESS: the describing function did not settle)") and "NOT SETTLED" in words[1]
+        assert words[0].endswith(" (A GUESS: the describing function did not settle)") and any("NOT SETTLED" in line for line in words)
         told = one_json_object(command(subcommand, "ess-50hz", "--json", *abrupt).stdout)
         assert told["stable"] is None and told["describing_function"]["settled"] is False
     assert "GUESS" not in command("eigen", "ess", *abrupt).stdout.decode()
@@ -343,11 +342,11 @@ def test_a_map_tells_of_a_rig_that_no_spring_holds_what_its_eigenvalues_tell(tmp
         assert told["own"]["stable"] is stable is ask("eigen", "ess", held)["stable"]
 
 
-@pytest.mark.parametrize("duration_s,stable", [(8, None), (20, True)])
-def test_a_fall_while_limits_act_to_the_end_is_no_decay(tmp_path, duration_s, stable):
-    """The velocity limit acts for 7.7 s: until then it is what bounds the motion, the loop may do as it likes."""
+@pytest.mark.parametrize("duration_s,is_measured", [(8, False), (20, True)])
+def test_a_fall_while_limits_act_to_the_end_is_no_decay(tmp_path, duration_s, is_measured):
+    """The velocity limit acts for 7.7 s: until then it bounds the motion, and the eigenvalues alone tell."""
     result = run_json("ess", tmp_path, *(word for setting in (
         "limits.velocity_m_per_s=0.01", "manipulator.initial_position_m=0.05", "object.damping_N_s_per_m=400",
         f"run.duration_s={duration_s}") for word in ("--set", setting)))
     assert 0.0025 * result["limit_ticks"]["velocity"] == pytest.approx(7.7, abs=0.1)
-    assert result["stable"] is stable
+    assert result["stable"] is True and (result["growth_per_s"] is not None) is is_measured
