@@ -33,13 +33,17 @@ bool names(std::string_view name, const rig_key &key)
     return name == key.path || name == section_of(key.path);
 }
 
-void forget(rig &rig, std::string_view name)
+/* False: no key and no section has this name. */
+bool forget(rig &rig, std::string_view name)
 {
+    bool is_known = false;
     for (const rig_key &key : rig_keys()) {
         if (names(name, key)) {
             rig.given.reset(index_of(key));
+            is_known = true;
         }
     }
+    return is_known;
 }
 
 } // namespace
@@ -121,13 +125,15 @@ std::string assumed_text(const rig &rig)
     return text;
 }
 
-void set_assumed(rig &rig, std::string_view text)
+bool set_assumed(rig &rig, std::string_view text)
 {
+    bool are_known = true;
     while (!text.empty()) {
         const std::string_view name = text.substr(0, text.find(','));
-        forget(rig, name);
+        are_known = forget(rig, name) && are_known;
         text.remove_prefix(std::min(text.size(), name.size() + 1));
     }
+    return are_known;
 }
 
 void refuse_unstated(const rig &rig, const std::string &origin)

@@ -21,9 +21,9 @@ std::string_view given_mark(const rig &rig, std::string_view path);
 /* What is assumed: a section that states nothing by its name, of others the keys. */
 std::vector<std::string> assumed_names(const rig &rig);
 
-/* The list as text, as logs hold it, and back. A name that is not known is passed over. */
+/* The list as text, as logs hold it, and back. False: a name is none of a key or section, and was passed over. */
 std::string assumed_text(const rig &rig);
-void set_assumed(rig &rig, std::string_view text);
+bool set_assumed(rig &rig, std::string_view text);
 
 /* The answer hangs on object, manipulator and the robot's dead time: a rig that takes their values without a word is
  * refused. `origin`: the rig's file in the message. Throws input_error. */

@@ -105,6 +105,10 @@ void ulog_reader::take_info(std::string_view content, std::size_t at_byte)
         fail_damaged(at_byte);
     }
     const std::string_view typed_key = content.substr(1, key_size);
+    const std::string text_type = "char[" + std::to_string(content.size() - 1 - key_size) + "]";
+    if (typed_key.substr(0, 5) == "char[" && typed_key.substr(0, typed_key.find(' ')) != text_type) {
+        fail_damaged(at_byte);
+    }
     infos_[std::string(typed_key.substr(typed_key.find(' ') + 1))] = content.substr(1 + key_size);
 }
 
@@ -265,7 +269,9 @@ rig ulog_reader::recorded_rig() const
 {
     rig rig = parse_rig(infos_.at("berth_config"), path_ + " (recorded configuration)");
     if (const auto assumed = infos_.find("berth_assumed"); assumed != infos_.end()) {
-        set_assumed(rig, assumed->second);
+        if (!set_assumed(rig, assumed->second)) {
+            throw input_error(path_ + ": is damaged: berth_assumed names a key that there is not");
+        }
     }
     return rig;
 }

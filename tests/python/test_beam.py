@@ -276,7 +276,7 @@ def test_the_resolved_rig_reads_back(tmp_path):
     assert "beam_length_m = 8" in text
     assert "mass_kg" not in tomllib.loads(text)["object"], "it follows from the beam"
     assert command("run", again, "--print-config").stdout.decode() == text
-    assert "beam_length_m" not in command("run", "ess", "--print-config").stdout.decode()
+    assert "beam_length_m" not in tomllib.loads(command("run", "ess", "--print-config").stdout.decode())["object"]
 
 
 def test_file_and_line_are_named(tmp_path):
@@ -319,4 +319,4 @@ def test_what_fell_at_first_and_then_grows_slowly_is_not_called_stable():
     short = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=20").stdout)
     long = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=120").stdout)
     assert short["growth_per_s"] is None and short["predicted_growth_per_s"] > 0
-    assert short["stable"] is None and long["stable"] is False
+    assert short["stable"] is not True and long["stable"] is False

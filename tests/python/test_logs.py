@@ -1,5 +1,6 @@
 """Logs as others read them: pyulog, cantools, can-utils."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -82,7 +83,8 @@ def test_commit_configuration_and_hash_are_in_the_log_and_consistent(logs, tmp_p
     assert info["berth_config_hash"] == result["config_hash"] == fnv1a_64(info["berth_config"].encode())
     assert re.search(r"^dead_time_ms = 13.3 ", info["berth_config"], re.MULTILINE)
 
-    (tmp_path / "from-log.toml").write_text(info["berth_config"])
+    assumed = json.dumps(info["berth_assumed"].split(","))
+    (tmp_path / "from-log.toml").write_text(f"assumed = {assumed}\n{info['berth_config']}")
     again = run_json(tmp_path / "from-log.toml", tmp_path)
     assert again["config_hash"] == result["config_hash"]
     assert open(again["log"], "rb").read() == log.read_bytes()

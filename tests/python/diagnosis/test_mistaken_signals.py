@@ -116,8 +116,9 @@ def test_a_mistake_is_told_and_the_cure_cures(mistake, good, tmp_path):
     cured = Row("cured", mistake.record, rig=rig).told(tmp_path / "cured").found
     wanted = good[mistake.block]
     assert cured["verdict"] == wanted["verdict"]
+    within = 0.02 if mistake.is_refused else 0.5  # another zero is told to two digits
     for name, residual in wanted["residual"].items():
-        assert cured["residual"][name]["fit"]["before"] == near(residual["fit"]["before"], rel=0.02), name
+        assert cured["residual"][name]["fit"]["before"] == near(residual["fit"]["before"], rel=within), name
     assert not any(mistake.says[0] in note for note in cured["notes"] + wanted["notes"])
 
 
