@@ -68,8 +68,8 @@ endif
 # The firmware gives the same bits on every machine: no fused multiply-add, no vectorised Eigen (its packets may be
 # fused), and one set of Eigen macros for the whole program, so that a template means one thing.
 ARITHMETIC := -ffp-contract=off -fno-math-errno -DEIGEN_DONT_VECTORIZE -DEIGEN_RUNTIME_NO_MALLOC
-# In a batch a local variable may have the name of another file's function.
-WARNINGS := -Wall -Wextra -Wshadow$(if $(FILE_BY_FILE),,=local) $(if $(WERROR),-Werror)
+# In a batch a local variable may have the name of another file's function, and clang knows no lesser -Wshadow.
+WARNINGS := -Wall -Wextra $(if $(FILE_BY_FILE),-Wshadow,$(if $(SANITIZE),,-Wshadow=local)) $(if $(WERROR),-Werror)
 COMMON = -O2 -g1 $(ARITHMETIC) $(WARNINGS) -MMD -MP -I.
 LIBRARIES :=
 LDFLAGS := -O2
