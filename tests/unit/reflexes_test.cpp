@@ -260,7 +260,7 @@ TEST_CASE("reflexes: a loop that diverges is stopped before the position limit, 
 TEST_CASE("reflexes: a robot that leaves its setpoints is a fault of its own, and led to rest")
 {
     app_bench bench = running_bench();
-    bench.corrupt = [&bench](hal_frame &frame) {
+    bench.corrupt = [](hal_frame &frame) {
         if (frame.id == BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID) {
             berth_can_robot_feedback_t raw{};
             berth_can_robot_feedback_unpack(&raw, frame.data, 8);
