@@ -67,7 +67,7 @@ static void append(char text[CIA402_TEXT_BYTES_MAX], size_t *used, const char *f
 static double units_a_second(int8_t index)
 {
     double units = 1.0;
-    for (int i = index; i < 0; i++) {
+    for (int8_t i = index; i < 0; i++) {
         units *= 10.0;
     }
     return units;

@@ -187,9 +187,9 @@ namespace
 /* Of a release such as "6.12.0-rt1". */
 bool is_at_least(const std::string &release, int major, int minor)
 {
-    int of_major = 0;
-    int of_minor = 0;
-    std::sscanf(release.c_str(), "%d.%d", &of_major, &of_minor);
+    char *end = nullptr;
+    const long of_major = std::strtol(release.c_str(), &end, 10);
+    const long of_minor = *end == '.' ? std::strtol(end + 1, nullptr, 10) : 0;
     return of_major > major || (of_major == major && of_minor >= minor);
 }
 
@@ -218,8 +218,10 @@ finding judge_fair_server(const std::string &root, std::int64_t cpu)
     std::string remedy;
     bool is_known = false;
     for (const std::string &name : served_cpus(root + folder, cpu)) {
-        const std::string runtime_ns = first_line_of(root + folder + name + "/runtime");
-        const std::string period_ns = first_line_of(root + folder + name + "/period");
+        std::string place = folder;
+        place += name;
+        const std::string runtime_ns = first_line_of(root + place + "/runtime");
+        const std::string period_ns = first_line_of(root + place + "/period");
         is_known = is_known || !runtime_ns.empty();
         const double runtime_ms = 1e-6 * std::strtod(runtime_ns.c_str(), nullptr);
         if (runtime_ms > 0.0) {
@@ -227,7 +229,9 @@ finding judge_fair_server(const std::string &root, std::int64_t cpu)
             std::snprintf(text, sizeof text, "%s%s: %g of every %g ms", all.empty() ? "" : ", ", name.c_str(),
                           runtime_ms, 1e-6 * std::strtod(period_ns.c_str(), nullptr));
             all += text;
-            remedy += (remedy.empty() ? "echo 0 > " : " && echo 0 > ") + folder + name + "/runtime";
+            remedy += remedy.empty() ? "echo 0 > " : " && echo 0 > ";
+            remedy += place;
+            remedy += "/runtime";
         }
     }
     if (!is_known) {

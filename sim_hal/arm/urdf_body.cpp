@@ -44,7 +44,7 @@ urdf_body urdf_frame::operator*(const urdf_body &body) const
 inertia_fault inertia_fault_of(const Eigen::Matrix3d &inertia_kg_m2)
 {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia_kg_m2);
-    const Eigen::Vector3d moments = solver.eigenvalues(); /* ascending */
+    const Eigen::Vector3d &moments = solver.eigenvalues(); /* ascending */
     const double others = moments(0) + moments(1);
     const double missing = std::max(0.0, moments(2) - others);
     /* The nearest point on the plane where the largest is the sum of the others: its normal is (1, 1, -1). */

@@ -140,8 +140,11 @@ std::vector<const urdf_joint *> way_to(const urdf_model &model, const std::strin
             if (base.empty()) {
                 break;
             }
-            model.fail("link \"" + tool + "\" does not hang on link \"" + base + "\"" +
-                       (joint == nullptr ? "" : ": joint \"" + joint->name + "\" between them floats"));
+            std::string said = "link \"" + tool;
+            said += "\" does not hang on link \"";
+            said += base;
+            said += joint == nullptr ? "\"" : "\": joint \"" + joint->name + "\" between them floats";
+            model.fail(said);
         }
         way.push_back(joint);
         at = joint->parent;

@@ -52,7 +52,7 @@ arm_description read_urdf(const arm_arguments &arguments, std::string &comments)
     }
     const bool is_xacro = ends_with(arguments.arm, ".xacro");
     const std::string text = is_xacro ? expand_xacro(arguments.arm) : read_file(arguments.arm);
-    const urdf_arm arm = arm_from_urdf(text, arguments.arm + (is_xacro ? " (as xacro expands it)" : ""), choice);
+    urdf_arm arm = arm_from_urdf(text, arguments.arm + (is_xacro ? " (as xacro expands it)" : ""), choice);
     for (const std::string &warning : arm.warnings) {
         std::fprintf(stderr, "berth: warning: %s\n", warning.c_str());
     }

@@ -26,7 +26,7 @@ supervisor after(supervisor from, const std::vector<std::uint32_t> &conditions)
     return from;
 }
 
-supervisor started()
+supervisor supervisor_at_start()
 {
     supervisor supervisor;
     supervisor_start(&supervisor);
@@ -129,7 +129,7 @@ TEST_CASE("edges: each path of presses ends in its state")
 {
     for (const path &path : paths) {
         CAPTURE(std::string(path.name));
-        const supervisor end = after(started(), path.conditions);
+        const supervisor end = after(supervisor_at_start(), path.conditions);
         CHECK(std::string(supervisor_state_name(end.state)) == std::string(supervisor_state_name(path.end)));
     }
 }
@@ -174,7 +174,7 @@ TEST_CASE("edges: no path leads to running without enable seen off, then on, and
         const auto [state, cause, seen_off, before] = next.back();
         next.pop_back();
         for (const std::uint32_t input : inputs) {
-            supervisor supervisor = started();
+            supervisor supervisor = supervisor_at_start();
             supervisor.state = static_cast<supervisor_state>(state);
             supervisor.stop_cause = static_cast<stop_cause>(cause);
             supervisor.seen_off = seen_off;

@@ -8,7 +8,7 @@ namespace
 {
 
 /* 25 ms that refill in 10 s: at 400 Hz ten ticks at once, and one a second in the long run. */
-missed_time started(double rate_Hz = 400.0)
+missed_time budget_at_start(double rate_Hz = 400.0)
 {
     app_config config = config_default();
     config.loop.rate_Hz = rate_Hz;
@@ -44,10 +44,10 @@ TEST_CASE("missed_time: the budget is a time: how many ticks it is depends on th
     } rows[] = {{400.0, 10}, {1000.0, 25}, {10000.0, 250}, {50.0, 1}};
     for (const auto &row : rows) {
         CAPTURE(row.rate_Hz);
-        missed_time missed = started(row.rate_Hz);
+        missed_time missed = budget_at_start(row.rate_Hz);
         missed_time_step(&missed, row.fits);
         CHECK_FALSE(missed_time_is_over(&missed));
-        missed = started(row.rate_Hz);
+        missed = budget_at_start(row.rate_Hz);
         missed_time_step(&missed, row.fits + 1);
         CHECK(missed_time_is_over(&missed));
     }
@@ -55,18 +55,18 @@ TEST_CASE("missed_time: the budget is a time: how many ticks it is depends on th
 
 TEST_CASE("missed_time: single missed ticks use up the budget only if they come faster than it refills")
 {
-    CHECK(missed_until_over(started(), 400, 20000) == -1); /* one a second, for five hours */
-    const int faster = missed_until_over(started(), 200, 1000);
+    CHECK(missed_until_over(budget_at_start(), 400, 20000) == -1); /* one a second, for five hours */
+    const int faster = missed_until_over(budget_at_start(), 200, 1000);
     CHECK(faster > 15); /* each refills half of what it takes */
     CHECK(faster < 25);
-    CHECK(missed_until_over(started(), 1, 1000) == 11);
+    CHECK(missed_until_over(budget_at_start(), 1, 1000) == 11);
 }
 
 TEST_CASE("missed_time: the whole budget is there again after the time to refill, and not before")
 {
     for (const int wait_ticks : {3600, 4000}) {
         CAPTURE(wait_ticks);
-        missed_time missed = started();
+        missed_time missed = budget_at_start();
         missed_time_step(&missed, 10);
         REQUIRE_FALSE(missed_time_is_over(&missed));
         for (int tick = 0; tick < wait_ticks; tick++) {
@@ -79,7 +79,7 @@ TEST_CASE("missed_time: the whole budget is there again after the time to refill
 
 TEST_CASE("missed_time: any number of missed ticks is counted without overflow")
 {
-    missed_time missed = started(1.0);
+    missed_time missed = budget_at_start(1.0);
     for (int i = 0; i < 100; i++) {
         missed_time_step(&missed, UINT32_MAX);
         CHECK(missed_time_is_over(&missed));
