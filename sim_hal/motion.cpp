@@ -29,6 +29,9 @@ constexpr double driven_share = 0.5;
  * may be hidden in what the release has left. */
 constexpr double comes_to_rest = 0.2;
 
+/* A force that grows, and is not the same swing seen at another phase. */
+constexpr double grows_by = 2.0;
+
 /* A swing is lower, or of the same height as before, by this factor. */
 constexpr double falls_by = 0.9;
 
@@ -178,6 +181,7 @@ void motion_recorder::forget_motion()
     newest_ = {};
     longest_ = {};
     running_m_.clear();
+    running_N_.clear();
     limited_until_sample_ = 0;
 }
 
@@ -245,6 +249,7 @@ void motion_recorder::note_running(const tick_record &record)
     highest_m_ =
         running_ticks_ == 1 ? record.manipulator_position_m : std::max(highest_m_, record.manipulator_position_m);
     running_m_.push_back(record.manipulator_position_m);
+    running_N_.push_back(std::abs(record.force_N));
     limited_until_sample_ = record.limits != 0 ? running_m_.size() : limited_until_sample_;
 }
 
@@ -308,6 +313,9 @@ motion_evidence motion_recorder::conclude()
             : median_height(heights.end() - static_cast<std::ptrdiff_t>(least_heights / 2), heights.end());
     found.is_too_short = is_too_short(heights, period_s_ * static_cast<double>(running_m_.size()), rig_);
     found.trend = trend_of(running_m_);
+    const auto middle = running_N_.begin() + static_cast<std::ptrdiff_t>(running_N_.size() / 2);
+    found.force_grows =
+        *std::max_element(middle, running_N_.end()) > grows_by * *std::max_element(running_N_.begin(), middle);
     return found;
 }
 

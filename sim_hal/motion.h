@@ -76,6 +76,7 @@ struct motion_evidence {
     std::optional<bool> falls;        /* under limits: the swing is lower in the second half */
     double height_m = 0.0;            /* of the last swings, from crest to trough */
     motion_trend trend = motion_trend::unknown;
+    bool force_grows = false; /* measured, by a factor of 2 and more from the first half to the second */
     std::vector<bounce> bounces;
     tracking_error tracking;
     force_peak measured_peak;
@@ -113,6 +114,7 @@ class motion_recorder
     std::int64_t running_ticks_ = 0;
     bool holds_ = false;                   /* in this tick */
     std::vector<double> running_m_;        /* manipulator in all ticks of running, limited or not, since the grip */
+    std::vector<double> running_N_;        /* the measured force in the same ticks */
     std::size_t limited_until_sample_ = 0; /* of running_m_: limits acted last before this one */
     free_motion newest_;
     free_motion longest_;

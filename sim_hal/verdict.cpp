@@ -149,7 +149,7 @@ stability_verdict unstable(const verdict_case &of)
                              "shows it";
         }
     } else {
-        found.because = "it moves more and more";
+        found.because = motion.trend == motion_trend::moves_more ? "it moves more and more" : "its force grows";
     }
     if (is_seen && model == tendency::decays) {
         found.because += "; " + predicted_words(of.prediction) +
@@ -282,8 +282,8 @@ bool swings_for_ever(const motion_evidence &motion, tendency model)
 /* Too large in the end, though nobody moved it, and larger than at first. */
 bool grew_until_stopped(const motion_evidence &motion)
 {
-    return motion.stop.is_of_motion() && motion.trend == motion_trend::moves_more && !motion.is_driven &&
-           !motion.is_ordered;
+    const bool grew = motion.trend == motion_trend::moves_more || (motion.force_grows && !motion.is_contact);
+    return motion.stop.is_of_motion() && grew && !motion.is_driven && !motion.is_ordered;
 }
 
 stability_verdict judge_motion(const verdict_case &of)

@@ -93,6 +93,13 @@ motion_evidence with_trend(motion_trend trend)
     return motion;
 }
 
+motion_evidence with_growing_force()
+{
+    motion_evidence motion = moving();
+    motion.force_grows = true;
+    return motion;
+}
+
 motion_evidence never_ran()
 {
     return {};
@@ -146,6 +153,11 @@ const row table[] = {
     {"moves more until a limit stops it, without a model", predicts_nothing(),
      stopped(with_trend(motion_trend::moves_more), STOP_FORCE_LIMIT), verdict_kind::unstable, no,
      "moves more and more; stopped by the force limit"},
+    {"its force grows until a limit stops it, without a model", predicts_nothing(),
+     stopped(with_growing_force(), STOP_FORCE_LIMIT), verdict_kind::unstable, no,
+     "its force grows; stopped by the force limit"},
+    {"a force that grows and is not stopped", predicts_nothing(), with_growing_force(), verdict_kind::undetermined,
+     open, "too little oscillation"},
     {"an operator moves it into a limit, without a model", predicts_nothing(),
      stopped(driven(with_trend(motion_trend::moves_more)), STOP_FORCE_LIMIT), verdict_kind::undetermined, open,
      "the motion reached a limit"},
