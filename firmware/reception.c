@@ -138,8 +138,8 @@ static int counter_is_behind(const struct reception_row *row, uint8_t newest, ui
     return behind > 0 && behind <= row->counter_mask / 2;
 }
 
-/* A counter tells old from new for half a turn, counted in the frames that belong to the time, and until a tick has seen
- * that its message is stale: then the sender may have begun anew. */
+/* A counter tells old from new for half a turn, counted in the frames that belong to the time, and until a tick has
+ * seen that its message is stale: then the sender may have begun anew. */
 static int64_t counter_lasts_ns(const struct reception *reception, enum received_message message)
 {
     const struct reception_row *row = &reception->rows[message];
