@@ -25,7 +25,7 @@ FOLDER = Path("build/lint")
 AT_ONCE = 40  # most of the time goes to headers: of the diagnosis, 26 files take as long as 8
 AT_ONCE_OF_TESTS = 8  # their names go together no further
 CLEAN = os.environ.get("BERTH_TIDY_CACHE", os.environ.get("XDG_CACHE_HOME", f"{Path.home()}/.cache") + "/berth/tidy")
-ALONE = ("firmware/", "tests/bench/")  # of the firmware the analyzer takes most of the time; benchmarks are programs
+ALONE = ("firmware/", "tests/bench/", "tests/peers/")  # of the firmware the analyzer takes most of the time; programs
 
 
 @functools.cache

@@ -16,7 +16,7 @@ using bench::app_bench;
 using bench::check_led_to_rest;
 using bench::running_bench;
 
-constexpr std::int64_t period_ns = 2500000;
+constexpr std::int64_t tick_period_ns = 2500000;
 
 /* A robot as the configuration says it is: 17.5 ms from setpoint to motion, reports a tick old. */
 app_config sensitive_config()
@@ -43,7 +43,7 @@ class following_bench
     {
         const double time_s = 2.5e-3 * static_cast<double>(++index_);
         reflex_input in{};
-        in.now_ns = index_ * period_ns;
+        in.now_ns = index_ * tick_period_ns;
         in.setpoint_m = at(time_s - 2.5e-3);
         in.reported_m = at(time_s - 1e-3 * (17.5 + 2.5 + late_ms)) + offset_m;
         in.has_report = has_report;
