@@ -148,6 +148,20 @@ static int64_t counter_lasts_ns(const struct reception *reception, enum received
     return half_turn_ns < stale_ns ? half_turn_ns : stale_ns;
 }
 
+/* It counts on from a refused frame at the sender's pace: not that one was from the past, but the frame before it
+ * was not the sender's. Old frames that were held up come in a burst. */
+static int goes_on_behind(const struct reception *reception, enum received_message message,
+                          const struct hal_frame *frame)
+{
+    const struct reception_row *row = &reception->rows[message];
+    const struct behind_frame *behind = &reception->behind[message];
+    const int64_t since_behind_ns = frame->time_ns - behind->time_ns;
+    return behind->seen && counter_of(row, frame) == ((behind->counter + 1) & row->counter_mask) &&
+           counter_is_behind(row, reception->counter[message], counter_of(row, frame)) &&
+           2 * since_behind_ns * row->per_tick >= reception->period_ns &&
+           since_behind_ns <= counter_lasts_ns(reception, message);
+}
+
 static int is_old(const struct reception *reception, enum received_message message, const struct hal_frame *frame)
 {
     const int64_t since_newest_ns = frame->time_ns - reception->received_ns[message];
@@ -184,7 +198,11 @@ enum received_message reception_check(struct reception *reception, const struct 
         reception->counts.repeated++;
         return RECEIVED_NONE;
     }
+    if (goes_on_behind(reception, message, frame)) {
+        reception->counter[message] = reception->behind[message].counter;
+    }
     if (is_old(reception, message, frame)) {
+        reception->behind[message] = (struct behind_frame){frame->time_ns, counter_of(row, frame), 1};
         reception->counts.old++;
         return RECEIVED_NONE;
     }

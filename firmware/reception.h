@@ -58,12 +58,20 @@ struct reception_row {
     /* The ranges of the signals are checked where they are decoded, in the channel. */
 };
 
+/* The newest frame that was refused because its counter is behind. */
+struct behind_frame {
+    int64_t time_ns;
+    uint8_t counter;
+    uint8_t seen;
+};
+
 struct reception {
     struct reception_row rows[RECEIVED_COUNT];
     int64_t stale_after_ns[RECEIVED_COUNT];
     int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame; never later than its tick */
     uint8_t counter[RECEIVED_COUNT];
     uint8_t seen[RECEIVED_COUNT];
+    struct behind_frame behind[RECEIVED_COUNT];
     int64_t now_ns;
     int64_t period_ns;
     uint32_t in_tick[RECEIVED_COUNT]; /* frames accepted in this tick */

@@ -8,7 +8,7 @@ double following_delay_ticks(const struct app_config *config)
     const double w = hardware->robot_w_rad_per_s;
     const double lag_ms = hardware->robot_lag_ms + (w > 0.0 ? 2e3 * hardware->robot_damping_ratio / w : 0.0);
     const double age_ms = hardware->setpoint_to_motion_ms + hardware->report_age_ms + lag_ms;
-    const double ticks = age_ms / (1e3 * config_period_s(config)) - 1.0;
+    const double ticks = 1e-3 * age_ms * config->loop.rate_Hz - 1.0;
     return ticks > 0.0 ? ticks : 0.0;
 }
 

@@ -105,7 +105,6 @@ void far_end::receive()
             berth_can_loop_status_t raw;
             loop_has_stopped_ |=
                 berth_can_loop_status_unpack(&raw, frame.data, frame.length) >= 0 && raw.state == SUPERVISOR_STOPPED;
-            continue;
         }
         result_.setpoints += frame.id == setpoint_id_;
         const std::int64_t frame_ns = rig_.bus(HAL_BUS_ROBOT).frame_time_ns(frame.length);

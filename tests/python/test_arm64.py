@@ -92,7 +92,8 @@ LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "d
 DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
 THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
                     "receive_frames": LAYOUTS, "receive_frame": LAYOUTS, "sensor_channel_receive": LAYOUTS,
-                    "command_robot": DRIVE_SETUP, "robot_channel_send": DRIVE_SETUP}
+                    "command_robot": DRIVE_SETUP, "robot_channel_send": DRIVE_SETUP,
+                    "cia402_setup_step": DRIVE_SETUP}
 # Neither do functions that move bytes and know nothing of numbers.
 DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+|mem(set|cpy|move))(@|$)")
 

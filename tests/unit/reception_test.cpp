@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <doctest/doctest.h>
 
 #include <set>
@@ -401,6 +402,42 @@ TEST_CASE("reception: a frame from the past is refused, by its stamp and by its 
         CHECK(take(reception, row.second) == row.is_taken);
         CHECK(reception.counts.old == (row.is_taken ? 0 : 1));
     }
+}
+
+TEST_CASE("reception: one frame of another sender does not put the sender's own frames into the past")
+{
+    struct follower {
+        const char *name;
+        int counter;
+        std::int64_t time_ns;
+        bool is_taken;
+        std::uint32_t lost;
+    };
+    /* At 200 ms one with counter 7, at 201 ms one of another sender with 20, at 202.5 ms one with 8: refused. */
+    const follower followers[] = {
+        {"the sender's next one, a period later", 9, 205 * ms, true, 12},
+        {"in the same burst", 9, 202 * ms + 600000, false, 12},
+        {"with a gap", 10, 205 * ms, false, 12},
+        {"the other sender's next one", 21, 205 * ms, true, 12},
+    };
+    for (const follower &row : followers) {
+        CAPTURE(std::string(row.name));
+        reception reception = started();
+        reception_begin_tick(&reception, 0, 210 * ms);
+        REQUIRE(take(reception, feedback(7, 200 * ms)));
+        REQUIRE(take(reception, feedback(20, 201 * ms)));
+        REQUIRE_FALSE(take(reception, feedback(8, 202 * ms + 500000)));
+        reception_begin_tick(&reception, 0, std::max(row.time_ns, 210 * ms));
+        CHECK(take(reception, feedback(row.counter, row.time_ns)) == row.is_taken);
+        CHECK(reception.counts.lost == row.lost);
+        CHECK(reception.counts.old == (row.is_taken ? 1 : 2));
+    }
+    reception reception = started();
+    reception_begin_tick(&reception, 0, 310 * ms);
+    for (const auto &[counter, time_ns] : {std::pair{20, 201 * ms}, {8, 203 * ms}, {21, 300 * ms}}) {
+        take(reception, feedback(counter, time_ns));
+    }
+    CHECK_FALSE(take(reception, feedback(9, 310 * ms))); /* one so long ago is of no weight */
 }
 
 TEST_CASE("reception: a drive's frame without a counter is refused by its stamp alone")
