@@ -103,6 +103,9 @@ void reception_start(struct reception *reception, const struct app_config *confi
     *reception = (struct reception){.period_ns = config_period_ns(config)};
     for (int i = 0; i < RECEIVED_COUNT; i++) {
         reception->rows[i] = row_for(config, i);
+        if (reception->rows[i].bus != HAL_BUS_COUNT) {
+            reception->heard[reception->heard_count++] = (uint8_t)i;
+        }
         reception->stale_after_ns[i] = ns_from_ms(stale_after_ms(config, i));
     }
 }
@@ -117,10 +120,11 @@ void reception_begin_tick(struct reception *reception, uint32_t missed_ticks, in
 
 static enum received_message row_of(const struct reception *reception, const struct hal_frame *frame)
 {
-    for (int i = 0; i < RECEIVED_COUNT; i++) {
-        const struct reception_row *row = &reception->rows[i];
+    for (uint32_t i = 0; i < reception->heard_count; i++) {
+        const enum received_message message = (enum received_message)reception->heard[i];
+        const struct reception_row *row = &reception->rows[message];
         if (row->id == frame->id && row->bus == frame->bus) {
-            return (enum received_message)i;
+            return message;
         }
     }
     return RECEIVED_NONE;

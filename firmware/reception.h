@@ -67,6 +67,8 @@ struct behind_frame {
 
 struct reception {
     struct reception_row rows[RECEIVED_COUNT];
+    uint8_t heard[RECEIVED_COUNT]; /* enum received_message of the rows that a bus has, heard_count of them */
+    uint8_t heard_count;
     int64_t stale_after_ns[RECEIVED_COUNT];
     int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame; never later than its tick */
     uint8_t counter[RECEIVED_COUNT];
