@@ -98,13 +98,15 @@ give_enable() {
     within 10 heart_beats && pull ENABLE up
 }
 
-# It rises, which it does in the first tick, and not while the program starts.
+# It rises, which it does in the first tick, and not while the program starts. Looked at again after another time each
+# time: at even times it may stand alike at each.
 heart_beats() {
     before=1
-    for _ in $(seq 20); do
+    for look in $(seq 20); do
         now=$(level HEARTBEAT)
         [ "$before$now" != 01 ] || return 0
         before=$now
+        usleep $((look * 370))
     done
     return 1
 }
