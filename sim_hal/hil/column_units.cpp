@@ -212,4 +212,14 @@ std::optional<other_unit> unit_other_than(std::string_view si, std::string_view 
     return std::nullopt;
 }
 
+bool is_rotary_counterpart(std::string_view si, std::string_view unit)
+{
+    constexpr std::pair<std::string_view, std::string_view> counterparts[] = {
+        {"m", "rad"}, {"N", "Nm"}, {"m_per_s", "rad_per_s"}};
+    const column_unit *const found = find_unit(unit);
+    return found != nullptr && found->factor == 1.0 &&
+           std::find(std::begin(counterparts), std::end(counterparts), std::pair(si, found->si)) !=
+               std::end(counterparts);
+}
+
 } // namespace berth

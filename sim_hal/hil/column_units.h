@@ -42,6 +42,10 @@ struct other_unit {
 };
 std::optional<other_unit> unit_other_than(std::string_view si, std::string_view name, std::string_view row_unit);
 
+/* A rotary test bench in a file that speaks of a straight motion: rad beside m, Nm beside N, rad/s beside m/s, where
+ * one counts as one. */
+bool is_rotary_counterpart(std::string_view si, std::string_view unit);
+
 } // namespace berth
 
 #endif

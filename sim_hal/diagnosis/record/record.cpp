@@ -15,7 +15,7 @@
 #include "../formatted.h"
 #include "../replay/robot_start.h"
 #include "record_columns.h"
-#include "record_gaps.h"
+#include "record_rows.h"
 #include "record_table.h"
 
 namespace berth
@@ -23,165 +23,6 @@ namespace berth
 
 namespace
 {
-
-constexpr double uneven = 0.4; /* between the quarters of the steps in time: no clock jitters so */
-constexpr double gap = 1.5;    /* in periods: a row is missing */
-
-/* Beside the signals, one a row. */
-struct row_marks {
-    std::vector<double> labels;      /* of the segment; empty: all follow each other */
-    std::vector<std::int32_t> lines; /* in the file; empty: it has none */
-};
-
-std::string place_of(const record &made, const row_marks &marks, std::size_t row)
-{
-    return marks.lines.empty() ? made.path + ": row " + std::to_string(row + 1)
-                               : made.path + ":" + std::to_string(marks.lines[row]);
-}
-
-/* Any column may be mapped to the labels by mistake. */
-void check_labels(const record &made, const row_marks &marks, const std::string &column)
-{
-    std::size_t changes = 0;
-    for (std::size_t n = 0; n < marks.labels.size(); n++) {
-        if (marks.labels[n] != std::floor(marks.labels[n])) {
-            throw input_error(place_of(made, marks, n) + ": " + column + " is " +
-                              formatted("%.15g", marks.labels[n]) +
-                              "; as `segment` it numbers the parts of a record and is whole");
-        }
-        changes += n > 0 && marks.labels[n] != marks.labels[n - 1];
-    }
-    if (2 * changes > made.size()) {
-        throw input_error(made.path + ": " + column + " changes in " + std::to_string(changes) + " of " +
-                          std::to_string(made.size()) + " rows; as `segment` it numbers the parts of a record");
-    }
-}
-
-/* Time runs on evenly, with jitter that is not a row; a few rows that are missing are put back, anything else starts
- * a new segment. */
-void find_segments(record &made, const row_marks &marks, double period_s)
-{
-    const std::vector<double> &labels = marks.labels;
-    double largest_jitter = 0.0;
-    std::size_t gaps = 0;
-    std::vector<missing_rows> missing;
-    record_segment part{0, 0};
-    for (std::size_t n = 1; n <= made.size(); n++) {
-        const bool is_end = n == made.size();
-        const bool is_new_label = !is_end && !labels.empty() && labels[n] != labels[n - 1];
-        const double step_s = is_end ? 0.0 : made.time_s[n] - made.time_s[n - 1];
-        if (!is_end && !is_new_label && step_s <= 0.0) {
-            throw input_error(place_of(made, marks, n) + ": t_s goes from " +
-                              formatted("%.9g to %.9g", made.time_s[n - 1], made.time_s[n]) +
-                              "; time must increase, or a column `segment` must tell the parts apart");
-        }
-        const bool is_gap = !is_end && !is_new_label && step_s > gap * period_s;
-        const auto left_out = is_gap ? rows_left_out(step_s, period_s) : std::nullopt;
-        if (left_out) {
-            missing.push_back({n, *left_out});
-        } else if (is_end || is_new_label || is_gap) {
-            part.end = n;
-            made.segments.push_back(part);
-            part.begin = n;
-            gaps += is_gap;
-        } else {
-            largest_jitter = std::max(largest_jitter, std::abs(step_s - period_s));
-        }
-    }
-    if (gaps > 0) {
-        made.notes.push_back(std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") +
-                             " in time: each part is replayed by itself");
-    }
-    if (!missing.empty()) {
-        made.notes.push_back("rows are missing in " + std::to_string(missing.size()) +
-                             (missing.size() == 1 ? " place" : " places") +
-                             ", a few in each: the commands in between are interpolated, and nothing is "
-                             "compared there");
-    }
-    if (largest_jitter > 0.01 * period_s) {
-        made.notes.push_back(
-            formatted("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * largest_jitter));
-    }
-    fill_in(made, missing);
-    find_starts_elsewhere(made);
-}
-
-/* Mean of the steps between rows that are no gap: what rounding and jitter do to the stamps averages out. */
-double row_spacing_s(const record &made)
-{
-    constexpr std::size_t rows_min = 50;
-    if (made.size() < rows_min) {
-        throw input_error(made.path + ": has " + std::to_string(made.size()) + " rows; a diagnosis needs at least " +
-                          std::to_string(rows_min) + ", and a minute is better");
-    }
-    constexpr std::size_t rounded = 10; /* one in so many rows repeats a stamp: no row that came twice */
-    std::vector<double> steps;
-    std::size_t repeats = 0;
-    for (std::size_t n = 1; n < made.size(); n++) {
-        if (made.time_s[n] > made.time_s[n - 1]) {
-            steps.push_back(made.time_s[n] - made.time_s[n - 1]);
-        }
-        repeats += made.time_s[n] == made.time_s[n - 1];
-    }
-    if (!steps.empty() && rounded * repeats > made.size()) {
-        throw input_error(made.path + ": t_s repeats in " + std::to_string(repeats) + " of " +
-                          std::to_string(made.size()) +
-                          " rows: its stamps are rounded; write it with more digits, or each row's number over the "
-                          "rate in its place");
-    }
-    if (steps.empty()) {
-        throw input_error(made.path +
-                          ": t_s never increases; is it another column, or are the rows the last one first?");
-    }
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-    const double longest_s = gap * steps[steps.size() / 2];
-    const auto evenly =
-        std::partition(steps.begin(), steps.end(), [&](double step_s) { return step_s <= longest_s; });
-    const auto count = evenly - steps.begin();
-    std::nth_element(steps.begin(), steps.begin() + count / 4, evenly);
-    const double quarter_s = steps[static_cast<std::size_t>(count / 4)];
-    std::nth_element(steps.begin(), steps.begin() + 3 * count / 4, evenly);
-    const double three_quarters_s = steps[static_cast<std::size_t>(3 * count / 4)];
-    if (three_quarters_s - quarter_s > uneven * three_quarters_s) {
-        throw input_error(made.path + ": its rows have no constant rate: " +
-                          formatted("half of the steps of t_s are outside of %.4g to %.4g ms", 1e3 * quarter_s,
-                                    1e3 * three_quarters_s) +
-                          "; log at a constant rate, or bring it to one before");
-    }
-    return std::accumulate(steps.begin(), evenly, 0.0) / static_cast<double>(evenly - steps.begin());
-}
-
-/* Jitter comes and goes, and a rate that changes adds up. */
-void refuse_drifting_rate(const record &made, double spacing_s)
-{
-    constexpr double rows = 3.0;
-    constexpr double share = 2e-3; /* of the time until then: the rate is off by a percent or more somewhere */
-    double even_s = 0.0;
-    double off_s = 0.0;
-    double farthest_s = 0.0;
-    std::size_t late = 0;
-    for (std::size_t n = 1; n < made.size(); n++) {
-        const double step_s = made.time_s[n] - made.time_s[n - 1];
-        late += step_s > gap * spacing_s && step_s < 1.75 * spacing_s; /* a row and a half */
-        if (step_s > 0.0 && step_s <= gap * spacing_s) {
-            even_s += spacing_s;
-            off_s += step_s - spacing_s;
-            farthest_s = std::max(farthest_s, std::abs(off_s));
-        }
-    }
-    constexpr std::size_t often = 50; /* one row in so many */
-    if (often * late > made.size()) {
-        throw input_error(made.path + ": t_s comes more than half a row late in " + std::to_string(late) +
-                          " rows: late stamps cannot be told from rows that are missing; write each row's number "
-                          "over the rate in its place");
-    }
-    if (farthest_s > std::max(rows * spacing_s, share * even_s)) {
-        throw input_error(
-            made.path + ": its rows have no constant rate: " +
-            formatted("t_s runs up to %.3g s away from steps of %.4g ms", farthest_s, 1e3 * spacing_s) +
-            "; log at a constant rate, or bring it to one before");
-    }
-}
 
 /* Central differences over two periods, one-sided at the ends of a part. */
 void differentiate_operator(record &made)
@@ -243,8 +84,9 @@ std::uint64_t content_of(const record &made)
 
 void finish(record &made, const row_marks &marks, const rig &rig)
 {
-    const double spacing_s = row_spacing_s(made);
-    refuse_drifting_rate(made, spacing_s);
+    check_labels(made, marks, source_of(rig, "segment").column);
+    const row_spacing spacing = spacing_of(made, marks);
+    const double spacing_s = spacing.clock.period_s();
     made.period_s = rig.is_rate_given ? config_period_s(&rig.firmware) : 1.0 / loop_rate_Hz(spacing_s);
     if (std::abs(spacing_s - made.period_s) > rate_tolerance * made.period_s) {
         throw input_error(
@@ -253,8 +95,7 @@ void finish(record &made, const row_marks &marks, const rig &rig)
             "; say " + remedy_of(spacing_s, made.period_s, source_of(rig, "t_s").column));
     }
     made.content = content_of(made);
-    check_labels(made, marks, source_of(rig, "segment").column);
-    find_segments(made, marks, made.period_s);
+    find_segments(made, spacing.parts);
     differentiate_operator(made);
 }
 

@@ -78,12 +78,20 @@ std::string that_has_another_unit(const std::string &column, const signal_member
            "\", scale = " + (other && other->factor ? formatted("%.9g", *other->factor) : "...") + " }";
 }
 
-/* A scale converts; without one, the unit of the name and of the row below it must be the signal's. */
-void refuse_other_unit(const record_table &table, const std::string &path, const signal_member &signal,
+/* A scale converts; without one, the unit of the name and of the row below it must be the signal's. A rig file that
+ * names the column may take an angle for a way. */
+void refuse_other_unit(record &made, const record_table &table, const signal_member &signal,
                        const signal_source &source, const table_column &column)
 {
     const auto other = unit_other_than(signal.unit, column.name, column.row_unit);
-    if (other && std::abs(source.scale) == 1.0) {
+    if (!other || std::abs(source.scale) != 1.0) {
+        return;
+    }
+    if (source.column != signal.name && is_rotary_counterpart(signal.unit, other->text)) {
+        made.notes.push_back(source.column + " is read as " + source.signal + ", as the rig file says: 1 " +
+                             printable_cell(other->text) + " counts as 1 " + std::string(signal.unit));
+    } else {
+        const std::string &path = made.path;
         throw input_error(line_of(path, other->is_of_row ? table.unit_line : table.header_line) +
                           that_has_another_unit(column.name, signal, column.row_unit));
     }
@@ -223,7 +231,7 @@ void take_columns(record &made, const record_table &table, const rig &rig)
             continue;
         }
         refuse_twice(rig, table, made.path, source);
-        refuse_other_unit(table, made.path, signal, source, *column);
+        refuse_other_unit(made, table, signal, source, *column);
         refuse_absurd(column->values, table, made.path, source, signal.name == "t_s");
         std::vector<double> &values = made.*signal.member;
         values = column->values;

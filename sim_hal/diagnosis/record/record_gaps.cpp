@@ -11,20 +11,6 @@ namespace berth
 namespace
 {
 
-/* Of the command at 400 Hz, a polynomial over so many rows misses a 3 Hz motion by far less than 2e-5 of it. */
-constexpr double missing_max = 4.0;
-
-/* The place of each row among evenly spaced ones: stamps may jitter, the loop did not. */
-std::vector<double> places_of(const record &read)
-{
-    std::vector<double> place(read.size(), 0.0);
-    for (std::size_t n = 1; n < place.size(); n++) {
-        const double periods = (read.time_s[n] - read.time_s[n - 1]) / read.period_s;
-        place[n] = place[n - 1] + std::max(1.0, std::round(periods));
-    }
-    return place;
-}
-
 const record_segment &part_with(const std::vector<record_segment> &parts, std::size_t row)
 {
     return *std::upper_bound(parts.begin(), parts.end(), row,
@@ -50,16 +36,6 @@ std::vector<value> with_missing(const std::vector<value> &read, const std::vecto
 }
 
 } // namespace
-
-std::optional<std::size_t> rows_left_out(double step_s, double period_s)
-{
-    constexpr double jitter = 0.45; /* of the period */
-    const double rows = std::round(step_s / period_s) - 1.0;
-    if (rows < 1.0 || rows > missing_max || std::abs(step_s / period_s - rows - 1.0) > jitter) {
-        return {};
-    }
-    return static_cast<std::size_t>(rows);
-}
 
 std::vector<double> record::known(const std::vector<double> &signal) const
 {
@@ -91,12 +67,11 @@ std::vector<record_segment> known_stretches(const record &record, const record_s
     return stretches;
 }
 
-void fill_in(record &made, const std::vector<missing_rows> &missing)
+void fill_in(record &made, const std::vector<missing_rows> &missing, const std::vector<double> &place)
 {
     if (missing.empty()) {
         return;
     }
-    const std::vector<double> place = places_of(made);
     for (const auto signal : record_signals) {
         missing_values values(made.*signal, place);
         made.*signal = with_missing(made.*signal, missing, [&](const missing_rows &gap, std::size_t row) {

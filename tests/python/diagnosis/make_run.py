@@ -69,6 +69,16 @@ def stamped_late(columns):
     return columns | {"t_s": 1.0 + columns["t_s"] + off_s}
 
 
+def stamped_late_now_and_then(columns, one_in, late_ms, seed=6):
+    """Rows that were due meanwhile come a microsecond after each other."""
+    rng = np.random.default_rng(seed)
+    t_s = 1.0 + columns["t_s"]
+    late = rng.random(len(t_s)) < 1.0 / one_in
+    t_s = t_s + np.where(late, 1e-3 * late_ms * rng.uniform(0.25, 1.0, len(t_s)), 0.0)
+    apart_s = 1e-6 * np.arange(len(t_s))
+    return columns | {"t_s": np.maximum.accumulate(t_s - apart_s) + apart_s}
+
+
 def at_a_rate_that_changes(columns):
     """A tenth slower in the middle: no step is far from the others, and the sum of them is half a second off."""
     rows = len(columns["t_s"])
