@@ -18,6 +18,29 @@ constexpr std::size_t phase_rows = 32;
 constexpr double alike = 1e-3;  /* rounding and jitter of stamps move the median by less */
 constexpr std::size_t few = 50; /* one step in so many: where delays are, and stamps are not just rounded */
 
+/* Where jitter put a row onto its successor's place, all rows before were moved by one, which looks like a missing
+ * row: but then the stamps on both sides lie on the same grid without it. */
+void close_false_gaps(const std::vector<double> &time_s, stamped_part part, double period_s,
+                      std::vector<std::int64_t> &places)
+{
+    const auto phase_s = [&](std::size_t begin, std::size_t end) {
+        std::vector<double> phases_s;
+        for (std::size_t n = begin; n < end; n++) {
+            phases_s.push_back(time_s[part.begin + n] - period_s * static_cast<double>(places[n]));
+        }
+        return median_of(phases_s);
+    };
+    for (std::size_t n = 1; n < places.size(); n++) {
+        const std::int64_t left_out = places[n] - places[n - 1] - 1;
+        if (left_out > 0 &&
+            phase_s(n - std::min(n, phase_rows), n) - phase_s(n, std::min(n + phase_rows, places.size())) >
+                0.5 * period_s * static_cast<double>(left_out)) {
+            std::for_each(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(n),
+                          [&](std::int64_t &place) { place += left_out; });
+        }
+    }
+}
+
 } // namespace
 
 std::vector<std::int64_t> places_on_grid(const std::vector<double> &time_s, stamped_part part, double period_s)
@@ -37,6 +60,7 @@ std::vector<std::int64_t> places_on_grid(const std::vector<double> &time_s, stam
     for (std::size_t n = places.size() - 1; n > 0; n--) {
         places[n - 1] = std::min(places[n - 1], places[n] - 1);
     }
+    close_false_gaps(time_s, part, period_s, places);
     const std::int64_t first = places.front();
     std::for_each(places.begin(), places.end(), [&](std::int64_t &place) { place -= first; });
     return places;
