@@ -136,6 +136,12 @@ bool set_assumed(rig &rig, std::string_view text)
     return are_known;
 }
 
+bool is_robot_alone(const rig &rig)
+{
+    const bool has_object = is_given(rig, "object.kind") || is_given(rig, "object.mass_kg");
+    return is_given(rig, "robot.dead_time_ms") && !is_given(rig, "manipulator.mass_kg") && !has_object;
+}
+
 void refuse_unstated(const rig &rig, const std::string &origin)
 {
     const bool has_object = is_given(rig, "object.kind") || is_given(rig, "object.mass_kg");

@@ -15,6 +15,10 @@ namespace berth
 void set_given(rig &rig, std::string_view path, bool is_given);
 bool is_given(const rig &rig, std::string_view path);
 
+/* It states a robot, and neither a manipulator nor an object: what is recorded of it may be diagnosed, and no loop runs
+ * with it. Its setpoints may be known ahead, so that it may be less late than one in a loop. */
+bool is_robot_alone(const rig &rig);
+
 /* What a printed configuration says of a key: "given: ", "assumed: ", or nothing where no assumption is made. */
 std::string_view given_mark(const rig &rig, std::string_view path);
 

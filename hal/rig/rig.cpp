@@ -10,6 +10,7 @@
 #include "../../firmware/types.h"
 #include "axes.h"
 #include "beam.h"
+#include "given.h"
 #include "hardware_model.h"
 #include "keys.h"
 #include "orders.h"
@@ -65,7 +66,7 @@ std::optional<rig_error> check_robot(const rig &rig)
     if (robot.dead_time_ms > 1e5) {
         return rig_error{"robot.dead_time_ms", "must be at most 100000 ms"};
     }
-    const bool is_too_short = ns_from_ms(robot.dead_time_ms) < least_dead_time_ns(rig);
+    const bool is_too_short = ns_from_ms(robot.dead_time_ms) < least_dead_time_ns(rig) && !is_robot_alone(rig);
     if (robot.interpolation == interpolation::linear && is_too_short) {
         return rig_error{"robot.dead_time_ms",
                          "must be at least one period (" + std::to_string(period_ms) +

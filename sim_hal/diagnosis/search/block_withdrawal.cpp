@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "../../../hal/rig/given.h"
 #include "../noise/floor.h"
 #include "../record/about_mean.h"
 #include "acceptance.h"
@@ -78,7 +79,7 @@ void block_search::keep_dead_time_possible()
     constexpr double ms_per_ns = 1e-6;
     const std::string_view key = "robot.dead_time_ms";
     const double least_ms = ms_per_ns * static_cast<double>(least_dead_time_ns(given_));
-    if (value_of(incumbent_.rig, key) >= least_ms) {
+    if (value_of(incumbent_.rig, key) >= least_ms || is_robot_alone(given_)) {
         return;
     }
     rig possible = incumbent_.rig;
