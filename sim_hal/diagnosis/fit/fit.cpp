@@ -168,7 +168,7 @@ Eigen::MatrixXd spread_of_scores(const Eigen::MatrixXd &jacobian, const Eigen::V
 /* Half widths of the intervals, and what the parameters have in common. */
 struct spread {
     std::vector<double> ci95;
-    std::vector<double> sd_of_noise;
+    std::vector<double> ci95_if_slow;
     Eigen::MatrixXd correlation;
 };
 
@@ -210,19 +210,26 @@ spread spread_of(problem &problem, const least_squares_result &found, double cos
     Eigen::MatrixXd information = scaled.transpose() * scaled;
     information.diagonal().array() += 1e-12;
     const Eigen::MatrixXd covariance = inverse(information);
-    const Eigen::MatrixXd sandwich =
-        covariance * spread_of_scores(scaled, found.residual, problem.rows(), block) * covariance;
+    const auto sandwich_of = [&](Eigen::Index rows) {
+        return Eigen::MatrixXd(covariance * spread_of_scores(scaled, found.residual, problem.rows(), rows) *
+                               covariance);
+    };
+    const Eigen::MatrixXd sandwich = sandwich_of(block);
+    const Eigen::Index long_blocks = std::max<Eigen::Index>(12, 3 * covariance.rows());
+    const Eigen::MatrixXd slow_sandwich = sandwich_of(std::max(block, problem.rows() / long_blocks + 1));
+    constexpr double of_few_blocks = 2.2; /* Student's factor of 95 % for eleven */
     const double excess = std::max(1.0, cost_per_row);
     spread made;
     made.ci95.reserve(static_cast<std::size_t>(covariance.rows()));
     for (Eigen::Index i = 0; i < covariance.rows(); i++) {
         if (jacobian.col(i).norm() == 0.0) {
             made.ci95.push_back(half_width_where_flat(problem, found.x, i));
-            made.sd_of_noise.push_back(made.ci95.back() / 1.96);
+            made.ci95_if_slow.push_back(made.ci95.back());
             continue;
         }
-        made.sd_of_noise.push_back(std::sqrt(covariance(i, i)) / scale(i));
         made.ci95.push_back(1.96 * std::sqrt(std::max(excess * covariance(i, i), sandwich(i, i))) / scale(i));
+        made.ci95_if_slow.push_back(
+            std::max(made.ci95.back(), of_few_blocks * std::sqrt(slow_sandwich(i, i)) / scale(i)));
     }
     const Eigen::VectorXd alone = covariance.diagonal().cwiseSqrt().cwiseInverse();
     made.correlation = alone.asDiagonal() * covariance * alone.asDiagonal();
@@ -282,7 +289,7 @@ fit_result fit(block_model &model, const noise_model &noise, const rig &start,
             const Eigen::Index block = std::max<Eigen::Index>(5, std::min(half_second, problem.rows() / 40));
             spread known = spread_of(problem, found, result.cost / rows, block);
             result.ci95 = std::move(known.ci95);
-            result.sd_of_noise = std::move(known.sd_of_noise);
+            result.ci95_if_slow = std::move(known.ci95_if_slow);
             result.correlation = std::move(known.correlation);
         }
     }

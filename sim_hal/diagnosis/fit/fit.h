@@ -17,11 +17,10 @@ constexpr double change_max_per_row = 0.3;
 struct fit_result {
     berth::rig rig;
     std::vector<free_parameter> parameters;
-    std::vector<double> ci95; /* half width, in the parameters' units */
-    std::vector<double>
-        sd_of_noise;             /* of the parameters, if all that is left were white noise of the floor's size */
-    Eigen::MatrixXd correlation; /* of the parameters; empty where there are no intervals */
-    double cost = 0.0;           /* sum of squares of the white error over the rows of the fit */
+    std::vector<double> ci95;         /* half width, in the parameters' units */
+    std::vector<double> ci95_if_slow; /* the same if what is left goes on alike for a twelfth of the rows */
+    Eigen::MatrixXd correlation;      /* of the parameters; empty where there are no intervals */
+    double cost = 0.0;                /* sum of squares of the white error over the rows of the fit */
     std::size_t rows = 0;
     int replays = 0;
 };

@@ -19,7 +19,6 @@ namespace
  * stands out of the encoder's steps. On the EMPS benchmark 12 rows give the published friction within 2 %, 200
  * within 5 %. */
 constexpr double window_with_spring_s = 2.0;
-constexpr std::size_t rows_without_spring = 12;
 
 constexpr std::size_t parts = 10;
 
@@ -86,7 +85,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
     const bool integrates = block == block::manipulator && base.firmware.manipulator.stiffness_N_per_m == 0.0;
     const auto rows_with_spring =
         std::max<std::size_t>(20, static_cast<std::size_t>(window_with_spring_s / record.period_s));
-    window_length_ = integrates ? rows_without_spring : rows_with_spring;
+    window_length_ = integrates ? rows_that_show_acceleration(record, rows_with_spring) : rows_with_spring;
     play_m_ = std::max(value_of_effect(base, "robot.backlash_m"), 2.0 * value_of_effect(base, "robot.deadband_m"));
     rows_to_settle_ = rows_to_settle(base);
     rows_to_forget_ = rows_to_forget(base);
@@ -97,7 +96,7 @@ block_model::block_model(block block, const record &record, const rig &base, con
             std::minmax_element(record.command_position_m.begin(), record.command_position_m.end());
         range_m_ = *largest - *least;
     }
-    rows_per_fact_ = integrates ? 0.25 * static_cast<double>(rows_without_spring) : 1.0;
+    rows_per_fact_ = integrates ? 0.25 * static_cast<double>(window_length_) : 1.0;
     rounding_rms_ = std::max(resolution_rms(block), lattice_step(record_.known(measured())) / std::sqrt(12.0));
 }
 

@@ -23,6 +23,10 @@ constexpr std::string_view block_units[] = {"m", "m", "N"};
 /* rms of the rounding to a step of the wire, in the block's unit: nothing is known better. */
 double resolution_rms(block block);
 
+/* Of windows of a manipulator without a spring, in each of which its acceleration shows above the noise of the
+ * positions; rows_max at most. */
+std::size_t rows_that_show_acceleration(const record &record, std::size_t rows_max);
+
 /* The record has what goes in and what comes out. */
 bool can_replay(const record &record, block block);
 

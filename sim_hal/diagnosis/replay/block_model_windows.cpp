@@ -40,6 +40,34 @@ std::vector<value> picked(const std::vector<value> &of_all, const std::vector<st
 
 } // namespace
 
+std::size_t rows_that_show_acceleration(const record &record, std::size_t rows_max)
+{
+    constexpr std::size_t least = 12; /* rows */
+    constexpr std::size_t apart = 6;  /* rows, of the differences that show the acceleration */
+    constexpr double resolved = 1e-3; /* of its rms: a friction of a hundredth of it is ten times that */
+    const std::vector<double> &x = record.command_position_m;
+    double thirds = 0.0;  /* squares of third differences of neighbours: 20 times the variance of the noise */
+    double seconds = 0.0; /* of second ones of rows apart: the motion, and 6 times that variance */
+    double rows = 0.0;
+    for (const record_segment &part : record.segments) {
+        for (std::size_t n = part.begin + apart; n + apart < part.end; n++) {
+            thirds += std::pow(x[n + 1] - 3.0 * x[n] + 3.0 * x[n - 1] - x[n - 2], 2) / 20.0;
+            seconds += std::pow(x[n + apart] - 2.0 * x[n] + x[n - apart], 2);
+            rows += 1.0;
+        }
+    }
+    const double noise_m = std::sqrt(thirds / std::max(1.0, rows));
+    const double moved_m = std::sqrt(std::max(0.0, seconds - 6.0 * thirds) / std::max(1.0, rows));
+    const double a_period_m = moved_m / static_cast<double>(apart * apart); /* acceleration times its square */
+    std::size_t length = least;
+    /* Of a parabola through so many evenly spaced rows the acceleration is known to noise sqrt(720 / rows^5). */
+    while (length + least <= rows_max &&
+           noise_m * std::sqrt(720.0 / std::pow(static_cast<double>(length), 5)) > resolved * a_period_m) {
+        length += least;
+    }
+    return length;
+}
+
 /* What a window's start explains is linear in it only for a linear manipulator. With effects on it: from the start
  * that suits the linear one, how the replay itself follows position and velocity of the start, until nothing more is
  * to be gained. In the short windows of one without a spring friction turns with a start that encoder steps decide:
@@ -59,7 +87,7 @@ void block_model::replay_windows(const rig &rig, std::vector<double> &error)
     std::vector<double> at_start;
     replay_manipulator(rig, record_, windows_, starts, at_start);
     compare(at_start, error);
-    const bool has_spring = rows_per_fact_ == 1.0;
+    const bool has_spring = true;
     if (!has_spring) {
         remove_starts(rig, error);
         return;

@@ -64,12 +64,13 @@ struct block_diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::vector<cause> causes;
     std::vector<alternative> alternatives;
-    std::vector<std::string_view> doubts; /* why it is not fully explained */
+    std::vector<std::string> doubts; /* why it is not fully explained */
     std::vector<ranked> ranking;
     std::vector<const effect *> tried; /* in the first round; the most promising ones are ranked */
     part_rms fit_rms;
     part_rms held_out_rms;
-    double bad_moments = 0.0; /* share of half seconds with an error well above the floor, after */
+    double unseen_times_noise = 0.0; /* error on the validation record, where it is far above the noise; else 0 */
+    double bad_moments = 0.0;        /* share of half seconds with an error well above the floor, after */
     bool floor_is_measured = false;
     double explainable = 0.0; /* white sum of squares above the floor, per row, of the re-tuned base */
     double left = 0.0;        /* share of it that is left and depends on the state or on time */

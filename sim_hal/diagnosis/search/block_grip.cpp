@@ -117,7 +117,7 @@ fit_result block_search::fit_grip_beside(const fit_result &while_held, const eff
         made.rig = with_bisected_grip(model_, noise_, while_held.rig, size_key, most_N);
         made.parameters = joined(while_held.parameters, effect_parameters(grip, made.rig));
         made.ci95.resize(made.parameters.size(), 0.0); /* the grip's own is found there */
-        made.sd_of_noise.resize(made.parameters.size(), 0.0);
+        made.ci95_if_slow.resize(made.parameters.size(), 0.0);
         made.cost = cost_of(model_, noise_, made.rig);
         fit_where_right(model_, noise_, size_key, made, input_.options.replays_max);
     }

@@ -59,10 +59,8 @@ void block_search::widen_by_our_steps()
 
 void block_search::widen_by_what_is_left()
 {
-    const double rows = static_cast<double>(incumbent_.rows);
-    const double coherent = std::sqrt(std::max(0.0, incumbent_.cost - rows));
-    for (std::size_t i = 0; i < incumbent_.sd_of_noise.size(); i++) {
-        incumbent_.ci95[i] = std::hypot(incumbent_.ci95[i], 1.96 * coherent * incumbent_.sd_of_noise[i]);
+    for (std::size_t i = 0; i < incumbent_.ci95_if_slow.size(); i++) {
+        incumbent_.ci95[i] = std::max(incumbent_.ci95[i], incumbent_.ci95_if_slow[i]);
     }
 }
 

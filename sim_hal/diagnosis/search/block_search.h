@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "../decide/printable.h"
 #include "../fit/gain.h"
 #include "block_diagnosis.h"
 
@@ -307,6 +308,21 @@ class block_search
     /* Of the incumbent, over all rows. */
     std::vector<double> error_left();
     std::vector<double> white_error_left();
+
+    /* --- what is fit to print: block_printed.cpp --- */
+
+    /* Its interval holds the size at which it does nothing, of several values all of them. */
+    bool has_no_size(const cause &told);
+    /* `without`: the model without it, the other parameters fitted anew. */
+    cause_evidence evidence_of(const cause &told, const rig &without);
+    /* The last one first, each beside those that stay. Whether there was one: the verdict is then that of what
+     * stays, and says so. */
+    bool withdraw_what_is_not_printable(block_diagnosis &result);
+    /* An error on the validation record far above the noise is said first, and no block is then fully explained. */
+    void admit_failure_on_unseen(block_diagnosis &result);
+    /* Where the one cause leaves that much, those that predict the unseen data worse by less than it leaves. */
+    void name_rivals_on_unseen(block_diagnosis &result);
+    double unseen_mean_square(const rig &rig);
 
     /* --- how well the parameters are known: block_intervals.cpp --- */
 

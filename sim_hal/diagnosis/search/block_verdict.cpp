@@ -62,6 +62,7 @@ void block_search::conclude(block_diagnosis &result)
     if (result.verdict == verdict::partly_explained) {
         withdraw_what_may_be_none(result);
     }
+    withdraw_what_is_not_printable(result);
     fix_estimates(result);
     for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
         const std::string key(incumbent_.parameters[i].key->path);
@@ -79,6 +80,7 @@ void block_search::conclude(block_diagnosis &result)
     result.floor_is_measured = has_floor_;
     result.fit_rms = rms(model_, row_use::fit);
     result.held_out_rms = unseen_ ? rms(*unseen_, row_use::fit) : rms(model_, row_use::held_out);
+    admit_failure_on_unseen(result);
 }
 
 block_search::remains block_search::what_remains(const block_diagnosis &result)
@@ -149,7 +151,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
     result.left_class = leftover_.strongest;
     for (const doubt &one : doubts) {
         if (!is_rest_ && (this->*one.holds)(left)) {
-            result.doubts.push_back(one.why);
+            result.doubts.emplace_back(one.why);
         }
     }
     const auto is_found = [&](const effect *one) {

@@ -44,7 +44,7 @@ void tell_in_part(block_diagnosis &block, std::string_view why)
 {
     if (block.verdict == verdict::named || block.verdict == verdict::one_of) {
         block.verdict = verdict::partly_explained;
-        block.doubts.push_back(why);
+        block.doubts.emplace_back(why);
     }
 }
 
@@ -312,7 +312,7 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
     if (robot.verdict == verdict::partly_explained && force.verdict == verdict::nothing_detectable &&
         !force.floor_is_measured && follows_robot) {
         force.verdict = verdict::unknown;
-        force.doubts.push_back(why);
+        force.doubts.emplace_back(why);
     }
 }
 
