@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "../../hal/rig/beam.h"
+#include "../../hal/rig/given.h"
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
 #include "../stability/arm_loop.h"
@@ -295,8 +296,10 @@ void write_files(const std::string &folder, const diagnosis &found, const nlohma
         files.emplace_back(folder + "/" + name).write(text);
     };
     write("diagnosis.json", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    write("given.toml", print_rig(found.given));
-    write("extended.toml", print_rig(found.extended));
+    /* A robot by itself stays one: with all keys stated its dead time would have to suit a loop. */
+    const auto print = is_robot_alone(found.given) ? print_config : print_rig;
+    write("given.toml", print(found.given));
+    write("extended.toml", print(found.extended));
     write("series.csv", series_csv(found));
     std::vector<std::string> stale = {"report.html", "report.png"}; /* of an earlier diagnosis */
     if (found.next && found.next->proposed) {

@@ -344,6 +344,7 @@ diagnosis diagnose(const diagnosis_request &request)
     }
     show_error_with_single_samples(result.blocks, result.data, records.validation ? &*records.validation : nullptr);
     tell_in_own_block(result.blocks);
+    drop_what_explains_nothing(result.blocks, result.extended);
     tell_input_steps(result);
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import EXIT_DONE, command, settings
+from conftest import EXIT_DONE, EXIT_INPUT, command, settings
 
 NOISE_N = 0.05
 NOISE_m = 2e-6
@@ -111,22 +111,43 @@ def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tm
     assert command("map", extended, "--vary", "mass", "--grid", "4x4", "--out", tmp_path).returncode == 0
 
 
-def test_a_robot_that_is_hardly_late_is_extended_to_what_runs(tmp_path):
-    """A straight line to a setpoint needs it a period ahead: what is less late is told in part."""
+def diagnosed_quick_robot(folder, rest_of_rig):
+    """verdict and causes of a robot that is 1 ms late, and the arguments that diagnose its record."""
     period_s, late_s, rows = 0.0025, 0.001, 4000
     t_s = period_s * np.arange(rows)
     command_m = 0.01 * np.sin(2 * np.pi * 0.7 * t_s) * np.sin(2 * np.pi * 0.11 * t_s)
     robot_m = np.interp(t_s - late_s, t_s, command_m) + 2e-6 * np.random.default_rng(1).standard_normal(rows)
-    np.savetxt(tmp_path / "record.csv", np.column_stack([t_s, command_m, robot_m]), delimiter=",", comments="",
+    np.savetxt(folder / "record.csv", np.column_stack([t_s, command_m, robot_m]), delimiter=",", comments="",
                header="t_s,command_position_m,robot_position_m", fmt="%.12g")
-    (tmp_path / "rig.toml").write_text('name = "quick"\n[loop]\nrate_Hz = 400\n[robot]\ndead_time_ms = 12\n'
-                                       'interpolation = "linear"\n[bus]\nideal = true\n')
-    done = command("diagnose", tmp_path / "record.csv", "--rig", tmp_path / "rig.toml", "--out", tmp_path, text=True)
+    (folder / "rig.toml").write_text('name = "quick"\n[loop]\nrate_Hz = 400\n[robot]\ndead_time_ms = 12\n'
+                                     'interpolation = "linear"\n[bus]\nideal = true\n' + rest_of_rig)
+    return diagnosed_with(folder, folder / "rig.toml", folder)
+
+
+def diagnosed_with(folder, rig, out):
+    done = command("diagnose", folder / "record.csv", "--rig", rig, "--out", out, text=True)
     assert done.returncode == EXIT_DONE, done.stderr
-    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] in ("partly_explained", "unknown")
+    return json.loads((out / "diagnosis.json").read_text())
+
+
+def test_a_robot_that_is_hardly_late_is_extended_to_what_runs(tmp_path):
+    """A straight line to a setpoint needs it a period ahead: what is less late is told in part."""
+    found = diagnosed_quick_robot(tmp_path, "[manipulator]\nmass_kg = 200\n[object]\nmass_kg = 100\n")
+    assert found["verdict"] in ("partly_explained", "unknown")
     for what in ("run", "eigen"):
         done = command(what, tmp_path / "extended.toml", "--json", *["--no-log"] * (what == "run"), text=True)
         assert done.returncode == EXIT_DONE, done.stderr
+
+
+def test_a_robot_by_itself_may_be_less_late_than_a_row(tmp_path):
+    """Its log has target and actual position in one packet. What is written is diagnosed once more, and runs no loop."""
+    found = diagnosed_quick_robot(tmp_path, "")
+    assert (found["verdict"], [cause["effect"] for cause in found["causes"]]) == ("named", ["robot.dead_time"])
+    assert found["causes"][0]["parameters"][0]["value"] == pytest.approx(1.0, abs=0.01)
+    again = diagnosed_with(tmp_path, tmp_path / "extended.toml", tmp_path / "again")
+    assert again["verdict"] == "nothing_detectable"
+    done = command("run", tmp_path / "extended.toml", text=True)
+    assert done.returncode == EXIT_INPUT and "[object] is missing" in done.stderr
 
 
 LINEAR = [{"robot.lag_ms": 5}, {"sensor.lag_ms": 5}, EFFECTS["object.second_mode"]]

@@ -86,8 +86,13 @@ void finish(record &made, const row_marks &marks, const rig &rig)
 {
     check_labels(made, marks, source_of(rig, "segment").column);
     const row_spacing spacing = spacing_of(made, marks);
-    const double spacing_s = spacing.clock.period_s();
-    made.period_s = rig.is_rate_given ? config_period_s(&rig.firmware) : 1.0 / loop_rate_Hz(spacing_s);
+    const double given_s = config_period_s(&rig.firmware);
+    /* A logger whose delays add up has the period of its usual steps: rounded stamps of another one look the same.
+     */
+    const bool is_usual_step = rig.is_rate_given && spacing.clock.has_usual_step &&
+                               std::abs(spacing.clock.median_step_s - given_s) <= rate_tolerance * given_s;
+    const double spacing_s = is_usual_step ? given_s : spacing.clock.line_s;
+    made.period_s = rig.is_rate_given ? given_s : 1.0 / loop_rate_Hz(spacing_s);
     if (std::abs(spacing_s - made.period_s) > rate_tolerance * made.period_s) {
         throw input_error(
             made.path + ": " +

@@ -108,7 +108,7 @@ void refuse_drifting_rate(const record &made, const row_spacing &spacing)
     if (spacing.clock.has_usual_step) {
         return;
     }
-    const double period_s = spacing.clock.period_s();
+    const double period_s = spacing.clock.line_s;
     for (const stamped_part &part : spacing.parts) {
         for (std::size_t begin = part.begin; begin + stretch <= part.end; begin += stretch) {
             std::vector<double> steps_s;

@@ -15,8 +15,10 @@ namespace
  * row. */
 constexpr std::size_t phase_rows = 32;
 
-constexpr double alike = 1e-3;  /* rounding and jitter of stamps move the median by less */
-constexpr std::size_t few = 50; /* one step in so many: where delays are, and stamps are not just rounded */
+constexpr double alike = 1e-3;       /* rounding and jitter of stamps move the median by less */
+constexpr double delay = 0.3;        /* of a step: a delay, and no rounding */
+constexpr std::size_t seldom = 1000; /* one step in so many is delayed at least */
+constexpr std::size_t few = 50;      /* one step in so many: where delays are, and stamps are not just rounded */
 
 /* Where jitter put a row onto its successor's place, all rows before were moved by one, which looks like a missing
  * row: but then the stamps on both sides lie on the same grid without it. */
@@ -66,11 +68,6 @@ std::vector<std::int64_t> places_on_grid(const std::vector<double> &time_s, stam
     return places;
 }
 
-double row_clock::period_s() const
-{
-    return has_usual_step && std::abs(line_s - median_step_s) > alike * median_step_s ? median_step_s : line_s;
-}
-
 namespace
 {
 
@@ -107,21 +104,24 @@ double slope_of_line_s(const std::vector<double> &time_s, const std::vector<stam
     return squares > 0.0 ? times_places / squares : period_s;
 }
 
-/* Half of the steps or more are the median, and hardly one is shorter. */
+/* Half of the steps or more are the median, hardly one is shorter, and some are so much longer as no rounding makes
+ * them. */
 bool has_usual_step(const std::vector<double> &time_s, const std::vector<stamped_part> &parts, double median_step_s)
 {
     std::size_t usual = 0;
     std::size_t shorter = 0;
+    std::size_t delayed = 0;
     std::size_t steps = 0;
     for (const stamped_part &part : parts) {
         for (std::size_t n = part.begin + 1; n < part.end; n++) {
             const double longer_s = time_s[n] - time_s[n - 1] - median_step_s;
             usual += std::abs(longer_s) <= alike * median_step_s;
             shorter += longer_s < -alike * median_step_s;
+            delayed += longer_s > delay * median_step_s;
             steps++;
         }
     }
-    return 2 * usual >= steps && few * shorter <= steps;
+    return 2 * usual >= steps && few * shorter <= steps && seldom * delayed >= steps;
 }
 
 } // namespace

@@ -23,11 +23,7 @@ std::vector<std::int64_t> places_on_grid(const std::vector<double> &time_s, stam
 struct row_clock {
     double line_s;        /* slope of the line through the stamps of all parts, over their places */
     double median_step_s; /* of the steps between neighbouring stamps */
-    bool has_usual_step;  /* half of the steps or more are the median, within a thousandth, and hardly one is shorter
-                           */
-
-    /* Rows whose steps are mostly one period, with delays that add up, have the period of those steps. */
-    double period_s() const;
+    bool has_usual_step;  /* of a logger whose delays add up: most steps are the median, some far longer */
 };
 
 /* `median_step_s` > 0: of the steps that are no gap. */

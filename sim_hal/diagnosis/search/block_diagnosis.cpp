@@ -149,6 +149,9 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         result.block = block;
         block_search(block, known, given, events).run(result);
     }
+    if (const auto printable = result.printable) {
+        result = *printable;
+    }
     if (block == block::force) {
         const auto steps = find_quantisation(*input.fit, given, result.fit_rms.after);
         if (!steps.empty() && result.causes.empty() && is_rounding_alone(steps[0], result)) {

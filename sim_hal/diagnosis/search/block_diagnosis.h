@@ -2,7 +2,9 @@
 #ifndef SIM_HAL_DIAGNOSIS_SEARCH_BLOCK_DIAGNOSIS_H
 #define SIM_HAL_DIAGNOSIS_SEARCH_BLOCK_DIAGNOSIS_H
 
+#include <memory>
 #include <optional>
+#include <string>
 
 #include "../samples/events.h"
 #include "search.h"
@@ -84,6 +86,8 @@ struct block_diagnosis {
     std::vector<row_use> uses; /* one a row, as the two below */
     std::vector<double> error_before;
     std::vector<double> error_after;
+    /* The same without causes that are not fit to print; nullptr: all are. What looks further goes on from all. */
+    std::shared_ptr<block_diagnosis> printable;
     noise_model floor;
     double floor_ci95 = 0.0;      /* half width of the interval of its rms */
     double input_steps_rms = 0.0; /* what too few digits of what drives it leave open; 0: nothing */

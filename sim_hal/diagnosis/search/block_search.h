@@ -189,6 +189,8 @@ class block_search
     /* --- what to say: block_verdict.cpp --- */
 
     void conclude(block_diagnosis &result);
+    void judge(block_diagnosis &result);
+    void write_up(block_diagnosis &result); /* of the incumbent, what the result then says of it */
     verdict verdict_of(block_diagnosis &result);
     /* How much the white sum of squares would fall if one of the causes acted otherwise early than late, far out
      * than in the middle of the way, fast than slow, or from a moment on: the most of all causes. And if a lateness

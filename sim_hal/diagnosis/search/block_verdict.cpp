@@ -44,6 +44,17 @@ constexpr double share_of_instants = 1e-6;
 
 void block_search::conclude(block_diagnosis &result)
 {
+    judge(result);
+    block_diagnosis printable = result;
+    write_up(result);
+    if (withdraw_what_is_not_printable(printable)) {
+        write_up(printable);
+        result.printable = std::make_shared<block_diagnosis>(std::move(printable));
+    }
+}
+
+void block_search::judge(block_diagnosis &result)
+{
     withdraw_what_follows_nothing(result);
     withdraw_gain_of_scaled_object(result);
     keep_dead_time_possible();
@@ -62,7 +73,10 @@ void block_search::conclude(block_diagnosis &result)
     if (result.verdict == verdict::partly_explained) {
         withdraw_what_may_be_none(result);
     }
-    withdraw_what_is_not_printable(result);
+}
+
+void block_search::write_up(block_diagnosis &result)
+{
     fix_estimates(result);
     for (std::size_t i = 0; i < incumbent_.parameters.size(); i++) {
         const std::string key(incumbent_.parameters[i].key->path);

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "../decide/printable.h"
+
 namespace berth
 {
 
@@ -79,6 +81,33 @@ void tell_in_own_block(std::vector<block_diagnosis> &blocks)
     force->causes.erase(moved, force->causes.end());
     if (force->causes.empty()) {
         force->verdict = verdict::nothing_detectable;
+    }
+}
+
+void drop_what_explains_nothing(std::vector<block_diagnosis> &blocks, rig &extended)
+{
+    for (block_diagnosis &block : blocks) {
+        for (std::size_t i = block.causes.size(); i-- > 0;) {
+            const cause &told = block.causes[i];
+            const char *const why = told.effect->is_of_single_samples
+                                        ? why_not_printable({told.share_explained, false, {}, {}})
+                                        : nullptr;
+            if (why == nullptr) {
+                continue;
+            }
+            for (const effect_parameter &parameter : told.effect->parameters) {
+                const double as_given = value_of(block.as_given, parameter.key);
+                set_number(block.extended, parameter.key, as_given);
+                set_number(extended, parameter.key, as_given);
+            }
+            if (!block.doubts.empty()) {
+                block.doubts.push_back(std::string(told.effect->name) + " was found, and " + why);
+            }
+            block.causes.erase(block.causes.begin() + static_cast<std::ptrdiff_t>(i));
+            if (block.causes.empty()) {
+                block.verdict = block.doubts.empty() ? verdict::nothing_detectable : verdict::unknown;
+            }
+        }
     }
 }
 

@@ -14,6 +14,10 @@ void show_error_with_single_samples(std::vector<block_diagnosis> &blocks, const 
 /* A robot's own, which its reports and the force have shown together, are told in the robot's block. */
 void tell_in_own_block(std::vector<block_diagnosis> &blocks);
 
+/* Those that explain nothing to speak of are no causes: steps of a coarse sensor look like samples that were held.
+ */
+void drop_what_explains_nothing(std::vector<block_diagnosis> &blocks, rig &extended);
+
 } // namespace berth
 
 #endif

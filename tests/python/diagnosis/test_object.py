@@ -4,7 +4,8 @@ setpoints."""
 import re
 
 import numpy as np
-from checks import Between, at, causes, check, doubt, interval, named, near, no_note, nothing, size, verdict
+from checks import (Between, at, causes, check, doubt, interval, named, near, no_note, not_verdict, nothing, size,
+                    verdict)
 from conftest import EXIT_DONE, command
 from make_chain import FORCE_NOISE_N, RESONANCE_Hz, lossy_before_resonance
 from make_object import (HELD, NOISE_N, SOFT, SPECIMEN_NOISE_N, SPECIMEN_ROWS, behind_a_bent_way, cubic_N, dahl_N, lagging,
@@ -37,8 +38,8 @@ LACKING = [
         touched(seed=6, law=lagging(4000.0, 80.0, 0.03), stiffness_N_per_m=4100.0, damping_N_s_per_m=33.0),
         named("object.parameters", "sensor.lag")),
     # Other damping than the rig's lowers the error.
-    Row("what rings for longer than the parts last is not named", parts_that_ring(), verdict("partly_explained"),
-        doubt("force", "ceased to ring"), given=SOFT | HELD),
+    Row("what rings for longer than the parts last is not named", parts_that_ring(), not_verdict("named", "one_of"),
+        given=SOFT | HELD),
     # Slow noise is taken to be in the force.
     *[Row(f"behind a robot that bends its way by {bend_per_m2}/m2, seed {seed}",
           behind_a_bent_way(bend_per_m2=bend_per_m2, seed=seed), verdict(*PART), no_cause_makes_the_error_larger(),

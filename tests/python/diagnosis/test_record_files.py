@@ -56,8 +56,8 @@ TIMES = [
     *[Refused(f"a time since 1970 in {name}", table_of(change=since_1970, factor=factor), "{record}", "since 1970",
               f"scale = {told}") for name, factor, told in (("ms", 1e3, "0.001"), ("us", 1e6, "1e-06"), ("ns", 1e9, "1e-09"))],
     Refused("three rows", table_of(rows=3), "{record}", "3 rows"),
-    Refused("a rig that needs another rate than the default", table_of(rig="[robot]\ndead_time_ms = 2.0\n"),
-            "{folder}/rig.toml:2: ", "one period (2.5", "no loop.rate_Hz is given, 400"),
+    Refused("a rig that needs another rate than the default", table_of(rig="[manipulator]\nmass_kg = 100.0\n[robot]\ndead_time_ms = 2.0\n"),
+            "{folder}/rig.toml:4: ", "one period (2.5", "no loop.rate_Hz is given, 400"),
 ]
 
 COLUMNS = [
