@@ -1,11 +1,15 @@
 #include "compensated.h"
 
 #include <cmath>
+#include <memory>
 
+#include "../firmware/loop.h"
 #include "../hal/rig/keys.h"
 #include "compensation/measured_map.h"
+#include "hil/sim_hal.h"
 #include "prediction.h"
 #include "stability/compensation_states.h"
+#include "stability/equivalent_loop.h"
 #include "stability/physical_parameter.h"
 #include "stability/spectrum.h"
 
@@ -30,22 +34,68 @@ std::optional<rig> with_hardware(const rig &original, const rig_key &key, double
     return changed;
 }
 
-/* Nothing where no rig may have the value. */
-std::optional<bool> is_stable_with(const rig &original, const rig_key &key, double value)
+/* The loop by itself: what happens to a run at a time is no part of it. */
+rig undisturbed(const rig &original)
 {
-    const auto changed = with_hardware(original, key, value);
-    return changed ? std::optional<bool>(growth_of_compensated(*changed).growth_per_s < 0.0) : std::nullopt;
+    rig quiet = original;
+    quiet.sensor.noise_N = quiet.robot.feedback_noise_m = 0.0;
+    quiet.run.emergency_stop_s = quiet.run.enable_off_s = quiet.run.grip_release_s = quiet.run.dead_time_jump_s =
+        never;
+    quiet.run.grip_close_s = 0.0;
+    return quiet;
 }
 
+motion_evidence motion_of(const rig &quiet)
+{
+    rig made = quiet;
+    made.run.duration_s = made.run.release_s + compensated_run_s;
+    const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> hal(sim_open(made), hal_close);
+    const auto app = std::make_unique<struct app>();
+    app_start(app.get(), &made.firmware);
+    motion_recorder recorder(made);
+    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
+        recorder.note_tick(app->record, false, {});
+    }
+    return recorder.conclude();
+}
+
+/* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. */
+stability_verdict judge_run(const rig &quiet)
+{
+    const motion_evidence motion = motion_of(quiet);
+    stability_verdict found = judge({{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, ""});
+    const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
+    if (found.kind == verdict_kind::undetermined && ended_freely) {
+        const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
+        return judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
+    }
+    found.because = "a run without noise: " + found.because;
+    return found;
+}
+
+/* Limits of one rig, all seen from the same deflection. */
+struct search {
+    const rig &original;
+    std::optional<double> amplitude_m;
+
+    /* Nothing where no rig may have the value. */
+    std::optional<bool> is_stable_with(const rig_key &key, double value) const
+    {
+        const auto changed = with_hardware(original, key, value);
+        return changed ? std::optional<bool>(growth_of_compensated(*changed, amplitude_m).is_stable())
+                       : std::nullopt;
+    }
+};
+
 /* From the rig's own value on by growing factors, up or down. */
-std::optional<double> first_change(const rig &original, const rig_key &key, double own, bool is_stable, bool upwards,
+std::optional<double> first_change(const search &loop, const rig_key &key, double own, bool is_stable, bool upwards,
                                    double near_enough)
 {
     double inside = own;
     for (int i = 1; i <= steps; i++) {
         const double share = std::pow(furthest, static_cast<double>(i) / steps);
         double outside = upwards ? own * share : own / share;
-        const auto found = is_stable_with(original, key, outside);
+        const auto found = loop.is_stable_with(key, outside);
         if (!found) {
             return {};
         }
@@ -55,7 +105,7 @@ std::optional<double> first_change(const rig &original, const rig_key &key, doub
         }
         while (std::abs(std::log(outside / inside)) > near_enough) {
             const double middle = std::sqrt(inside * outside);
-            const bool is_as_own = is_stable_with(original, key, middle).value_or(!is_stable) == is_stable;
+            const bool is_as_own = loop.is_stable_with(key, middle).value_or(!is_stable) == is_stable;
             (is_as_own ? inside : outside) = middle;
         }
         return std::sqrt(inside * outside);
@@ -65,29 +115,33 @@ std::optional<double> first_change(const rig &original, const rig_key &key, doub
 
 } // namespace
 
-compensated_growth growth_of_compensated(const rig &rig)
+compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
-    if (compensation_is_linear(rig)) {
-        return {std::log(spectral_radius_of(in_contact(rig))) / config_period_s(&rig.firmware), false};
+    const berth::rig held = in_contact(rig);
+    const bool is_linear = amplitude_m == 0.0 || effects_of_size(held).empty();
+    if (compensation_is_linear(held) && is_linear) {
+        const double growth_per_s = std::log(spectral_radius_of(held)) / config_period_s(&held.firmware);
+        const bool touches = rig.object.kind == object_kind::contact;
+        const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;
+        return {judge({growth_per_s, {}, 0.0, source}, {}), false};
     }
-    berth::rig quiet = released_rig(rig, 0.0);
-    quiet.sensor.noise_N = quiet.robot.feedback_noise_m = 0.0;
-    return {measure(quiet, compensated_run_s).growth_per_s, true};
+    return {judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0)))), true};
 }
 
-std::vector<compensated_limit> limits_of_compensated(const rig &rig)
+std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
-    const compensated_growth own = growth_of_compensated(rig);
+    const compensated_growth own = growth_of_compensated(rig, amplitude_m);
     const double near_enough = own.is_measured ? near_enough_measured : near_enough_exact;
+    const search loop{rig, amplitude_m};
     std::vector<compensated_limit> found;
     for (const char *const path : {"robot.dead_time_ms", "object.mass_kg", "object.stiffness_N_per_m"}) {
         const rig_key &key = *find_key(path);
         berth::rig copy = rig;
         const double value = *static_cast<double *>(key.member(copy));
         if (value > 0.0) {
-            const bool is_stable = own.growth_per_s < 0.0;
-            found.push_back({key.path, value, first_change(rig, key, value, is_stable, false, near_enough),
-                             first_change(rig, key, value, is_stable, true, near_enough)});
+            const bool is_stable = own.is_stable();
+            found.push_back({key.path, value, first_change(loop, key, value, is_stable, false, near_enough),
+                             first_change(loop, key, value, is_stable, true, near_enough)});
         }
     }
     return found;

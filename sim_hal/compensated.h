@@ -1,8 +1,9 @@
 /* How far a loop with compensation of the dead time may go until it is unstable. The hardware changes, and the
  * firmware goes on with what it was told: that is what a margin is for.
  *
- * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none: their loop
- * is run from a deflection for 20 s, and the growth of its swing is bisected, without noise. */
+ * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none, nor has a
+ * loop with play, friction or another effect of size: it is run from a deflection for 20 s, a tool held to the
+ * material, and the growth of its swing is bisected, without noise and events. */
 #ifndef SIM_HAL_COMPENSATED_H
 #define SIM_HAL_COMPENSATED_H
 
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "../hal/rig/rig.h"
+#include "verdict.h"
 
 namespace berth
 {
@@ -19,12 +21,15 @@ namespace berth
 constexpr double compensated_run_s = 20.0;
 
 struct compensated_growth {
-    double growth_per_s;
-    bool is_measured; /* by a run; else the eigenvalues' */
+    stability_verdict verdict; /* its growth is missing where a swing neither grows nor decays */
+    bool is_measured;          /* by a run; else the eigenvalues' */
+
+    bool is_stable() const { return verdict.is_stable == std::optional<bool>(true); }
 };
 
-/* Throws input_error where the loop can neither be run nor has eigenvalues. */
-compensated_growth growth_of_compensated(const rig &rig);
+/* `amplitude_m`: of the run's deflection; nothing: the rig's own; 0: small motions, without effects of size. Throws
+ * input_error where the loop can neither be run nor has eigenvalues. */
+compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
 struct compensated_limit {
     std::string_view key; /* of the hardware, in the rig file */
@@ -33,9 +38,10 @@ struct compensated_limit {
     std::optional<double> above;
 };
 
-/* The nearest values at which the growth changes its sign, within a factor of 10 either way, in steps of 15 %: a
- * narrower interval may be overlooked. Of dead time, mass and stiffness of the object. */
-std::vector<compensated_limit> limits_of_compensated(const rig &rig);
+/* The nearest values at which a stable loop is one no more, or an unstable one becomes it, within a factor of 10
+ * either way, in steps of 15 %: a narrower interval may be overlooked. Of dead time, mass and stiffness of the
+ * object. */
+std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
 } // namespace berth
 

@@ -84,13 +84,15 @@ bool is_bouncing(const motion_evidence &motion)
     return !motion.bounces.empty() && (!motion.touches_now || motion.bounces.size() >= again_and_again);
 }
 
+/* A bounce that loses leaves the tool in the material in the end: there the eigenvalues rule. */
 stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bounces)
 {
     stability_verdict found;
     found.kind = verdict_kind::bouncing;
     found.bounces = bounces;
+    const tendency held = tendency_of(of.prediction);
     const bool gains = bounces.restitution > 1.0;
-    found.is_stable = !gains;
+    found.is_stable = !gains && held != tendency::grows;
     const std::string restitution = bounces.count == 1
                                         ? with_numbers("%.3g", bounces.restitution)
                                         : with_numbers("%.3g (%.3g to %.3g)", bounces.restitution,
@@ -105,7 +107,10 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
                          last.left_s - last.touched_s, last.left_s);
     }
     found.because = with_prediction(found.because, of.prediction);
-    found.advice = gains ? advice_text(of.advice) : "";
+    found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
+                     : !gains && held == tendency::grows ? ": what stays in contact grows"
+                                                         : "";
+    found.advice = found.is_stable == std::optional<bool>(true) ? "" : advice_text(of.advice);
     return found;
 }
 
@@ -144,16 +149,15 @@ stability_verdict unstable(const verdict_case &of)
     } else if (model == tendency::grows) {
         found.growth = predicted(of.prediction);
         found.because = predicted_words(of.prediction) + factor_words(*found.growth) + motor_words(motion);
-        if (tendency_of(motion) == tendency::decays) {
-            found.because += "; the motion of this run still decays: what grows has not come up yet, a longer run "
-                             "shows it";
-        }
+        found.because += tendency_of(motion) == tendency::decays
+                             ? "; the motion of this run still decays: what grows has not come up yet, a longer run "
+                               "shows it"
+                             : not_shown_words(motion);
     } else {
         found.because = motion.trend == motion_trend::moves_more ? "it moves more and more" : "its force grows";
     }
     if (is_seen && model == tendency::decays) {
-        found.because += "; " + predicted_words(of.prediction) +
-                         " for small motions: noise, limits and the size of the motion are not in it";
+        found.because += beyond_words(of.prediction);
     } else if (is_seen && of.prediction.growth_per_s) {
         found.because += "; " + predicted_words(of.prediction);
     }
@@ -172,7 +176,8 @@ stability_verdict limit_cycle(const verdict_case &of)
     if (tendency_of(of.prediction) == tendency::grows) {
         found.growth = predicted(of.prediction);
     }
-    found.because = with_prediction(found.because, of.prediction);
+    found.because = tendency_of(of.prediction) == tendency::decays ? found.because + beyond_words(of.prediction)
+                                                                   : with_prediction(found.because, of.prediction);
     found.advice = advice_text(of.advice);
     return found;
 }
@@ -202,10 +207,7 @@ stability_verdict stable(const verdict_case &of)
     }
     found.growth = predicted(of.prediction);
     found.because = predicted_words(of.prediction) + factor_words(*found.growth);
-    found.because += !motion.has_moved           ? "; nothing moved in this run"
-                     : motion.is_too_short       ? "; this run is too short to show it"
-                     : motion.growth.has_value() ? "; this run does not tell decay from growth"
-                                                 : "; this run has too little oscillation to measure it";
+    found.because += not_shown_words(motion);
     return found;
 }
 
@@ -373,8 +375,11 @@ stability_verdict judge(const growth_prediction &prediction, const stability_adv
         found.advice = advice_text(advice);
         break;
     default:
-        found.growth.reset();
-        return undetermined("the growth is no larger than its uncertainty", "ask for more --ticks, or `berth run`");
+        return prediction.source == prediction_source::run
+                   ? undetermined("a run without noise neither grows nor decays",
+                                  "let it swing further: --amplitude")
+                   : undetermined("the growth is no larger than its uncertainty",
+                                  "ask for more --ticks, or `berth run`");
     }
     found.because = predicted_words(prediction) + factor_words(*found.growth);
     return found;

@@ -76,9 +76,25 @@ std::string motor_words(const motion_evidence &motion)
                : "";
 }
 
+std::string not_shown_words(const motion_evidence &motion)
+{
+    return motion.stop.is_of_motion()  ? ""
+           : !motion.has_moved         ? "; nothing moved in this run"
+           : motion.is_too_short       ? "; this run is too short to show it"
+           : motion.is_driven          ? "; the operator's motion hides it in this run"
+           : motion.growth.has_value() ? "; this run does not tell decay from growth"
+                                       : "; this run has too little oscillation to measure it";
+}
+
 std::string with_prediction(std::string text, const growth_prediction &prediction)
 {
     return prediction.growth_per_s ? std::move(text) + "; " + predicted_words(prediction) : text;
+}
+
+std::string beyond_words(const growth_prediction &prediction)
+{
+    return "; " + predicted_words(prediction) +
+           " for small motions: noise, limits, events of the run and the size of the motion are not in it";
 }
 
 std::string rate_text(double value, double ci95)

@@ -20,6 +20,12 @@ std::string stop_words(const run_stop &stop);
 std::string predicted_words(const growth_prediction &prediction);
 std::string with_prediction(std::string text, const growth_prediction &prediction);
 
+/* Why the motion does not show what the model says; empty: what stopped the run says it. */
+std::string not_shown_words(const motion_evidence &motion);
+
+/* Why a run need not do what the model says of small motions. */
+std::string beyond_words(const growth_prediction &prediction);
+
 /* ": halves every 2.32 s" */
 std::string factor_words(const growth_finding &growth);
 

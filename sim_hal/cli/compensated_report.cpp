@@ -21,13 +21,14 @@ std::string or_none(const std::optional<double> &value)
 
 const char *source_words(bool is_measured)
 {
-    return is_measured ? "growth of runs of 20 s without noise, as this compensation has no eigenvalues"
-                       : "eigenvalues of the loop with its compensation";
+    return is_measured
+               ? "growth of runs of 20 s without noise, as this compensation with these effects has no eigenvalues"
+               : "eigenvalues of the loop with its compensation";
 }
 
-growth_prediction prediction_of(const compensated_growth &own)
+nlohmann::json growth_json(const stability_verdict &verdict)
 {
-    return {own.growth_per_s, {}, 0.0, own.is_measured ? prediction_source::run : prediction_source::eigenvalues};
+    return verdict.growth ? nlohmann::json(verdict.growth->growth_per_s) : nlohmann::json();
 }
 
 } // namespace
@@ -35,13 +36,13 @@ growth_prediction prediction_of(const compensated_growth &own)
 int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
 {
     refuse_arm(rig);
-    const stability_verdict verdict = judge(prediction_of(growth_of_compensated(rig)), {});
+    const stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, {});
         json.update({{"rig", rig.name},
                      {"eigenvalues", nullptr},
                      {"spectral_radius", nullptr},
-                     {"growth_per_s", verdict.growth ? nlohmann::json(verdict.growth->growth_per_s) : nullptr},
+                     {"growth_per_s", growth_json(verdict)},
                      {"source", source_words(true)}});
         print_json(json);
         return check_exit_code(arguments, verdict, {});
@@ -53,12 +54,17 @@ int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
     return check_exit_code(arguments, verdict, {});
 }
 
-int answer_compensated_limits(const rig &rig, const rig_arguments &arguments)
+int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, std::vector<std::string> varies)
 {
     refuse_arm(rig);
-    const compensated_growth own = growth_of_compensated(rig);
-    const stability_verdict verdict = judge(prediction_of(own), {});
-    const std::vector<compensated_limit> limits = limits_of_compensated(rig);
+    const compensated_growth own = growth_of_compensated(rig, arguments.amplitude_m);
+    const stability_verdict &verdict = own.verdict;
+    std::vector<std::string> without = std::move(varies);
+    if (!own.is_measured) {
+        const std::vector<std::string> small = left_out(rig, 0.0);
+        without.insert(without.end(), small.begin(), small.end());
+    }
+    const std::vector<compensated_limit> limits = limits_of_compensated(rig, arguments.amplitude_m);
     stability_margin margin;
     for (const compensated_limit &limit : limits) {
         if (limit.key == "robot.dead_time_ms" && verdict.is_stable == std::optional<bool>(true)) {
@@ -68,8 +74,10 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments)
     }
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);
-        json.update(
-            {{"rig", rig.name}, {"growth_per_s", own.growth_per_s}, {"source", source_words(own.is_measured)}});
+        json.update({{"rig", rig.name},
+                     {"growth_per_s", growth_json(verdict)},
+                     {"source", source_words(own.is_measured)},
+                     {"left_out", without}});
         for (const compensated_limit &limit : limits) {
             json["parameters"][std::string(limit.key)] = {
                 {"value", limit.value}, {"below", or_null(limit.below)}, {"above", or_null(limit.above)}};
@@ -80,6 +88,9 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments)
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
     std::printf("  %-14s %s; the firmware goes on with what it was told\n", "source", source_words(own.is_measured));
+    for (const std::string &effect : without) {
+        std::printf("  left out: %s\n", effect.c_str());
+    }
     print_delay_budget(rig);
     std::printf("  %-32s %12s %25s\n  %-32s %12s %12s %12s\n", "", "", "nearest limit", "parameter", "value",
                 "below", "above");

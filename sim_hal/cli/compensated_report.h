@@ -2,15 +2,19 @@
 #ifndef SIM_HAL_CLI_COMPENSATED_REPORT_H
 #define SIM_HAL_CLI_COMPENSATED_REPORT_H
 
+#include <string>
+#include <vector>
+
 #include "commands.h"
 
 namespace berth
 {
 
-/* Of a compensation without eigenvalues. Both print, and return the exit code. */
+/* Of a compensation, or effects beside one, without eigenvalues. Both print, and return the exit code. */
 int answer_compensated_growth(const rig &rig, const rig_arguments &arguments);
 
-int answer_compensated_limits(const rig &rig, const rig_arguments &arguments);
+/* `varies`: what changes the loop from tick to tick and was taken out of `rig`, in words. */
+int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, std::vector<std::string> varies);
 
 } // namespace berth
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../stability/compensation_states.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
@@ -261,7 +262,8 @@ int eigen_command(const varying_arguments &arguments)
     refuse_unstated(chosen.rig, arguments.rig);
     const double amplitude_m = chosen_amplitude_m(arguments, chosen.rig);
     tell_left_out(chosen.rig, amplitude_m);
-    if (!compensation_is_linear(chosen.rig)) {
+    const bool is_of_size = compensation_is_on(&chosen.rig.firmware) && amplitude_m > 0.0;
+    if (!compensation_is_linear(chosen.rig) || is_of_size) {
         return answer_compensated_growth(chosen.rig, arguments);
     }
     return is_time_varying(chosen.rig) ? varying_eigen(chosen, amplitude_m, arguments)

@@ -280,7 +280,7 @@ int limits_command(const limits_arguments &arguments)
     const double amplitude_m = chosen_amplitude_m(arguments, rig);
     tell_left_out(rig, amplitude_m);
     if (compensation_is_on(&rig.firmware)) {
-        return answer_compensated_limits(rig, arguments);
+        return answer_compensated_limits(rig, arguments, verdict.left_out);
     }
     const berth::rig own = linear_at(rig, amplitude_m);
     if (drifts_freely(own)) {
@@ -330,8 +330,10 @@ int limits_command(const limits_arguments &arguments)
     const stability_margin margin{is_open ? searched_ms : verdict.margin_ms, is_open,
                                   ranking.now ? ranking.now->margin : std::nullopt};
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
+    const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
+    const prediction_source source = is_held ? prediction_source::contact : prediction_source::eigenvalues;
     const stability_verdict judged =
-        has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, prediction_source::eigenvalues}, advice)
+        has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, source}, advice)
                              : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
     const int exit_code = check_exit_code(arguments, judged, margin);
     const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});

@@ -75,8 +75,8 @@ void refuse_compensation(const rig &rig)
 {
     if (compensation_is_on(&rig.firmware)) {
         throw input_error("compensation is on (extrapolation, adaptive inverse, force lead, prediction, dissipation "
-                          "or passivity): `berth eigen` and "
-                          "`berth map` know such loops, limits and Lyapunov exponents do not");
+                          "or passivity), and a loop that changes from tick to tick has no exponent with it: "
+                          "`berth limits` leaves the change out, `berth run` measures the growth with it");
     }
 }
 

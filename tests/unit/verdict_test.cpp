@@ -179,16 +179,21 @@ const row table[] = {
     {"limits hold it at one height", predicts(0.5), held_by_limits(), verdict_kind::limit_cycle, no,
      "swings for ever at a height of 80 mm, held by the limits"},
     {"limits hold it although small motions decay", predicts(-0.5), held_by_limits(), verdict_kind::limit_cycle, no,
-     "held by the limits"},
+     "held by the limits; the eigenvalues say -0.5 /s for small motions: noise, limits"},
     {"an operator moves it", predicts(-0.3), driven(measured(1e-6, 1e-9)), verdict_kind::driven, yes,
      "the robot is 1 mm rms off the manipulator (5 % of its range), 3 mm at most; the eigenvalues say -0.3 /s"},
     {"an operator moves it, without a model", predicts_nothing(), driven(moving()), verdict_kind::driven, open,
      "not predicted: an arm moves far"},
-    {"an operator moves what is unstable", predicts(0.3), driven(moving()), verdict_kind::unstable, no, "+0.3 /s"},
+    {"an operator moves what is unstable", predicts(0.3), driven(moving()), verdict_kind::unstable, no,
+     "+0.3 /s: doubles every 2.31 s; the operator's motion hides it in this run"},
     {"bounces that lose", predicts(-1.0), bounced({0.9, 0.8, 0.85}, true), verdict_kind::bouncing, yes,
      "3 bounces, restitution 0.85 (0.8 to 0.9): a bounce loses"},
     {"bounces that gain", predicts(1.0), bounced({1.1, 1.2, 1.15}, true), verdict_kind::bouncing, no,
      "restitution 1.15 (1.1 to 1.2): a bounce gains"},
+    {"bounces that gain, stable in contact", predicts(-1.0), bounced({1.1, 1.2, 1.15}, true), verdict_kind::bouncing,
+     no, "the eigenvalues say -1 /s, of a tool that stays in contact"},
+    {"bounces that lose, unstable in contact", predicts(1.0), bounced({0.9, 0.8, 0.85}, true),
+     verdict_kind::bouncing, no, "the eigenvalues say +1 /s: what stays in contact grows"},
     {"left for good", predicts(-1.0), bounced({0.9}, false), verdict_kind::bouncing, yes,
      "1 bounce, restitution 0.9: a bounce loses"},
     {"one bounce, then stays", predicts(-1.0), bounced({0.9}, true), verdict_kind::stable, yes,
@@ -200,6 +205,10 @@ const row table[] = {
     {"in between", predicts_nothing(), moving(), verdict_kind::undetermined, open, "too little oscillation"},
     {"nothing moves, the model knows", predicts(-0.3), still(), verdict_kind::stable, yes,
      "nothing moved in this run"},
+    {"nothing moves, the model grows", predicts(0.3), still(), verdict_kind::unstable, no,
+     "doubles every 2.31 s; nothing moved in this run"},
+    {"too little oscillation, the model grows", predicts(0.3), moving(), verdict_kind::unstable, no,
+     "this run has too little oscillation to measure it"},
     {"nothing moves, nobody knows", predicts_nothing(), still(), verdict_kind::undetermined, open,
      "nothing moved: there is no motion to judge; not predicted: an arm moves far"},
     {"never ran", predicts(-0.3), never_ran(), verdict_kind::undetermined, open, "never came to running"},
@@ -236,6 +245,9 @@ TEST_CASE("verdict of the model alone")
     CHECK(judge(predicts(0.3), {}).kind == verdict_kind::unstable);
     CHECK(judge(predicts(0.3, 0.4), {}).kind == verdict_kind::undetermined);
     CHECK(judge(predicts_nothing(), {}).because == "an arm moves far");
+    const stability_verdict stuck = judge({0.0, {}, 0.0, prediction_source::run}, {});
+    CHECK(stuck.kind == verdict_kind::undetermined);
+    CHECK(stuck.because == "a run without noise neither grows nor decays");
 }
 
 TEST_CASE("verdict: energy of a bounce is that of the manipulator's speeds")
