@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "progress_line.h"
 #include "robot_choice.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -133,7 +134,43 @@ void print_each(const choice &made)
     }
 }
 
-void print_recommendation(const choice &made, const choice_request &request)
+/* As a shell takes it for one word. */
+std::string shell_word(const std::string &text)
+{
+    constexpr const char *plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./=+:,-";
+    if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) {
+        return text;
+    }
+    std::string quoted = "'";
+    for (const char c : text) {
+        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    }
+    return quoted + "'";
+}
+
+/* Ends with 0 if the same rig with these settings is stable. */
+std::string check_command(const compensate_arguments &arguments, const std::vector<std::string> &settings)
+{
+    std::string line = "build/berth eigen " + shell_word(arguments.rig);
+    if (!arguments.robot.empty()) {
+        line += " --robot " + shell_word(arguments.robot);
+    }
+    for (const auto *const list : {&arguments.overrides, &settings}) {
+        for (const std::string &one : *list) {
+            line += " --set " + shell_word(one);
+        }
+    }
+    return line + " --check";
+}
+
+std::string setting_of(const helpful_change &change)
+{
+    char number[40];
+    std::snprintf(number, sizeof number, "%.10g", change.to);
+    return change.key + "=" + number;
+}
+
+void print_recommendation(const choice &made, const choice_request &request, const compensate_arguments &arguments)
 {
     const method_verdict *const best = made.recommended();
     if (is_useful(best)) {
@@ -142,14 +179,17 @@ void print_recommendation(const choice &made, const choice_request &request)
         for (const std::string &setting : best->method.settings) {
             std::printf("  --set %s\n", setting.c_str());
         }
+        std::printf("  check it: %s\n", check_command(arguments, best->method.settings).c_str());
         return;
     }
     std::printf("REFUSED: no method is robust%s\n",
                 best != nullptr ? " and within half of the swing" : " on every one of these rigs");
     const std::vector<helpful_change> changes = what_would_help(request);
     for (const helpful_change &change : changes) {
-        std::printf("  it would be with %s from %g to %g: %s\n", change.key.c_str(), change.from, change.to,
-                    change.method.c_str());
+        std::vector<std::string> settings = {setting_of(change)};
+        settings.insert(settings.end(), change.method.settings.begin(), change.method.settings.end());
+        std::printf("  it would be with %s from %g to %g: %s\n  check it: %s\n", change.key.c_str(), change.from,
+                    change.to, change.method.name.c_str(), check_command(arguments, settings).c_str());
     }
     if (changes.empty()) {
         std::printf("  halving dead time, stiffness or mass would not be enough either\n");
@@ -177,17 +217,23 @@ int compensate_command(const compensate_arguments &arguments)
         for (const method_verdict &verdict : made.methods) {
             methods.push_back(as_json(made, verdict));
         }
-        const bool is_found = is_useful(made.recommended());
-        std::printf("%s\n", nlohmann::json{{"rig", request.rig.name},
-                                           {"recommended", is_found ? nlohmann::json(made.recommended()->method.name)
-                                                                    : nlohmann::json(nullptr)},
-                                           {"impossible", made.impossible},
-                                           {"methods", methods}}
-                                .dump(2)
-                                .c_str());
+        nlohmann::json json = {{"rig", request.rig.name},
+                               {"recommended", nullptr},
+                               {"check", nullptr},
+                               {"impossible", made.impossible},
+                               {"methods", methods},
+                               {"assumed", assumed_json(request.rig)},
+                               {"delay_budget", delay_budget_json(request.rig)}};
+        if (const method_verdict *const best = made.recommended(); is_useful(best)) {
+            json["recommended"] = best->method.name;
+            json["check"] = check_command(arguments, best->method.settings);
+        }
+        std::printf("%s\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
         return 0;
     }
     std::printf("%s: %s\n", request.rig.name.c_str(), request.rig.description.c_str());
+    print_assumptions(request.rig);
+    print_delay_budget(request.rig);
     print_dissipator(request);
     if (arguments.each) {
         print_each(made);
@@ -197,7 +243,7 @@ int compensate_command(const compensate_arguments &arguments)
     for (const std::string &name : made.impossible) {
         std::printf("  not tried: %s, which no rig may have\n", name.c_str());
     }
-    print_recommendation(made, request);
+    print_recommendation(made, request, arguments);
     return 0;
 }
 

@@ -16,6 +16,7 @@
 #include "../stability/shared_rows.h"
 #include "atomic_file.h"
 #include "map_report.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -362,6 +363,8 @@ int map_command(const map_arguments &arguments)
     }
     csv.finish();
     nlohmann::json json = as_json(job, sums);
+    json["assumed"] = assumed_json(job.chosen.rig);
+    json["delay_budget"] = delay_budget_json(job.chosen.rig);
     atomic_file beside(stem + ".json");
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
@@ -374,7 +377,9 @@ int map_command(const map_arguments &arguments)
         print_json(json);
         return 0;
     }
+    print_assumptions(job.chosen.rig);
     print_map_summary(request, sums, json);
+    print_delay_budget(job.chosen.rig);
     std::printf("map       %s.csv\npicture   .venv/bin/python scripts/map_picture.py %s.csv\n", stem.c_str(),
                 stem.c_str());
     return 0;

@@ -240,7 +240,7 @@ std::vector<helpful_change> what_would_help(const choice_request &request)
         choice_request other = request;
         other.rig = *changed;
         if (const choice made = choose_compensation(other); made.recommended() != nullptr) {
-            found.push_back({std::string(change.key), from, change.factor * from, made.recommended()->method.name});
+            found.push_back({std::string(change.key), from, change.factor * from, made.recommended()->method});
         }
     }
     return found;

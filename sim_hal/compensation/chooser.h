@@ -61,7 +61,7 @@ struct helpful_change {
     std::string key;
     double from;
     double to;
-    std::string method;
+    berth::method method;
 };
 std::vector<helpful_change> what_would_help(const choice_request &request);
 
