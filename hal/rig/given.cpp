@@ -61,6 +61,13 @@ bool is_given(const rig &rig, std::string_view path)
     return key != nullptr && rig.given.test(index_of(*key));
 }
 
+bool states_section(const rig &rig, std::string_view section)
+{
+    return std::any_of(rig_keys().begin(), rig_keys().end(), [&](const rig_key &key) {
+        return section_of(key.path) == section && rig.given.test(index_of(key));
+    });
+}
+
 std::string_view given_mark(const rig &rig, std::string_view path)
 {
     const rig_key *const key = find_key(path);

@@ -19,6 +19,9 @@ bool is_given(const rig &rig, std::string_view path);
  * with it. Its setpoints may be known ahead, so that it may be less late than one in a loop. */
 bool is_robot_alone(const rig &rig);
 
+/* At least one key of this section was stated. */
+bool states_section(const rig &rig, std::string_view section);
+
 /* What a printed configuration says of a key: "given: ", "assumed: ", or nothing where no assumption is made. */
 std::string_view given_mark(const rig &rig, std::string_view path);
 

@@ -177,6 +177,10 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
+    json["not_described"] = nlohmann::json::array();
+    for (const block block : found.not_described) {
+        json["not_described"].push_back(name_of(block));
+    }
     json["detectable"] = nlohmann::json::array();
     for (const detectable_size &one : found.detectable) {
         json["detectable"].push_back(as_json(one));

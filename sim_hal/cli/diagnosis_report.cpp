@@ -241,6 +241,9 @@ void print_diagnosis(const diagnosis &found, const std::string &out_folder)
     for (const block_diagnosis &block : found.blocks) {
         print_block(block, found.data);
     }
+    for (const block block : found.not_described) {
+        std::printf("%s: not described, not judged\n", block_names[static_cast<int>(block)].data());
+    }
     print_detectable(found.detectable);
     print_next(found, out_folder);
     for (const std::string &note : found.notes) {

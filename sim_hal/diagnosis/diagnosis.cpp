@@ -5,6 +5,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../hil/setpoint_step.h"
+#include "described.h"
 #include "diagnosis_notes.h"
 #include "fit/base.h"
 #include "formatted.h"
@@ -275,6 +276,9 @@ bool can_judge(const record &data, const rig &given, block which)
 
 void refuse_if_none(const diagnosis &result, const rig &given)
 {
+    if (result.blocks.empty() && !result.not_described.empty()) {
+        throw input_error(given.name + ": there is nothing to judge: " + result.notes.back());
+    }
     if (result.blocks.empty()) {
         throw input_error(result.data.path +
                           ": no block can be replayed: a diagnosis needs operator_force_N or "
@@ -333,7 +337,13 @@ diagnosis diagnose(const diagnosis_request &request)
 
     blocks_in_turn blocks(request, records, result);
     for (const block which : {block::manipulator, block::robot, block::force}) {
-        if (can_judge(result.data, records.given, which)) {
+        if (!can_judge(result.data, records.given, which)) {
+            continue;
+        }
+        const std::string_view section = missing_section(result.data, records.given, which);
+        if (!section.empty()) {
+            tell_not_described(result, which, section);
+        } else {
             tell(request, looking_at(which));
             blocks.look_at(which);
         }

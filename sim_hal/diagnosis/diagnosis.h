@@ -35,7 +35,8 @@ struct diagnosis {
     berth::verdict verdict = verdict::nothing_detectable;
     std::string located; /* the block that is at fault; empty: none, or more than one */
     std::vector<block_diagnosis> blocks;
-    berth::rig given; /* the request's, at the rate of the record where it was given none */
+    std::vector<block> not_described; /* the record shows them, the rig says nothing of them: not judged */
+    berth::rig given;                 /* the request's, at the rate of the record where it was given none */
     berth::rig extended;
     std::vector<detectable_size> detectable; /* of nothing_detectable: what this record would have shown */
     std::optional<next_experiment> next;

@@ -124,6 +124,53 @@ def test_the_low_pass_that_nobody_stated_is_said_before_the_verdict(rig, tmp_pat
     assert line_of(shown, "delay").endswith("= 48.14 ms")
 
 
+def answers(file, folder, *changes):
+    """What `compensate` and `map` answer, for a person and for a program."""
+    made = {}
+    for subcommand, *more in (["compensate", "--duration", "2"], ["map", "--vary", "mass", "--grid", "5x5", "--out", folder]):
+        made[subcommand] = (lines(subcommand, file, *more, *changes),
+                            one_json_object(command(subcommand, file, *more, *changes, "--json").stdout))
+    return made
+
+
+def test_map_and_compensate_list_what_is_assumed_and_where_the_delay_comes_from(rig, tmp_path):
+    for subcommand, (shown, told) in answers(rig(HELD + OBJECT), tmp_path).items():
+        assert "sensor.low_pass_frequency_Hz" in {one["key"] for one in told["assumed"]}, subcommand
+        assert told["delay_budget"]["total_ms"] == pytest.approx(48.1, abs=0.05)
+        assert line_of(shown, "assumed") and any("low_pass_frequency_Hz = 20" in line for line in shown), subcommand
+        assert line_of(shown, "delay").endswith("= 48.14 ms")
+
+
+@pytest.mark.parametrize("arguments", [["ess", "--set", "object.stiffness_N_per_m=60000"], ["ess"]], ids=["stiff", "ess"])
+def test_what_compensate_recommends_passes_the_check_that_it_names(arguments):
+    shown = lines("compensate", *arguments, "--duration", "2")
+    line = line_of(shown, "check it:").split(": ")[1]
+    words = line.split()
+    assert words[:2] == ["build/berth", "eigen"] and words[-1] == "--check" and arguments[-1] in line
+    assert command(*words[1:]).returncode == EXIT_DONE, line
+
+
+@pytest.mark.parametrize("left_out, mentioned", [("object", "force"), ("robot", "robot"), ("manipulator", "manipulator")])
+def test_a_diagnosis_judges_the_blocks_that_the_rig_describes(left_out, mentioned, rig, tmp_path):
+    """The record shows all three, and the rig file has all but one."""
+    log = run_json("ess", tmp_path, *settings({"run.duration_s": 12, "profile.kind": "multisine", "sensor.noise_N": 0.5,
+                                               "profile.amplitude_m": 0.01}))["log"]
+    sections = (ROOT / "sim_hal" / "rigs" / "ess.toml").read_text().split("\n[")
+    part = rig("\n[".join(text for text in sections if not text.startswith(left_out)), "part")
+    done = command("diagnose", log, "--rig", part, "--json", "--out", tmp_path / "out")
+    assert done.returncode == EXIT_DONE, done.stderr.decode()
+    told = one_json_object(done.stdout)
+    assert told["not_described"] == [mentioned] and mentioned not in {block["block"] for block in told["blocks"]}
+    assert len(told["blocks"]) == 2
+    assert any(f"the {mentioned} is not judged" in note and f"[{left_out}]" in note for note in told["notes"])
+
+
+def test_a_rig_that_describes_nothing_of_a_record_is_refused(rig, tmp_path):
+    log = run_json("ess", tmp_path, *settings({"run.duration_s": 2}))["log"]
+    done = command("diagnose", log, "--rig", rig("[loop]\nrate_Hz = 400\n"), "--out", tmp_path / "out")
+    assert done.returncode == EXIT_INPUT and b"nothing to judge" in done.stderr and not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("arguments", [["run", "--no-log"], ["eigen"], ["limits"], ["compensate"],
                                        ["map", "--vary", "mass"]], ids=lambda words: words[0])
 def test_a_rig_without_an_object_is_refused(arguments, rig, tmp_path):

@@ -13,12 +13,12 @@ from recipes import record_in
 from table import Refused, Row, each
 
 ENDS = {"LF": "\n", "CR LF": "\r\n", "CR": "\r"}
-MAPPED = 'name = "mapped"\n[signals]\nrobot_position_m = { column = "encoder", scale = 1.0 }\n'
-PARTED = '[signals]\nsegment = "part"\n'
+MAPPED = 'base = "ess"\nname = "mapped"\n[signals]\nrobot_position_m = { column = "encoder", scale = 1.0 }\n'
+PARTED = 'base = "ess"\n[signals]\nsegment = "part"\n'
 NOT_TEXT = bytes(1 + (37 * n) % 9 for n in range(300)) + b";" + bytes(range(1, 32)) * 20
 
 
-ENCODER = '[signals]\nrobot_position_m = { column = "encoder_mm", scale = 0.001 }\n'
+ENCODER = 'base = "ess"\n[signals]\nrobot_position_m = { column = "encoder_mm", scale = 0.001 }\n'
 
 
 def unit(header, units, *says):
@@ -144,7 +144,7 @@ TAKEN = [
     Row("a gap and stamps that jitter", table_of(change=gaps_and_jitter), NOTHING, note("1 gap"), note("jitter")),
     # What a loose contact does, 500 times the motion, is for the diagnosis to find.
     Row("a spike is no damaged cell", table_of(change=cell, column=2, value=5.0)),
-    Row("stamps in microseconds since 1970", table_of(change=stamps_since_1970, rig='name = "mapped"\n[signals]\n'
+    Row("stamps in microseconds since 1970", table_of(change=stamps_since_1970, rig='base = "ess"\nname = "mapped"\n[signals]\n'
                                                       't_s = { column = "t_us", scale = 1e-6 }\n'), NOTHING),
     Row("a mapped column beside one of the signal's own name", table_of(change=encoder, both=True, rig=MAPPED),
         note("encoder, as the rig file says")),
@@ -152,7 +152,7 @@ TAKEN = [
     Row("a force of 0 in every row", table_of(change=still_operator, force_N=0.0, has_force=True),
         note("operator_force_N is 0 in every row")),
     Row("a force of another name that the rig file gives",
-        table_of(change=force_z, rig='name = "z"\n[signals]\nforce_N = "force_z_N"\n')),
+        table_of(change=force_z, rig='base = "ess"\nname = "z"\n[signals]\nforce_N = "force_z_N"\n')),
     *[Row(f"{column} may be meant", table_of(change=with_more, names=[column], of=[0]), note(f"{column} is meant"))
       for column in ("force_limit_N", "force", "Force_N", "FORCE")],
     Row("a repetition beside it", two_files(role="repeat", seed=3), roles_are("rig", "record", "repetition"),
