@@ -339,6 +339,9 @@ std::string read_arm_file(const std::string &path)
                           ": is XML, as URDF is, and no arm file; make one of it with `berth arm ROBOT.urdf --tool "
                           "LINK > ARM.toml`, the name of ROBOT ending in .urdf");
     }
+    if (const toml::table table = parse_toml(text, path); !table.contains("kind") && table.contains("robot")) {
+        throw input_error(path + ": is a rig file, and no arm file; `berth arm ess` prints an arm file");
+    }
     return text;
 }
 

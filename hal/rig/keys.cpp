@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "key_table.h"
+#include "toml_remedy.h"
 
 namespace berth
 {
@@ -89,7 +90,9 @@ std::optional<rig_error> set_number(rig &rig, const rig_key &key, std::string_vi
 {
     double value = 0.0;
     if (!parse(without_underscores(text), value)) {
-        return rig_error{std::string(key.path), "must be a number (is " + std::string(text) + ")"};
+        const std::string remedy = number_remedy(text);
+        return rig_error{std::string(key.path),
+                         "must be a number (is " + std::string(text) + ")" + (remedy.empty() ? "" : "; " + remedy)};
     }
     if (std::isnan(value) || (std::isinf(value) && !key.infinity_is_allowed)) {
         return rig_error{std::string(key.path), "must be a finite number (is " + std::string(text) + ")"};

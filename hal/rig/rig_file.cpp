@@ -12,6 +12,7 @@
 #include "keys.h"
 #include "knowledge.h"
 #include "orders.h"
+#include "other_files.h"
 #include "robot_file.h"
 #include "toml_file.h"
 #include "wrench.h"
@@ -41,12 +42,27 @@ void put_arm(rig &rig, const arm_description &arm)
     rig.arm.clear();
 }
 
+void refuse_unknown_section(const std::string &section, const std::string &where)
+{
+    for (const char *const own : {"signals", "tolerances", "axis", "wrench", "orders"}) {
+        if (section == own) {
+            return;
+        }
+    }
+    if (const auto nearest = nearest_section(section); nearest != section) {
+        fail(where, {section, "unknown section; the nearest known one is [" + std::string(nearest) + "]"});
+    }
+}
+
 void read_table(rig &rig, const toml::table &table, const std::string &origin, key_places &places)
 {
     for (const auto &[name, value] : table) {
         const std::string section(name.str());
         if (section == "base" || section == "assumed") {
             continue; /* about the file, no values of the rig */
+        }
+        if (value.is_table()) {
+            refuse_unknown_section(section, place(origin, name.source()));
         }
         if (const auto *entries = value.as_table(); entries != nullptr && section == "wrench") {
             read_wrench(rig, *entries, origin);
@@ -71,13 +87,6 @@ void read_table(rig &rig, const toml::table &table, const std::string &origin, k
                     read_value(rig, path, split_tolerance(rig, path, entry_value, where), where);
                     places[path] = where;
                 }
-            }
-            if (section == "signals" || section == "tolerances" || section == "axis") {
-                continue;
-            }
-            if (const auto nearest = nearest_section(section); nearest != section) {
-                fail(place(origin, name.source()),
-                     {section, "unknown section; the nearest known one is " + std::string(nearest)});
             }
         } else if (section == "orders") {
             read_orders(rig, value, origin, places);
@@ -180,20 +189,10 @@ std::string names_of_shipped_rigs()
     return names;
 }
 
-/* What is no rig, and where it goes. */
 std::string read_rig_file(const std::string &path)
 {
     std::string text = read_file(path);
-    if (const std::int64_t line = line_of_xml(text); line > 0) {
-        throw input_error(
-            path + ":" + std::to_string(line) +
-            ": is XML, as URDF is, and no rig file; make an arm of it with `berth arm ROBOT.urdf --tool "
-            "LINK > ARM.toml`, and put that into a rig: --set manipulator.arm=ARM.toml");
-    }
-    if (parse_toml(text, path).contains("kind")) {
-        throw input_error(path +
-                          ": is an arm file, and no rig file; put it into a rig: --set manipulator.arm=" + path);
-    }
+    refuse_other_file(path, text);
     return text;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -164,13 +165,20 @@ class preset_reader
     rig scratch_; /* values are checked by setting them */
 };
 
+/* The beginning of a name, in letters of any size, is nearer than all else. */
 std::string nearest_name(const std::string &name)
 {
+    std::string wanted = name;
+    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto to_wanted = [&](const shipped_file &robot) {
+        return wanted == std::string_view(robot.name).substr(0, wanted.size()) ? 0
+                                                                               : edit_distance(wanted, robot.name);
+    };
     const auto &robots = shipped_robots();
-    return std::min_element(robots.begin(), robots.end(),
-                            [&](const shipped_file &a, const shipped_file &b) {
-                                return edit_distance(name, a.name) < edit_distance(name, b.name);
-                            })
+    return std::min_element(
+               robots.begin(), robots.end(),
+               [&](const shipped_file &a, const shipped_file &b) { return to_wanted(a) < to_wanted(b); })
         ->name;
 }
 

@@ -6,6 +6,7 @@
 
 #include "keys.h"
 #include "rig_file.h"
+#include "toml_remedy.h"
 
 namespace berth
 {
@@ -93,8 +94,10 @@ void read_value(rig &rig, const std::string &path, const toml::node &value, cons
     if (key != nullptr && !type_fits(*key, value)) {
         static const char *const expected[] = {"a number", "a whole number", "true or false", "a word in quotes",
                                                "text in quotes"};
-        fail(where, {path, std::string("must be ") + expected[static_cast<int>(key->type)] + " (is " +
-                               text_of(value) + ")"});
+        const bool is_quoted_number = value.is_string() && static_cast<int>(key->type) < 2;
+        fail(where,
+             {path, std::string("must be ") + expected[static_cast<int>(key->type)] + " (is " + text_of(value) +
+                        ")" + (is_quoted_number ? "; write it without quotes and without its unit" : "")});
     }
     if (const auto error = set_value(rig, path, text_of(value))) {
         fail(where, *error);
@@ -157,7 +160,9 @@ toml::table parse_toml(const std::string &text, const std::string &origin)
     try {
         return toml::parse(text, origin);
     } catch (const toml::parse_error &error) {
-        throw input_error(place(origin, error.source()) + ": " + std::string(error.description()));
+        const std::string remedy = toml_remedy(text, error.source().begin.line, error.description());
+        throw input_error(place(origin, error.source()) + ": " + std::string(error.description()) +
+                          (remedy.empty() ? "" : "; " + remedy));
     } catch (const toml_check_failed &) {
         throw input_error(origin + ":" + std::to_string(line_of_failed_check(text)) + ": syntax error");
     }

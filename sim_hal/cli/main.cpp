@@ -10,24 +10,12 @@
 #include "../rths/controller.h"
 #include "commands.h"
 #include "options.h"
+#include "usage_error.h"
 
 namespace
 {
 
 constexpr int exit_usage_or_input = 2;
-
-/* The parser only says that there is no subcommand. */
-std::string usage_error(const CLI::App &app, const CLI::ParseError &error, int argc, char **argv)
-{
-    if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') {
-        return error.what();
-    }
-    std::string message = std::string(argv[1]) + ": no such subcommand; there are";
-    for (const CLI::App *const known : app.get_subcommands(nullptr)) {
-        message += (known == app.get_subcommands(nullptr).front() ? " " : ", ") + known->get_name();
-    }
-    return message;
-}
 
 /* An empty text is no choice, as from a shell's variable that is not set. */
 void refuse_empty_values(CLI::App &app)
@@ -182,7 +170,8 @@ int run(int argc, char **argv)
         if (error.get_exit_code() == 0) { /* --help, --version */
             return app.exit(error);
         }
-        std::fprintf(stderr, "berth: %s; see berth --help\n", usage_error(app, error, argc, argv).c_str());
+        std::fprintf(stderr, "berth: %s; see berth --help\n",
+                     berth::usage_error(app, error, {argv + 1, argv + argc}).c_str());
         return exit_usage_or_input;
     }
     return exit_code;

@@ -13,6 +13,7 @@
 #include "../hil/manipulator_stand_in.h"
 #include "../hil/profile.h"
 #include "../hil/sim_hal.h"
+#include "../hil/wake_histogram.h"
 #include "../log/candump.h"
 #include "../stability/arm_loop.h"
 #include "commands.h"
@@ -149,7 +150,9 @@ int run_command(const run_arguments &arguments)
         options.robot = robot_as_text(chosen);
     }
     options.stop = &stop_wanted;
-    const profile profile(rig); /* throws before a folder is made for nothing */
+    load_wake_histogram(
+        rig); /* what cannot be read is told before a folder is made for nothing, as of the profile */
+    const profile profile(rig);
     if (!profile.note().empty()) {
         std::fprintf(stderr, "berth: %s\n", profile.note().c_str());
     }

@@ -97,6 +97,9 @@ bool csv_reader::next_row(std::string_view &row)
     }
     while (lines_.next(row)) {
         line_ = lines_.number();
+        if (line_ == 1 && row.substr(0, 4) == "PK\x03\x04") {
+            refuse("is a spreadsheet or an archive; save it as CSV");
+        }
         if (line_ == 1 && row.find('\0') != std::string_view::npos) { /* letters of four bytes, or no letters */
             refuse("is no text of one byte a letter or UTF-16; save it as UTF-8");
         }
@@ -185,6 +188,9 @@ void csv_reader::take_header()
     }
     for (const std::string_view cell : cells_) {
         columns_.push_back({std::string(cell), {}});
+    }
+    if (columns_.size() == 1 && columns_[0].name.find_first_of("=[") != std::string::npos) {
+        refuse("is TOML, as a rig file is, and no table; a rig file goes behind --rig, or stands as RIG");
     }
     if (columns_.size() == 1 && columns_[0].name.find(' ') != std::string::npos) {
         refuse("its columns are separated by blanks; write commas, semicolons or tabs");

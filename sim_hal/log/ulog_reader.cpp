@@ -68,7 +68,7 @@ ulog_reader::ulog_reader(const std::string &path) : path_(path)
 {
     bytes_ = read_file(path);
     if (bytes_.size() < file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
-        throw input_error(path + ": is not a ULog file");
+        throw input_error(path + ": is not a ULog file; `berth run` writes them, their names end in .ulg");
     }
     read_header();
 }

@@ -18,7 +18,7 @@ FILES = {
     "key without its unit": ("dead_time_ms = 17.5", "dead_time = 17.5", ["robot.dead_time", "robot.dead_time_ms"]),
     "key with another unit": ("dead_time_ms = 17.5", "dead_time_s = 0.0175",
                               ["robot.dead_time_s", "robot.dead_time_ms"]),
-    "unknown section": ("[robot]", "[robbot]", ["robbot", "robot."]),
+    "unknown section": ("[robot]", "[robbot]", ["robbot", "unknown section", "[robot]"]),
     "unknown empty section": ("[loop]", "[lop]\n[loop]", ["lop", "unknown section", "loop"]),
     "key outside sections": ("[run]", "rate_Hz = 400\n[run]", ["rate_Hz", "loop.rate_Hz"]),
     "negative mass": ("mass_kg = 200.0", "mass_kg = -200.0", ["manipulator.mass_kg", "greater than 0", "-200"]),
@@ -65,7 +65,7 @@ FILES = {
     "duplicate section": ("[object]", "[robot]\n[object]", ["robot"]),
 }
 # Where the error is noticed in a later line than the one that was changed.
-LINES_LATER = {"unknown section": 1, "key outside sections": 0, "number for a boolean": 1, "probability above 1": 1,
+LINES_LATER = {"key outside sections": 0, "number for a boolean": 1, "probability above 1": 1,
                "filter without a robot to invert": 1, "duplicate key": 1, "duplicate section": 12,
                "bracket alone": 22}
 NO_LINE = {"profile without a file"}  # the key that is wrong is not there
