@@ -92,24 +92,19 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     found.bounces = bounces;
     const tendency held = tendency_of(of.prediction);
     const bool gains = bounces.restitution > 1.0;
-    found.is_stable = !gains && held != tendency::grows;
-    const std::string restitution = bounces.count == 1
-                                        ? with_numbers("%.3g", bounces.restitution)
-                                        : with_numbers("%.3g (%.3g to %.3g)", bounces.restitution,
-                                                       bounces.restitution_lowest, bounces.restitution_highest);
-    found.because = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
-                    ", restitution " + restitution + (gains ? ": a bounce gains " : ": a bounce loses ") +
-                    with_numbers("%.3g J", std::abs(bounces.energy_J));
-    if (!of.motion.touches_now) {
-        const bounce &last = of.motion.bounces.back();
-        found.because +=
-            with_numbers("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",
-                         last.left_s - last.touched_s, last.left_s);
+    if (gains || held != tendency::unknown) {
+        found.is_stable = !gains && held == tendency::decays;
     }
-    found.because = with_prediction(found.because, of.prediction);
+    found.because = with_prediction(bounce_words(bounces, of.motion), of.prediction);
     found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
                      : !gains && held == tendency::grows ? ": what stays in contact grows"
                                                          : "";
+    if (!found.is_stable) {
+        found.because += "; whether a tool that stays in contact is stable is not predicted" +
+                         (of.prediction.why_not.empty() ? "" : ": " + of.prediction.why_not);
+        found.advice = "ask `berth eigen`, which holds the tool to the material";
+        return found;
+    }
     found.advice = found.is_stable == std::optional<bool>(true) ? "" : advice_text(of.advice);
     return found;
 }

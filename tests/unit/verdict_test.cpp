@@ -194,6 +194,8 @@ const row table[] = {
      no, "the eigenvalues say -1 /s, of a tool that stays in contact"},
     {"bounces that lose, unstable in contact", predicts(1.0), bounced({0.9, 0.8, 0.85}, true),
      verdict_kind::bouncing, no, "the eigenvalues say +1 /s: what stays in contact grows"},
+    {"bounces that lose, without a model of the contact", predicts_nothing(), bounced({0.9, 0.8, 0.85}, true),
+     verdict_kind::bouncing, open, "stays in contact is stable is not predicted: an arm moves far"},
     {"left for good", predicts(-1.0), bounced({0.9}, false), verdict_kind::bouncing, yes,
      "1 bounce, restitution 0.9: a bounce loses"},
     {"one bounce, then stays", predicts(-1.0), bounced({0.9}, true), verdict_kind::stable, yes,
