@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import numpy as np  # noqa: E402
 
 import report_signals as signals  # noqa: E402
+import report_words as told  # noqa: E402
 
 WIDTH_PX, HEIGHT_PX, DOTS_PER_INCH = 1600, 1000, 100
 SENTENCE_CHARACTERS_MAX = 170  # that fit into a line
@@ -89,7 +90,7 @@ def plot_envelope(axes, summary):
         return
     axes.semilogy(time_s, height_mm, "o", markersize=3.5, color=signals.MANIPULATOR,
                   label="extremes of the manipulator")
-    growth = signals.measured_growth(summary)
+    growth = told.measured_growth(summary)
     if growth is not None:
         line_s = np.array([envelope["fit_from_s"], envelope["fit_to_s"]])
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - line_s[0]))
@@ -126,7 +127,7 @@ def empty(axes, text):
 
 
 def write_head(figure, log, summary):
-    verdict = signals.verdict(log, summary)
+    verdict = told.verdict(log, summary)
     figure.text(0.03, 0.955, log.config["name"], fontsize=24, weight="bold")
     figure.text(0.03, 0.927, log.config["description"], fontsize=13, color="#444444")
     figure.text(0.975, 0.957, f" {verdict.word} ", fontsize=19, weight="bold", color="white",
@@ -143,7 +144,7 @@ def write_head(figure, log, summary):
     truly = f" ({true_peak['force_N']:.2f} N in the sensor's spring)" if true_peak else ""
     line = (f"peak force {summary['peak_force_N']:.2f} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
-            f"{signals.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
+            f"{told.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")
     figure.text(0.03, 0.866, line, fontsize=11.5, color="#333333")
     figure.text(0.975, 0.012, f"configuration {log.config_hash}, berth {log.version}", fontsize=9, color="#888888",

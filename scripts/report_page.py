@@ -13,6 +13,7 @@ import report_arm
 import report_delay
 import report_reduction
 import report_signals as signals
+import report_words as told
 
 HERE = Path(__file__).resolve().parent
 
@@ -229,7 +230,7 @@ def add_envelope(page, summary):
     used = np.zeros(len(time_s), dtype=bool)
     fit = []
     note = "Height between successive extremes of the manipulator's free motion. "
-    if signals.measured_growth(summary) is not None:
+    if told.measured_growth(summary) is not None:
         start_s, end_s = envelope["fit_from_s"], envelope["fit_to_s"]
         used = (time_s >= start_s - 1e-9) & (time_s <= end_s + 1e-9)
         line_s = np.linspace(start_s, end_s, 50)
@@ -352,7 +353,7 @@ def build_page(log, summary, accuracy=None, sweeps=None):
         add_envelope(page, summary)
         add_band(page)
         add_health(page)
-    verdict = signals.verdict(log, summary)
+    verdict = told.verdict(log, summary)
     notes = list(verdict.notes)
     if page.coarsest > 1:
         notes.append(f"The run is long: of every {page.coarsest} samples the lowest and the highest are shown.")
@@ -366,7 +367,7 @@ def build_page(log, summary, accuracy=None, sweeps=None):
         "alarm": f'<strong class="alarm">{html.escape(verdict.alarm)}</strong>' if verdict.alarm else "",
         "sentence": html.escape(verdict.sentence),
         "notes": "\n".join(f"<li>{html.escape(note)}</li>" for note in notes),
-        "facts": fact_tiles(signals.facts(log, summary)),
+        "facts": fact_tiles(told.facts(log, summary)),
         "delay": report_delay.section(summary["delay_budget"]),
         "config": config_table(log, summary["assumed"]),
         "config_hash": html.escape(log.config_hash),

@@ -56,13 +56,13 @@ def driven(source, rig):
 
 def contact(source, rig):
     """A tool that comes to the material, or stands in it."""
-    stiffness = log_uniform(source, 1e3, 1e5)
+    stiffness = log_uniform(source, 1e3, 3e4)
     tool_kg = log_uniform(source, 2, 50)
     rig["object"] = {"kind": "contact", "mass_kg": tool_kg, "stiffness_N_per_m": stiffness,
-                     "damping_N_s_per_m": 2 * log_uniform(source, 0.01, 0.3) * math.sqrt(stiffness * tool_kg)}
+                     "damping_N_s_per_m": 2 * log_uniform(source, 0.003, 0.3) * math.sqrt(stiffness * tool_kg)}
     before_m = log_uniform(source, 1e-3, 0.02)
     rig["manipulator"]["initial_position_m"] = -before_m
-    if source.random() < 0.3:  # it swings about the surface
+    if source.random() < 0.5:  # it swings about the surface
         rig["profile"] = {"kind": "rest", "offset_m": source.choice([0, log_uniform(source, 1e-3, 0.02)])}
     else:
         rig["profile"] = {"kind": "minimum_jerk", "offset_m": -before_m, "duration_s": round(source.uniform(1, 4), 2),
@@ -121,7 +121,7 @@ def with_effects(source, rig):
 def varying(source, rig):
     """The loop changes from tick to tick."""
     section, values = source.choice([
-        ("robot", {"jitter_ms": log_uniform(source, 0.05, 2)}),
+        ("robot", {"jitter_ms": 1e3 / rig["loop"]["rate_Hz"] * log_uniform(source, 0.01, 0.4)}),
         ("sensor", {"loss_probability": log_uniform(source, 0.005, 0.1)}),
         ("bus", {"loss_probability": log_uniform(source, 0.005, 0.1)}),
         ("bus", {"burst_probability": log_uniform(source, 0.001, 0.01), "burst_length_frames": 3}),

@@ -10,6 +10,7 @@ from conftest import EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, ROOT, command, one_j
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import report_signals  # noqa: E402
+import report_words  # noqa: E402
 from berth_log import read_log, read_summary  # noqa: E402
 
 KINDS = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"}
@@ -220,7 +221,7 @@ def test_the_same_words_on_terminal_json_page_and_picture(rig, tmp_path):
     summary = read_summary(log, ROOT / "build" / "berth")
     for key in ("verdict", "because", "advice", "stopped", "assumed", "delay_budget", "peak_force", "margin"):
         assert summary[key] == told[key], key
-    shown = report_signals.verdict(read_log(log), summary)
+    shown = report_words.verdict(read_log(log), summary)
     assert shown.word == "Unstable" and shown.sentence[1:] == told["because"][1:] + "."
     assert shown.colour == report_signals.BAD
     done = subprocess.run([sys.executable, ROOT / "scripts" / "report.py", log], capture_output=True, text=True)
