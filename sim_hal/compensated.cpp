@@ -63,7 +63,7 @@ motion_evidence motion_of(const rig &quiet)
 stability_verdict judge_run(const rig &quiet)
 {
     const motion_evidence motion = motion_of(quiet);
-    stability_verdict found = judge({{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, ""});
+    stability_verdict found = judge({{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""});
     const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
     if (found.kind == verdict_kind::undetermined && ended_freely) {
         const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;

@@ -84,6 +84,14 @@ try {
     return {{}, error.what()};
 }
 
+std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m)
+try {
+    const bool is_known = has_loop_equation(rig) && !effects_of_size(rig).empty() && !is_slow_to_find(rig);
+    return is_known && height_m > 0.0 ? limit_cycles(rig, 0.5 * height_m) : std::vector<limit_cycle>();
+} catch (const input_error &) {
+    return {};
+}
+
 stability_margin margin_of(const rig &rig)
 try {
     const berth::rig linear = in_contact(rig);

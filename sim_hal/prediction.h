@@ -4,8 +4,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "../hal/rig/rig.h"
+#include "stability/equivalent_loop.h"
 
 namespace berth
 {
@@ -30,6 +32,11 @@ growth_prediction predict_growth(const rig &rig);
 
 /* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
 rig in_contact(const rig &rig);
+
+/* The swings that last by harmonic balance, of a loop with play, friction or another effect of size, about a swing
+ * of this height from crest to trough. Empty: there are none, or they take long to find; arms and compensation have
+ * none here. */
+std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m);
 
 /* How far a stable loop is from one that swings. */
 struct stability_margin {

@@ -57,33 +57,6 @@ stability_verdict undetermined(std::string because, std::string advice)
     return found;
 }
 
-std::optional<bounce_finding> bounces_of(const verdict_case &of)
-{
-    const std::vector<bounce> &all = of.motion.bounces;
-    if (all.empty()) {
-        return {};
-    }
-    std::vector<double> restitutions;
-    std::vector<double> energies_J;
-    for (const bounce &one : all) {
-        restitutions.push_back(one.restitution());
-        energies_J.push_back(
-            0.5 * of.manipulator_mass_kg *
-            (one.speed_out_m_per_s * one.speed_out_m_per_s - one.speed_in_m_per_s * one.speed_in_m_per_s));
-    }
-    std::sort(restitutions.begin(), restitutions.end());
-    std::sort(energies_J.begin(), energies_J.end());
-    return bounce_finding{all.size(), restitutions[all.size() / 2], restitutions.front(), restitutions.back(),
-                          energies_J[all.size() / 2]};
-}
-
-/* A tool that comes back from the material again and again, or has left it for good. */
-bool is_bouncing(const motion_evidence &motion)
-{
-    constexpr std::size_t again_and_again = 3;
-    return !motion.bounces.empty() && (!motion.touches_now || motion.bounces.size() >= again_and_again);
-}
-
 /* A bounce that loses leaves the tool in the material in the end: there the eigenvalues rule. */
 stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bounces)
 {
@@ -160,7 +133,20 @@ stability_verdict unstable(const verdict_case &of)
     return found;
 }
 
-stability_verdict limit_cycle(const verdict_case &of)
+/* The predicted swing that a motion of this height is: within a factor of two, and one that motion comes to. */
+std::optional<berth::limit_cycle> cycle_of(const verdict_case &of)
+{
+    constexpr double alike = 2.0;
+    for (const berth::limit_cycle &cycle : of.cycles) {
+        const double ratio = 2.0 * cycle.amplitude_m / of.motion.height_m;
+        if (cycle.attracts && ratio < alike && ratio > 1.0 / alike) {
+            return cycle;
+        }
+    }
+    return {};
+}
+
+stability_verdict judge_limit_cycle(const verdict_case &of)
 {
     const motion_evidence &motion = of.motion;
     stability_verdict found;
@@ -168,6 +154,10 @@ stability_verdict limit_cycle(const verdict_case &of)
     found.is_stable = false;
     found.because = with_numbers("it swings for ever at a height of %.3g mm", 1e3 * motion.height_m) +
                     (motion.limits_acted_late ? ", held by the limits" : "");
+    if (const auto cycle = cycle_of(of)) {
+        found.because += with_numbers("; harmonic balance predicts %.3g mm at %.4g Hz", 2e3 * cycle->amplitude_m,
+                                      cycle->frequency_Hz);
+    }
     if (tendency_of(of.prediction) == tendency::grows) {
         found.growth = predicted(of.prediction);
     }
@@ -269,10 +259,12 @@ bool ended_early(const run_stop &stop)
 
 /* With limits acting to the end, or effects that depend on the size of the motion, a swing of constant height is one
  * that grew. */
-bool swings_for_ever(const motion_evidence &motion, tendency model)
+bool swings_for_ever(const verdict_case &of)
 {
+    const motion_evidence &motion = of.motion;
+    const bool is_predicted = tendency_of(of.prediction) == tendency::grows || cycle_of(of).has_value();
     const bool holds_height = motion.falls == std::optional<bool>(false) && motion.height_m > 0.0;
-    const bool may_be_held = motion.limits_acted_late || (motion.has_effects_of_size && model == tendency::grows);
+    const bool may_be_held = motion.limits_acted_late || (motion.has_effects_of_size && is_predicted);
     return holds_height && may_be_held && !motion.is_driven;
 }
 
@@ -294,11 +286,12 @@ stability_verdict judge_motion(const verdict_case &of)
     if (grew_until_stopped(motion) && model == tendency::unknown) {
         return unstable(of);
     }
-    if (const auto bounces = bounces_of(of); bounces && is_bouncing(motion) && !motion.stop.is_of_motion()) {
+    if (const auto bounces = bounces_of(of.motion, of.manipulator_mass_kg);
+        bounces && is_bouncing(motion) && !motion.stop.is_of_motion()) {
         return judge_bounces(of, *bounces);
     }
-    if (swings_for_ever(motion, model)) {
-        return limit_cycle(of);
+    if (swings_for_ever(of)) {
+        return judge_limit_cycle(of);
     }
     if (seen == tendency::grows || model == tendency::grows) {
         return unstable(of);

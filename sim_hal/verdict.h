@@ -4,10 +4,13 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "advice.h"
+#include "bounce_finding.h"
 #include "motion.h"
 #include "prediction.h"
+#include "stability/equivalent_loop.h"
 
 namespace berth
 {
@@ -37,15 +40,6 @@ struct growth_finding {
     double factor_time_s() const;
 };
 
-/* Of all bounces of a run. */
-struct bounce_finding {
-    std::size_t count;
-    double restitution; /* median */
-    double restitution_lowest;
-    double restitution_highest;
-    double energy_J; /* that a bounce adds to the manipulator's motion: median */
-};
-
 /* What a verdict is made of. */
 struct verdict_case {
     growth_prediction prediction;
@@ -53,7 +47,8 @@ struct verdict_case {
     stability_margin margin;
     stability_advice advice; /* of a loop that is predicted to be unstable */
     double manipulator_mass_kg = 0.0;
-    std::string obstacles; /* what kept a loop that never ran from running; empty: not known */
+    std::vector<limit_cycle> cycles; /* of harmonic balance, see predict_cycles() */
+    std::string obstacles;           /* what kept a loop that never ran from running; empty: not known */
 };
 
 struct stability_verdict {

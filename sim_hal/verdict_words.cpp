@@ -76,24 +76,6 @@ std::string motor_words(const motion_evidence &motion)
                : "";
 }
 
-std::string bounce_words(const bounce_finding &bounces, const motion_evidence &motion)
-{
-    const std::string restitution = bounces.count == 1
-                                        ? with_numbers("%.3g", bounces.restitution)
-                                        : with_numbers("%.3g (%.3g to %.3g)", bounces.restitution,
-                                                       bounces.restitution_lowest, bounces.restitution_highest);
-    std::string words = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
-                        ", restitution " + restitution +
-                        (bounces.restitution > 1.0 ? ": a bounce gains " : ": a bounce loses ") +
-                        with_numbers("%.3g J", std::abs(bounces.energy_J));
-    if (!motion.touches_now) {
-        const bounce &last = motion.bounces.back();
-        words += with_numbers("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",
-                              last.left_s - last.touched_s, last.left_s);
-    }
-    return words;
-}
-
 std::string not_shown_words(const motion_evidence &motion)
 {
     return motion.stop.is_of_motion()  ? ""

@@ -20,9 +20,6 @@ std::string stop_words(const run_stop &stop);
 std::string predicted_words(const growth_prediction &prediction);
 std::string with_prediction(std::string text, const growth_prediction &prediction);
 
-/* How many, what they do with the energy, and whether the tool came back. */
-std::string bounce_words(const bounce_finding &bounces, const motion_evidence &motion);
-
 /* Why the motion does not show what the model says; empty: what stopped the run says it. */
 std::string not_shown_words(const motion_evidence &motion);
 

@@ -153,7 +153,11 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     }
     result.evidence = result.motion.conclude();
     result.predicted = predict_growth(rig);
-    verdict_case all{result.predicted, result.evidence, {}, {}, rig.firmware.manipulator.mass_kg, result.obstacles};
+    verdict_case all{result.predicted, result.evidence, {}, {}, rig.firmware.manipulator.mass_kg, {},
+                     result.obstacles};
+    if (result.evidence.falls == std::optional<bool>(false)) {
+        all.cycles = predict_cycles(rig, result.evidence.height_m);
+    }
     if (result.predicted.growth_per_s && *result.predicted.growth_per_s > 0.0) {
         all.advice = advise(rig);
     } else {

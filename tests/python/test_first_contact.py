@@ -2,6 +2,7 @@
 do, in the same words on terminal, JSON, page and picture."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -206,6 +207,20 @@ def test_a_driven_run_is_driven(tmp_path):
     assert told["verdict"] == "driven" and told["stable"] is True
     assert 0 < told["tracking"]["rms_m"] < told["tracking"]["peak_m"] < told["tracking"]["range_m"]
     assert "the robot is" in told["because"] and "oscillation" not in told["because"]
+
+
+FREE = {"limits.position_min_m": -5, "limits.position_max_m": 5, "limits.velocity_m_per_s": 100,
+        "limits.acceleration_m_per_s2": 1e6, "sensor_channel.force_limit_N": 5e4, "run.duration_s": 300}
+
+
+@pytest.mark.parametrize("effect", [{"object.stiffness_N_per_m": 9000, "robot.backlash_m": 1e-3},
+                                    {"object.stiffness_N_per_m": 40000, "manipulator.cubic_stiffness_N_per_m3": 2e7},
+                                    {"object.stiffness_N_per_m": 12000, "object.cubic_stiffness_N_per_m3": -2e7}], ids=max)
+def test_a_limit_cycle_stands_beside_the_one_that_harmonic_balance_predicts(effect):
+    told = one_json_object(command("run", "ess", "--no-log", "--json", *settings(FREE | effect)).stdout)
+    assert told["verdict"] == "limit cycle" and told["stable"] is False
+    seen_mm, predicted_mm = map(float, re.search(r"height of (\S+) mm; harmonic balance predicts (\S+) mm", told["because"]).groups())
+    assert seen_mm == pytest.approx(predicted_mm, rel=0.1)
 
 
 @pytest.mark.parametrize("shipped, measured_N, true_N", [("ess", 30.4, 62), ("ess-berthing", 16, 70)])

@@ -15,7 +15,7 @@ SUBCOMMANDS = ("run", "eigen", "limits")
 REASONS = ["noise, limits, events of the run and the size of the motion are not in it", "what stays in contact grows",
            "of a tool that stays in contact", "what grows has not come up yet", "never came to running",
            "the tool never came to the object", "never with the object gripped", "held by the limits",
-           "the motion comes to rest", "the motion falls although limits bound it"]
+           "harmonic balance predicts", "the motion comes to rest", "the motion falls although limits bound it"]
 # Why a model may say another thing than another one: `eigen` takes what changes from tick to tick, `limits` does not.
 REFUSED = "has no exponent with it: `berth limits` leaves the change out, `berth run` measures the growth with it"
 

@@ -224,7 +224,7 @@ TEST_CASE("verdict of prediction and motion")
 {
     for (const row &row : table) {
         CAPTURE(row.what);
-        const stability_verdict found = judge({row.prediction, row.motion, {}, {}, 100.0, ""});
+        const stability_verdict found = judge({row.prediction, row.motion, {}, {}, 100.0, {}, ""});
         CAPTURE(found.because);
         CHECK(std::string(verdict_name(found.kind)) == verdict_name(row.kind));
         CHECK(found.is_stable == row.is_stable);
@@ -236,7 +236,7 @@ TEST_CASE("verdict of prediction and motion")
 TEST_CASE("verdict: a growth smaller than its interval is no finding")
 {
     const stability_verdict found =
-        judge({predicts(4.32), stopped(measured(-0.67, 10.0), STOP_POSITION_LIMIT), {}, {}, 100.0, ""});
+        judge({predicts(4.32), stopped(measured(-0.67, 10.0), STOP_POSITION_LIMIT), {}, {}, 100.0, {}, ""});
     CHECK(found.because.find("0.67") == std::string::npos);
     CHECK(found.growth->origin == growth_origin::predicted);
 }
@@ -254,8 +254,25 @@ TEST_CASE("verdict of the model alone")
 
 TEST_CASE("verdict: energy of a bounce is that of the manipulator's speeds")
 {
-    const stability_verdict found = judge({predicts(1.0), bounced({1.2}, false), {}, {}, 100.0, ""});
+    const stability_verdict found = judge({predicts(1.0), bounced({1.2}, false), {}, {}, 100.0, {}, ""});
     CHECK(found.bounces->energy_J == doctest::Approx(0.5 * 100.0 * (0.12 * 0.12 - 0.1 * 0.1)));
+}
+
+TEST_CASE("verdict: a limit cycle beside the one that harmonic balance predicts")
+{
+    motion_evidence motion = measured(-0.001, 0.01);
+    motion.has_effects_of_size = true;
+    motion.falls = false;
+    motion.height_m = 0.08;
+    const limit_cycle parts{0.01, 1.1, false};
+    const limit_cycle far{0.2, 0.9, true};
+    const limit_cycle near{0.041, 1.0, true};
+    const stability_verdict found = judge({predicts_nothing(), motion, {}, {}, 100.0, {parts, near, far}, ""});
+    CHECK(found.kind == verdict_kind::limit_cycle);
+    CHECK(found.because == "it swings for ever at a height of 80 mm; harmonic balance predicts 82 mm at 1 Hz");
+    CHECK(judge({predicts_nothing(), motion, {}, {}, 100.0, {parts, far}, ""}).kind == verdict_kind::undetermined);
+    motion.falls = true;
+    CHECK(judge({predicts_nothing(), motion, {}, {}, 100.0, {near}, ""}).kind != verdict_kind::limit_cycle);
 }
 
 TEST_CASE("verdict: safe is stable with the margin that is asked for")

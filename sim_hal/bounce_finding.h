@@ -1,0 +1,34 @@
+/* What the bounces of a run come to. */
+#ifndef SIM_HAL_BOUNCE_FINDING_H
+#define SIM_HAL_BOUNCE_FINDING_H
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "motion.h"
+
+namespace berth
+{
+
+/* Of all bounces of a run. */
+struct bounce_finding {
+    std::size_t count;
+    double restitution; /* median */
+    double restitution_lowest;
+    double restitution_highest;
+    double energy_J; /* that a bounce adds to the manipulator's motion: median */
+};
+
+/* Nothing: there was none. */
+std::optional<bounce_finding> bounces_of(const motion_evidence &motion, double manipulator_mass_kg);
+
+/* A tool that comes back from the material again and again, or has left it for good. */
+bool is_bouncing(const motion_evidence &motion);
+
+/* How many, what they do with the energy, and whether the tool came back. */
+std::string bounce_words(const bounce_finding &bounces, const motion_evidence &motion);
+
+} // namespace berth
+
+#endif
