@@ -91,6 +91,15 @@ std::string with_prediction(std::string text, const growth_prediction &predictio
     return prediction.growth_per_s ? std::move(text) + "; " + predicted_words(prediction) : text;
 }
 
+std::string left_out_words(const std::vector<std::string> &varies)
+{
+    std::string words;
+    for (const std::string &one : varies) {
+        words += (words.empty() ? "" : ", ") + one;
+    }
+    return words.empty() ? "" : "; without what changes it from tick to tick (" + words + ")";
+}
+
 std::string beyond_words(const growth_prediction &prediction)
 {
     return "; " + predicted_words(prediction) +

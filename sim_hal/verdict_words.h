@@ -3,6 +3,7 @@
 #define SIM_HAL_VERDICT_WORDS_H
 
 #include <string>
+#include <vector>
 
 #include "verdict.h"
 
@@ -22,6 +23,10 @@ std::string with_prediction(std::string text, const growth_prediction &predictio
 
 /* Why the motion does not show what the model says; empty: what stopped the run says it. */
 std::string not_shown_words(const motion_evidence &motion);
+
+/* Where a loop is judged as if it did not change: "; without what changes it from tick to tick (...)"; empty:
+ * nothing does. */
+std::string left_out_words(const std::vector<std::string> &varies);
 
 /* Why a run need not do what the model says of small motions. */
 std::string beyond_words(const growth_prediction &prediction);

@@ -4,6 +4,7 @@
 
 #include "../compensated.h"
 #include "../stability/arm_loop.h"
+#include "../verdict_words.h"
 #include "gains_report.h"
 #include "short_number.h"
 #include "verdict_report.h"
@@ -58,7 +59,8 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
 {
     refuse_arm(rig);
     const compensated_growth own = growth_of_compensated(rig, arguments.amplitude_m);
-    const stability_verdict &verdict = own.verdict;
+    stability_verdict verdict = own.verdict;
+    verdict.because += left_out_words(varies);
     std::vector<std::string> without = std::move(varies);
     if (!own.is_measured) {
         const std::vector<std::string> small = left_out(rig, 0.0);

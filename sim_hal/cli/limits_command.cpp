@@ -7,6 +7,7 @@
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/physical_parameter.h"
+#include "../verdict_words.h"
 #include "amplitude.h"
 #include "bounce_report.h"
 #include "commands.h"
@@ -332,9 +333,10 @@ int limits_command(const limits_arguments &arguments)
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
     const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
     const prediction_source source = is_held ? prediction_source::contact : prediction_source::eigenvalues;
-    const stability_verdict judged =
+    stability_verdict judged =
         has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, source}, advice)
                              : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
+    judged.because += left_out_words(verdict.left_out);
     const int exit_code = check_exit_code(arguments, judged, margin);
     const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});
     if (arguments.json) {

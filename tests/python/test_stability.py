@@ -136,8 +136,10 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
 @pytest.mark.first(2)
 def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, effect):
     told, without = ask("limits", "ess", values), ask("limits", "ess")
-    assert len(told["left_out"]) == 1 and effect in told.pop("left_out")[0]
-    assert without.pop("left_out") == [] and told == without
+    [left_out] = told.pop("left_out")
+    assert effect in left_out and without.pop("left_out") == []
+    assert told.pop("because") == without.pop("because") + f"; without what changes it from tick to tick ({left_out})"
+    assert told == without
     text = command("limits", "ess", *settings(values)).stdout.decode()
     assert text.splitlines()[1].startswith("  left out: ") and effect in text.splitlines()[1]
     assert "left out" not in command("limits", "ess").stdout.decode()
