@@ -12,6 +12,7 @@
 #include "stability/equivalent_loop.h"
 #include "stability/physical_parameter.h"
 #include "stability/spectrum.h"
+#include "verdict_words.h"
 
 namespace berth
 {
@@ -67,9 +68,12 @@ stability_verdict judge_run(const rig &quiet)
     const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
     if (found.kind == verdict_kind::undetermined && ended_freely) {
         const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
-        return judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
+        found = judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
+    } else {
+        found.because = "a run without noise: " + found.because;
     }
-    found.because = "a run without noise: " + found.because;
+    const double deflection_m = std::abs(quiet.firmware.manipulator.initial_position_m - rest_m(quiet));
+    found.because += with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m);
     return found;
 }
 

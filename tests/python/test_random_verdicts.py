@@ -17,6 +17,7 @@ REASONS = ["noise, limits, events of the run and the size of the motion are not 
            "the tool never came to the object", "never with the object gripped", "held by the limits",
            "harmonic balance predicts", "the motion comes to rest", "the motion falls although limits bound it"]
 # `limits` takes the loop as if it did not change, `eigen` and `run` as it is.
+SMALL = "another start may do otherwise"  # of a loop without eigenvalues
 STEADY = "without what changes it from tick to tick ("
 REFUSED = "has no exponent with it: `berth limits` leaves the change out, `berth run` measures the growth with it"
 
@@ -46,7 +47,8 @@ def check_agreement(run, eigen, limits):
         assert eigen["stable"] is limits["stable"], (eigen["because"], limits["because"])
     for model in models:
         if run["stable"] is not None and run["stable"] is not model["stable"] and not (steady and model is limits):
-            assert any(reason in run["because"] for reason in REASONS), (run["because"], model["because"])
+            is_told = SMALL in model["because"] or any(reason in run["because"] for reason in REASONS)
+            assert is_told, (run["because"], model["because"])
 
 
 @pytest.mark.long
