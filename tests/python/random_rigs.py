@@ -47,7 +47,8 @@ def driven(source, rig):
     kind = source.choice(["triangle", "pulses", "multisine", "chirp", "minimum_jerk", "step", "ramp"])
     whole = rig["run"]["duration_s"]
     rig["profile"] = {"kind": kind, "amplitude_m": log_uniform(source, 2e-3, 0.02),
-                      "duration_s": source.uniform(0.2, 0.95) * whole if kind not in ("triangle", "pulses") else source.uniform(1, 5)}
+                      "duration_s": source.uniform(1, 5) if kind in ("triangle", "pulses")
+                      else source.uniform(0.2, 0.95) * whole}
     if kind == "multisine":
         rig["profile"]["frequency_end_Hz"] = 2.0
     if source.random() < 0.6:
@@ -170,4 +171,5 @@ def toml(rig):
     def value(of):
         return f'"{of}"' if isinstance(of, str) else f"{of:.6g}" if isinstance(of, float) else str(of)
 
-    return "".join(f"[{section}]\n" + "".join(f"{key} = {value(of)}\n" for key, of in keys.items()) for section, keys in rig.items())
+    return "".join(f"[{section}]\n" + "".join(f"{key} = {value(of)}\n" for key, of in keys.items())
+                   for section, keys in rig.items())

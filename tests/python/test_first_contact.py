@@ -219,7 +219,8 @@ FREE = {"limits.position_min_m": -5, "limits.position_max_m": 5, "limits.velocit
 def test_a_limit_cycle_stands_beside_the_one_that_harmonic_balance_predicts(effect):
     told = one_json_object(command("run", "ess", "--no-log", "--json", *settings(FREE | effect)).stdout)
     assert told["verdict"] == "limit cycle" and told["stable"] is False
-    seen_mm, predicted_mm = map(float, re.search(r"height of (\S+) mm; harmonic balance predicts (\S+) mm", told["because"]).groups())
+    words = re.search(r"height of (\S+) mm; harmonic balance predicts (\S+) mm", told["because"])
+    seen_mm, predicted_mm = map(float, words.groups())
     assert seen_mm == pytest.approx(predicted_mm, rel=0.1)
 
 
