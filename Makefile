@@ -25,10 +25,12 @@ map: setup
 	@for vary in elasticity mass; do build/berth map ess --vary $$vary || exit; done
 	@$(PYTHON) scripts/map_picture.py build/maps/ess-elasticity.csv build/maps/ess-mass.csv
 
-#: make figures        the paper's figures and claims, computed: page and pictures in build/figures
+#: make figures        the paper's figures and claims, computed, for ess and for ess-paper: pages and pictures in
+#:                     build/figures and build/figures/ess-paper
 figures: setup
 	@$(MAKE) all
 	@$(PYTHON) scripts/figures.py
+	@$(PYTHON) scripts/figures.py --rig ess-paper --plain --out build/figures/ess-paper
 
 #: make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in
 #:                     build/diagnosis

@@ -48,9 +48,10 @@ def read_map(csv):
     csv = Path(csv)
     told = json.loads(csv.with_suffix(".json").read_text())
     shape = told["axes"]["y"]["count"], told["axes"]["x"]["count"]
-    columns = np.genfromtxt(csv, delimiter=",", names=True, deletechars="")
-    names = [*columns.dtype.names[:2], "spectral_radius", "wall"]
-    grids = [columns[name].reshape(shape) for name in names]
-    optional = [columns[name].reshape(shape) if name in columns.dtype.names else None
+    with csv.open() as file:
+        names = file.readline().strip().split(",")
+        columns = dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True, ndmin=2)))
+    grids = [columns[name].reshape(shape) for name in [*names[:2], "spectral_radius", "wall"]]
+    optional = [columns[name].reshape(shape) if name in columns else None
                 for name in ("spectral_radius_low", "lyapunov_per_s")]
     return Map(*grids, *optional, told)

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from paper_data import FAST, HALF, SLOW
+from paper_case import FAST, HALF, SLOW
 from paper_figures import CASES, Contour, Curve, Figure, Plot, thinned, z_plane
 from report_signals import COMMAND, MANIPULATOR, OBJECT, OPERATOR, REPORTED, ROBOT
 
@@ -47,12 +47,12 @@ class CompensatedData:
     @cached_property
     def spectra(self):
         """What `berth eigen` says with prediction, by rig."""
-        return {rig: self.berth.ask("eigen", rig, PREDICTION) for rig in (SLOW, FAST)}
+        return {rig: self.plain.ask("eigen", rig, PREDICTION) for rig in (SLOW, FAST)}
 
     @cached_property
     def maps(self):
         """By figure and method."""
-        return {(number, name): self.berth.map(f"{number}-{name.replace(' ', '-')}", rig, vary, grid, values, *options)
+        return {(number, name): self.plain.map(f"{number}-{name.replace(' ', '-')}", rig, vary, values, grid, options)
                 for number, (rig, vary) in MAPS.items() for name, (values, grid, options) in METHODS.items()}
 
     def share(self, number, name):

@@ -10,6 +10,7 @@ from berth_program import ROOT, Berth
 from compensated_figures import CompensatedData, compensated_figures
 from figures_page import build_page
 from figures_picture import build_picture
+from paper_case import CASES, FAST, Case
 from paper_data import PaperData
 from paper_figures import all_figures
 from report import EXIT_INPUT, write_whole
@@ -17,6 +18,9 @@ from report import EXIT_INPUT, write_whole
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rig", choices=CASES, default=FAST, help="the case (default: ess)")
+    parser.add_argument("--plain", action="store_true",
+                        help="without the figures with compensation, which take most of the time")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "figures",
                         help="folder for page and pictures (default: build/figures)")
     parser.add_argument("--berth", type=Path, default=ROOT / "build" / "berth",
@@ -27,13 +31,13 @@ def parse_arguments():
 def main():
     arguments = parse_arguments()
     try:
-        data = PaperData(Berth(arguments.out / "data", arguments.berth))
+        data = PaperData(Berth(arguments.out / "data", arguments.berth), Case(arguments.rig))
         found = claims.measure(data)
-        figures = all_figures(data) + compensated_figures(CompensatedData(data))
+        figures = all_figures(data) + ([] if arguments.plain else compensated_figures(CompensatedData(data)))
         for figure in figures:
             write_whole(arguments.out / f"{figure.file_stem}.png", build_picture(figure))
         page = arguments.out / "figures.html"
-        content = build_page(figures, found).encode()
+        content = build_page(figures, found, arguments.rig).encode()
         write_whole(page, content)
     except InputError as error:
         print(f"figures: {error}", file=sys.stderr)

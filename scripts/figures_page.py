@@ -176,13 +176,19 @@ def summary_rows(figures, claims):
         f'<td><a href="#{stems[claim.figure]}">{html.escape(claim.figure)}</a></td></tr>' for claim in claims)
 
 
-def build_page(figures, claims):
-    """The page as text."""
+COMPENSATED = ('Below the paper\'s figures stand the same <a href="#compensated">with compensation of the dead time'
+               '</a>.')
+
+
+def build_page(figures, claims, rig):
+    """The page as text; `rig`: of the case that the figures are about."""
     plots = [{"id": f"{figure.file_stem}-{i}"} | DRAWN[type(panel)](panel)
              for figure in figures for i, panel in enumerate(figure.panels)]
     style = [(HERE / name).read_text(encoding="utf-8") for name in ("report_page.css", "figures_page.css")]
     return filled("figures_page.html", {
         "style": "".join(style),
+        "rig": html.escape(rig),
+        "compensated": COMPENSATED if any(figure.file_stem == "compensated" for figure in figures) else "",
         "met": str(sum(claim.met for claim in claims)),
         "claims": str(len(claims)),
         "rows": summary_rows(figures, claims),

@@ -5,8 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-SLOW, FAST, HALF = "ess-50hz", "ess", "ess-half-dead-time"
-RIGS = (SLOW, FAST, HALF)
+from paper_case import FAST, HALF, RIGS, SLOW, Case
 
 # A robot whose amplitude rises by a few percent up to 5 Hz, as the paper's does: an assumption.
 ROBOT = {"robot.transfer_frequency_Hz": 15, "robot.transfer_damping_ratio": 0.6}
@@ -23,13 +22,14 @@ SINES = {"object.mass_kg": 1, "object.stiffness_N_per_m": 0, "object.damping_N_s
 NO_DEAD_TIME = {"loop.rate_Hz": 10000, "bus.ideal": "true", "robot.dead_time_ms": 0.1, "sensor.delay_ms": 0.1,
                 "sensor.low_pass_order": 0}
 
-STIFF_OBJECT = {"object.stiffness_N_per_m": 23687}  # ten times that of ess: unstable at 400 Hz
+STIFF_TIMES = 10  # an object so many times as stiff is unstable at 400 Hz
 INTEGRATORS = ("semi_implicit_euler", "rk4")
 SUBSTEPS = (1, 3, 10, 30, 100, 300, 1000)
 RATES_HZ = (400, 500, 800, 1000, 1600, 2000, 4000)
 
 ADDED_SAMPLES = tuple(range(21))  # of dead time
 GRID = "241x241"
+WALL_GRID, HIGHEST_HZ = "300x200", 8.0  # a map that reaches well beyond the wall
 WIDE_LOW_PASS_HZ = 50  # in place of 20 Hz
 
 
@@ -69,14 +69,32 @@ def amplitude_ratio(log):
 
 
 class PaperData:
-    """All measurements, by the host command `berth`."""
+    """All measurements of one case, by the host command `berth`. Interfaces are SLOW, FAST and HALF."""
 
-    def __init__(self, berth):
+    def __init__(self, berth, case=Case(), grid=GRID, wall_grid=WALL_GRID):
         self.berth = berth
+        self.case = case
+        self.grid = grid
+        self.wall_grid = wall_grid
+
+    def ask(self, subcommand, interface, values=None):
+        """What a subcommand says of the case at an interface, with more overrides."""
+        rig, own = self.case.at(interface)
+        return self.berth.ask(subcommand, rig, own | (values or {}))
+
+    def run(self, name, interface, values):
+        rig, own = self.case.at(interface)
+        return self.berth.run(f"{self.case.name(interface)}-{name}", rig, own | values)
+
+    def map(self, name, interface, vary, values=None, grid=None, options=()):
+        rig, own = self.case.at(interface)
+        return self.berth.map(f"{self.case.name(interface)}-{name}", rig, vary, grid or self.grid,
+                              own | (values or {}), *options)
 
     @cached_property
     def concept(self):
-        """(result, log) of each concept test: foam, copper, and copper without dead time."""
+        """(result, log) of each concept test: foam, copper, and copper without dead time. They are rigs of their
+        own, the same for every case."""
         return {"foam": self.berth.run("foam", "concept-foam"),
                 "copper": self.berth.run("copper", "concept-copper"),
                 "no_dead_time": self.berth.run("no-dead-time", "concept-copper", NO_DEAD_TIME)}
@@ -86,72 +104,83 @@ class PaperData:
         """Fig. 5."""
         ratios = []
         for is_on in ("false", "true"):
-            _, log = self.berth.run(f"amplitude-{is_on}", FAST,
-                                    {**SINES, **ROBOT, "inverse_filter.enabled": is_on,
-                                     "inverse_filter.bandwidth_Hz": FILTER_BANDWIDTH_HZ})
+            _, log = self.run(f"amplitude-{is_on}", FAST, {**SINES, **ROBOT, "inverse_filter.enabled": is_on,
+                                                           "inverse_filter.bandwidth_Hz": FILTER_BANDWIDTH_HZ})
             frequency_Hz, ratio = amplitude_ratio(log)
             ratios.append(ratio)
         return Amplitude(frequency_Hz, *ratios)
 
     @cached_property
     def steps(self):
-        """Fig. 6: what `berth deadtime` measures, by rig."""
-        return {rig: self.berth.ask("deadtime", rig) for rig in RIGS}
+        """Fig. 6: what `berth deadtime` measures, by interface."""
+        return {interface: self.ask("deadtime", interface) for interface in RIGS}
 
     @cached_property
     def spectra(self):
-        """Figs 10 and 11: what `berth eigen` says, by rig."""
-        return {rig: self.berth.ask("eigen", rig) for rig in RIGS}
+        """Figs 10 and 11: what `berth eigen` says, by interface."""
+        return {interface: self.ask("eigen", interface) for interface in RIGS}
 
     @cached_property
     def eigenvalue_counts(self):
-        """Number of eigenvalues with 0, 1, 2 ... samples of dead time added, by rig."""
+        """Number of eigenvalues with 0, 1, 2 ... samples of dead time added, by interface."""
         counts = {}
-        for rig in (SLOW, FAST):
-            step = self.steps[rig]
-            counts[rig] = [len(self.berth.ask("eigen", rig, {
+        for interface in (SLOW, FAST):
+            step = self.steps[interface]
+            counts[interface] = [len(self.ask("eigen", interface, {
                 "robot.dead_time_ms": step["configured_ms"] + added * step["period_ms"]})["eigenvalues"])
                 for added in ADDED_SAMPLES]
         return counts
 
     @cached_property
     def maps(self):
-        """Figs 12 to 17, by rig and what is varied."""
-        return {(rig, vary): self.berth.map("figures", rig, vary, GRID)
-                for rig in RIGS for vary in ("elasticity", "mass")}
+        """Figs 12 to 17, by interface and what is varied."""
+        return {(interface, vary): self.map("figures", interface, vary)
+                for interface in RIGS for vary in ("elasticity", "mass")}
 
-    def mass_map_with_hold(self, rig):
+    def mass_map_with_hold(self, interface):
         """The map of mass if the robot jumps to its setpoints instead of moving there on a line."""
-        return self.berth.map("hold", rig, "mass", GRID, {"robot.interpolation": "hold"})
+        return self.map("hold", interface, "mass", {"robot.interpolation": "hold"})
 
     def highest_stable_Hz(self, values=None):
-        """Highest damped eigenfrequency of the coupled system, and its damping ratio, at which the loop of ess is
-        stable, over all elasticities and dampings of the object up to a damping ratio of 0.99."""
+        """Highest damped eigenfrequency of the coupled system, and its damping ratio, at which the loop is stable
+        at 400 Hz, over all elasticities and dampings of the object up to HIGHEST_HZ and a damping ratio of 0.99."""
         name = "-".join(["wall", *(f"{key}={value}" for key, value in (values or {}).items())])
-        found = self.berth.map(name, FAST, "elasticity", "300x200", values, "--x-range", "0.85:8", "--y-range",
-                               "0.01:0.99")
+        highest = HIGHEST_HZ / self.case.assumptions.manipulator_Hz
+        found = self.map(name, FAST, "elasticity", values, self.wall_grid,
+                         ("--x-range", f"0.85:{highest:.6g}", "--y-range", "0.01:0.99"))
         stable_Hz = np.where(found.radius < 1.0, found.damped_frequency_Hz(), 0.0)
         highest = stable_Hz.argmax()
         return stable_Hz.flat[highest], found.y.flat[highest]
 
-    def limits(self, rig):
+    def limits(self, interface):
         """What `berth limits` says of each parameter."""
-        return self.berth.ask("limits", rig)["parameters"]
+        return self.ask("limits", interface)["parameters"]
+
+    def times_to_limit(self, key):
+        """How many times its value at 400 Hz a parameter may grow to; inf without a limit."""
+        limit = self.limits(FAST)[key]
+        return limit["above"]["value"] / limit["value"] if limit["above"] else np.inf
+
+    @cached_property
+    def stiff_object(self):
+        """The object that diverges at 400 Hz."""
+        stiffness_N_per_m = self.case.assumptions.values()["object.stiffness_N_per_m"]
+        return {"object.stiffness_N_per_m": round(STIFF_TIMES * stiffness_N_per_m)}
 
     @cached_property
     def growth_by_substeps(self):
         """Growth in 1/s of a diverging loop, by integrator of the manipulator and its steps per tick."""
-        return {integrator: [self.berth.ask("eigen", FAST, {
-            **STIFF_OBJECT, "manipulator.integrator": integrator, "manipulator.substeps": substeps})["growth_per_s"]
+        return {integrator: [self.ask("eigen", FAST, {
+            **self.stiff_object, "manipulator.integrator": integrator, "manipulator.substeps": substeps})["growth_per_s"]
             for substeps in SUBSTEPS] for integrator in INTEGRATORS}
 
     @cached_property
     def growth_exact_per_s(self):
         """Growth of the same loop with the exact step."""
-        return self.berth.ask("eigen", FAST, STIFF_OBJECT)["growth_per_s"]
+        return self.ask("eigen", FAST, self.stiff_object)["growth_per_s"]
 
     @cached_property
     def growth_by_rate(self):
         """Growth of the same loop in 1/s at finer and finer ticks, dead times as they are."""
-        return [self.berth.ask("eigen", FAST, {**STIFF_OBJECT, "loop.rate_Hz": rate_Hz, "bus.ideal": "true"})[
+        return [self.ask("eigen", FAST, {**self.stiff_object, "loop.rate_Hz": rate_Hz, "bus.ideal": "true"})[
             "growth_per_s"] for rate_Hz in RATES_HZ]

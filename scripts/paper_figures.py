@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from berth_map import Map
-from paper_data import (ADDED_SAMPLES, FAST, FILTER_BANDWIDTH_HZ, HALF, INTEGRATORS, RATES_HZ, ROBOT, SLOW, SUBSTEPS,
+from paper_case import FAST, HALF, SLOW
+from paper_data import (ADDED_SAMPLES, FILTER_BANDWIDTH_HZ, INTEGRATORS, RATES_HZ, ROBOT, STIFF_TIMES, SUBSTEPS,
                         filtered_amplitude, robot_amplitude)
 from report_signals import COMMAND, MANIPULATOR, OBJECT, OPERATOR, REPORTED, ROBOT as ROBOT_COLOUR
 
@@ -205,7 +206,7 @@ def refinement(data):
     rates = [Curve("exact step", REPORTED, np.array(RATES_HZ, float), np.array(data.growth_by_rate), "points")]
     highest = 1.25 * max(data.growth_by_rate)
     return Figure("Refinement", "Claim 7: finer simulation steps do not cure it",
-                  "ess with an object ten times as stiff, which grows. Left: the manipulator takes more and more "
+                  f"{data.case.rig} with an object {STIFF_TIMES} times as stiff, which grows. Left: the manipulator takes more and more "
                   "steps a tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
                   "faster with dead times as they are. Below 0 the loop would be stable.",
                   [Plot("steps of the manipulator", "steps a tick", "growth (1/s)", steps, is_log_x=True,
