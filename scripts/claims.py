@@ -92,7 +92,7 @@ def stability(data):
     for rig, figure, case in ((SLOW, "Fig. 10", "50 Hz with 60 ms"), (FAST, "Fig. 11", "400 Hz with 20 ms")):
         told = data.spectra[rig]
         claims.append(Claim(
-            "3", f"{data.case.rig} is stable at {case} of dead time", figure,
+            "3", f"{data.case.spoken} is stable at {case} of dead time", figure,
             told["growth_per_s"] / told["coupled"]["growth_per_s"],  # decay as a share of that without dead time
             f"largest |z| {told['spectral_radius']:.9f}, growth {told['growth_per_s']:+.6f} /s",
             {"spectral_radius": told["spectral_radius"]}))
@@ -114,8 +114,8 @@ def maps_at_50_Hz(data):
             fast = data.mass_map_with_hold(FAST).told["stable_share_below_wall"]
             bands = data.limits(SLOW)["object.mass_kg"]["stable_intervals"]
             remark = (f"With a robot that jumps to its setpoints and holds: {100 * values['share_hold']:.1f} %, and "
-                      f"{100 * fast:.1f} % at 400 Hz. With the damper of {data.case.rig} the mass may lie in {len(bands)} "
-                      "bands, of " + ", ".join(f"{low:.1f} to {high:.1f}" for low, high in bands) + " kg.")
+                      f"{100 * fast:.1f} % at 400 Hz. With the damper of {data.case.spoken} the mass may lie in "
+                      f"{len(bands)} bands, of " + ", ".join(f"{low:.1f} to {high:.1f}" for low, high in bands) + " kg.")
         claims.append(Claim(
             "4", f"50 Hz: only a very small area is stable when the {vary} of the object varies", figure,
             below(share, SMALL_AREA), f"{100 * share:.1f} % of what the robot could display is stable", values, remark))
@@ -143,12 +143,13 @@ def maps_at_400_Hz(data):
         Claim("5", f"400 Hz: the stable area lies partly beyond the {WALL_HZ:g} Hz wall of the robot", "Fig. 14",
               above(highest_Hz, WALL_HZ),
               f"stable up to {highest_Hz:.2f} Hz, at a damping ratio of {damping_ratio:.2f}", values, remark),
-        Claim("5", f"400 Hz: {data.case.rig} is not far from the limit, above all when the object mass varies",
+        Claim("5", f"400 Hz: {data.case.spoken} is not far from the limit, above all when the object mass varies",
               "Fig. 15", min(below(times["object.mass_kg"], NEAR_LIMIT_TIMES),
                              above(times["object.stiffness_N_per_m"], NEAR_LIMIT_TIMES))
               if data.spectra[FAST]["stable"] else -inf,
               f"limit at {mass_kg:.3f} kg, {times['object.mass_kg']:.2f} times that of "
-              f"{data.case.rig}; of the elasticity at {times['object.stiffness_N_per_m']:.2f} times", {"mass_kg": mass_kg, "times": times}),
+              f"{data.case.spoken}; of the elasticity at {times['object.stiffness_N_per_m']:.2f} times",
+              {"mass_kg": mass_kg, "times": times}),
     ]
 
 
@@ -200,8 +201,8 @@ def robot(data):
     ]
 
 
-# Claim 1 has rigs of its own, 2 counts states, and 8 is about the robot alone: what is assumed of manipulator and object
-# does not count there.
+# Claim 1 has rigs of its own, 2 counts states, and 8 is about the robot alone: what is assumed of manipulator and
+# object does not count there.
 OF_ASSUMPTIONS = (stability, maps_at_50_Hz, maps_at_400_Hz, maps_at_half_dead_time, refinement)
 
 

@@ -66,6 +66,10 @@ class Case:
     def assumptions(self):
         return self.changed or assumptions_of(self.rig)
 
+    @property
+    def spoken(self):
+        return "the case" if self.changed else self.rig
+
     def at(self, interface):
         """The rig and its overrides at one of the interfaces; those of ess are shipped."""
         changed = self.changed.values() if self.changed else {}

@@ -171,8 +171,8 @@ class PaperData:
     def growth_by_substeps(self):
         """Growth in 1/s of a diverging loop, by integrator of the manipulator and its steps per tick."""
         return {integrator: [self.ask("eigen", FAST, {
-            **self.stiff_object, "manipulator.integrator": integrator, "manipulator.substeps": substeps})["growth_per_s"]
-            for substeps in SUBSTEPS] for integrator in INTEGRATORS}
+            **self.stiff_object, "manipulator.integrator": integrator, "manipulator.substeps": substeps})[
+                "growth_per_s"] for substeps in SUBSTEPS] for integrator in INTEGRATORS}
 
     @cached_property
     def growth_exact_per_s(self):

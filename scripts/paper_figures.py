@@ -206,8 +206,8 @@ def refinement(data):
     rates = [Curve("exact step", REPORTED, np.array(RATES_HZ, float), np.array(data.growth_by_rate), "points")]
     highest = 1.25 * max(data.growth_by_rate)
     return Figure("Refinement", "Claim 7: finer simulation steps do not cure it",
-                  f"{data.case.rig} with an object {STIFF_TIMES} times as stiff, which grows. Left: the manipulator takes more and more "
-                  "steps a tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
+                  f"{data.case.rig} with an object {STIFF_TIMES} times as stiff, which grows. Left: the manipulator takes "
+                  "more and more steps a tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
                   "faster with dead times as they are. Below 0 the loop would be stable.",
                   [Plot("steps of the manipulator", "steps a tick", "growth (1/s)", steps, is_log_x=True,
                         y_range=(0.0, highest)),

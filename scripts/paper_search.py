@@ -91,7 +91,8 @@ class Search:
         if not is_exact and known > more_than:
             with tempfile.TemporaryDirectory() as folder:  # maps are large: they do not stay
                 berth = Berth(folder, self.program)
-                known = smallest_margin(PaperData(berth, Case(FAST, self.assumptions(point)), GRID, WALL_GRID), more_than)
+                case = Case(FAST, self.assumptions(point))
+                known = smallest_margin(PaperData(berth, case, GRID, WALL_GRID), more_than)
             self.margins[point] = known, known > more_than
             self.asked += 1
         return known

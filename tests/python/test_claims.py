@@ -3,16 +3,19 @@ makes from the definitions alone, with closed forms, and with the logs of runs."
 
 import functools
 import sys
+import tomllib
 
 import numpy as np
 import pytest
-from conftest import ROOT, command
+from conftest import RIG_FOLDER, ROOT, command
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import claims as claims_module  # noqa: E402
 from berth_program import Berth  # noqa: E402
 from loop_matrix import Loop, coupled_rigs, loop_matrices  # noqa: E402
-from paper_data import FAST, HALF, RIGS, ROBOT, SLOW, PaperData  # noqa: E402
+from paper_case import FAST, HALF, RIGS, SLOW, Case, assumptions_of  # noqa: E402
+from paper_data import ROBOT, PaperData  # noqa: E402
+from paper_search import RANGES, Search  # noqa: E402
 
 LOOPS = {FAST: dict(rate_Hz=400, T_R=17.5e-3, T_S=2.5e-3), SLOW: dict(rate_Hz=50, T_R=40e-3, T_S=20e-3),
          HALF: dict(rate_Hz=400, T_R=7.5e-3, T_S=2.5e-3)}
@@ -54,7 +57,8 @@ def area(rig, vary, x_range, zeta_range=(0.0, 0.3), columns=61, rows=41, **value
     loop = Loop(**{**LOOPS[rig], **values})
     rigs = coupled_rigs(loop, vary, x, y)
     possible = (rigs.k >= 0) & (rigs.d >= 0) & (rigs.m > 0)
-    damped_Hz = (x * np.sqrt(1.0 - y**2))[possible]  # the manipulator alone has 1 Hz
+    manipulator_Hz = np.sqrt(loop.K / loop.M) / (2.0 * np.pi)
+    damped_Hz = manipulator_Hz * (x * np.sqrt(1.0 - y**2))[possible]
     return damped_Hz, radii(coupled_rigs(loop, vary, x[possible], y[possible])) < 1.0
 
 
@@ -220,6 +224,79 @@ def test_all_eight_claims_are_judged_and_every_map_has_one(claims):
     assert {claim.figure for claim in claims} >= {f"Fig. {n}" for n in (4, 5, 6, 10, 11, 12, 13, 14, 15, 16, 17)}
     assert len(RIGS) == 3 and all(claim.sentence and claim.measured for claim in claims)
     assert claims_module.text(claims).endswith(f"{sum(c.met for c in claims)} of {len(claims)} met\n")
+
+
+@pytest.fixture(scope="module")
+def paper_data(tmp_path_factory):
+    return PaperData(Berth(tmp_path_factory.mktemp("ess-paper")), Case("ess-paper"))
+
+
+@functools.cache
+def paper_values():
+    """What the rig file assumes, as the matrices of the other program take it."""
+    told = tomllib.loads((RIG_FOLDER / "ess-paper.toml").read_text())
+    of = {"mass_kg": "m", "stiffness_N_per_m": "k", "damping_N_s_per_m": "d"}
+    return {of[key]: told["object"][key] for key in of} | {of[key].upper(): told["manipulator"][key] for key in of} | {
+        "f_L": told["sensor"]["low_pass_frequency_Hz"]}
+
+
+@pytest.mark.long
+def test_with_ess_paper_all_17_checks_hold_at_once(paper_data):
+    found = claims_module.measure(paper_data)
+    print(claims_module.text(found))
+    assert len(found) == 17 and [claim.sentence for claim in found if not claim.met] == []
+    assert claims_module.text(found).endswith("17 of 17 met\n")
+
+
+def test_ess_paper_is_as_stable_as_another_program_says(paper_data):
+    areas = {}
+    for rig in RIGS:
+        radius = radii(Loop(**LOOPS[rig], **paper_values()))[0]
+        assert paper_data.spectra[rig]["spectral_radius"] == pytest.approx(radius, rel=1e-9)
+        assert radius < 1.0
+        for vary in ("elasticity", "mass"):
+            told = paper_data.maps[rig, vary].told
+            x = told["axes"]["x"]
+            damped_Hz, is_stable = area(rig, vary, (x["from"], x["to"]), **paper_values())
+            areas[rig, vary] = is_stable[damped_Hz < WALL_Hz].mean()
+            assert told["stable_share_below_wall"] == pytest.approx(areas[rig, vary], abs=0.02), (rig, vary)
+    print(areas)
+    assert areas[SLOW, "elasticity"] < 0.25 and areas[SLOW, "mass"] < 0.25
+    assert areas[FAST, "elasticity"] > 2.0 * areas[SLOW, "elasticity"]
+    assert 1.0 > areas[HALF, "elasticity"] > areas[FAST, "elasticity"] and areas[HALF, "mass"] > areas[FAST, "mass"]
+
+
+def test_ess_paper_is_stable_beyond_the_wall_and_near_its_limit_as_another_program_says():
+    values = paper_values()
+    damped_Hz, is_stable = area(FAST, "elasticity", (2.0, 3.2), (0.2, 0.7), 97, 51, **values)
+    assert damped_Hz[is_stable].max() > WALL_Hz
+    at = {name: (radii(Loop(**LOOPS[FAST], **{**values, name: values[name] * np.linspace(1.0, 2.0, 41)})) < 1.0)
+          for name in ("m", "k")}
+    assert at["m"][0] and not at["m"].all() and at["k"].all()
+
+
+@pytest.mark.slow
+def test_the_search_does_not_leave_the_shipped_values():
+    """No neighbour on the lattice has a larger smallest margin."""
+    own = assumptions_of("ess-paper")
+    search = Search(ROOT / "build" / "berth")
+    point = tuple(each.index(getattr(own, each.name)) for each in RANGES)
+    assert search.assumptions(point) == own
+    ends, margin = search.climb(point, -np.inf)
+    assert ends == point and margin > 0.0
+
+
+@pytest.mark.slow
+def test_which_assumption_each_claim_hangs_on_is_told(tmp_path):
+    table = claims_module.assumption_table(Berth(tmp_path), "ess-paper")
+    print(table)
+    cases = [line.split()[0] for line in table.splitlines() if line.startswith("  ")][:-1]
+    marks = np.array([[mark == "+" for mark in line[16:].split("  ")[:len(cases)]] for line in table.splitlines()
+                      if line[:1].isdigit()])
+    assert cases[0] == "-" and cases[-1] == "*" and marks.shape == (11, len(cases))
+    assert marks[:, 0].all()  # as it is
+    assert marks[:, -1].sum() == 9  # as ess, which misses two
+    assert not marks[:, 1:-1].all()
 
 
 def test_a_missing_program_is_named(tmp_path):

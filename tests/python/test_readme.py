@@ -21,7 +21,7 @@ def console_commands():
     for block in readme.BLOCK.finditer(README):
         for command, printed in readme.split_block(block[2]):
             if readme.is_run(command):
-                takes_long = command.startswith("build/berth accuracy")
+                takes_long = command.startswith("build/berth accuracy") or "--rig ess-paper" in command
                 yield pytest.param(command, printed, marks=[pytest.mark.slow] * takes_long)
 
 
