@@ -13,7 +13,7 @@ void app_start(struct app *app, const struct app_config *config)
     missed_time_start(&app->missed_time, &app->config);
     refusal_start(&app->refusal, &app->config);
     reflexes_start(&app->reflexes, &app->config);
-    app->record.command_position_m = app->config.manipulator.initial_position_m;
+    app->recorder.tick.command_position_m = app->config.manipulator.initial_position_m;
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
     compensation_start(&app->compensation, &app->config, &app->manipulator);
@@ -100,7 +100,7 @@ static uint32_t reflexes_of_tick(struct app *app, int64_t now_ns)
 {
     const struct reflex_input in = {
         .now_ns = now_ns,
-        .setpoint_m = app->record.command_position_m,
+        .setpoint_m = app->recorder.tick.command_position_m,
         .reported_m = app->robot_channel.position_m,
         .has_report = has_report(app),
         .has_sample = app->sensor_channel.has_sample,
@@ -112,49 +112,42 @@ static uint32_t reflexes_of_tick(struct app *app, int64_t now_ns)
     return reflexes_step(&app->reflexes, &in);
 }
 
+static inline uint32_t when(int holds, enum supervisor_condition condition)
+{
+    return holds ? (uint32_t)condition : 0u;
+}
+
 static uint32_t supervisor_conditions(struct app *app, const struct tick_input *in)
 {
-    const struct reception *reception = &app->reception;
     const int64_t now_ns = in->tick.scheduled_ns;
     const uint8_t request = app->operator_channel.command.request;
-    const enum received_message from_operator = operator_message(&app->config.operator_command);
-    const uint32_t reflexes = reflexes_of_tick(app, now_ns);
-    const uint32_t limited = app->limits.active | side_axes_limited(&app->side_axes);
-    const struct {
-        uint32_t condition;
-        int holds;
-    } conditions[] = {
-        {CONDITION_EMERGENCY_STOP, in->emergency_stop},
-        {CONDITION_ENABLE, in->enable},
-        {CONDITION_ENABLE_NOT_WIRED, in->enable == HAL_LEVEL_NOT_WIRED},
-        {CONDITION_FEEDBACK_FRESH, app->robot_channel.is_fresh},
-        {CONDITION_SENSOR_FRESH, !sensor_channel_is_stale(&app->sensor_channel, now_ns)},
-        {CONDITION_OPERATOR_FRESH, !reception_is_stale(reception, from_operator, now_ns)},
-        {CONDITION_ROBOT_AT_PLACE, robot_at_place(app)},
-        {CONDITION_ROBOT_FOLLOWS, app->robot_channel.follows},
-        {CONDITION_ROBOT_FAULT, app->robot_channel.fault},
-        {CONDITION_SENSOR_SATURATED, app->sensor_channel.saturated},
-        {CONDITION_FORCE_LIMIT, app->sensor_channel.over_limit},
-        {CONDITION_POSITION_LIMIT, (limited & LIMIT_POSITION) != 0},
-        {CONDITION_NOT_FINITE, (limited & LIMIT_NOT_FINITE) != 0},
-        {CONDITION_BUS_OFF, reception->bus_off},
-        {CONDITION_SEND_REFUSED, refusal_lasts(&app->refusal, now_ns)},
-        {CONDITION_SETPOINT_STALE, app->robot_channel.setpoint_is_stale},
-        {CONDITION_FOLLOWING_ERROR, (reflexes & REFLEX_FOLLOWING_ERROR) != 0},
-        {CONDITION_LINK_QUALITY, (reflexes & REFLEX_LINK_QUALITY) != 0},
-        {CONDITION_DEAD_TIME_POWER, (reflexes & REFLEX_DEAD_TIME_POWER) != 0},
-        {CONDITION_GROWTH, (reflexes & REFLEX_GROWTH) != 0},
-        {CONDITION_MISSED_TICKS, missed_time_is_over(&app->missed_time)},
-        {CONDITION_REQUEST_HOLD, request == OPERATOR_HOLD},
-        {CONDITION_REQUEST_RUN, request == OPERATOR_RUN},
-        {CONDITION_REQUEST_RESET, request == OPERATOR_RESET},
-        {CONDITION_STOP, in->tick.stop != 0},
-        {CONDITION_AT_REST, limits_at_rest(&app->limits) && side_axes_at_rest(&app->side_axes)},
-    };
-    uint32_t set = 0;
-    for (uint32_t i = 0; i < sizeof conditions / sizeof conditions[0]; i++) {
-        set |= conditions[i].holds ? conditions[i].condition : 0u;
-    }
+    const struct robot_channel *robot = &app->robot_channel;
+    const struct sensor_channel *sensor = &app->sensor_channel;
+    const uint32_t limited = app->limits.active | app->side_axes.active;
+    const enum received_message from_operator = app->operator_channel.message;
+    uint32_t set = reflexes_of_tick(app, now_ns);
+    set |= when(in->emergency_stop, CONDITION_EMERGENCY_STOP);
+    set |= when(in->enable, CONDITION_ENABLE);
+    set |= when(in->enable == HAL_LEVEL_NOT_WIRED, CONDITION_ENABLE_NOT_WIRED);
+    set |= when(robot->is_fresh, CONDITION_FEEDBACK_FRESH);
+    set |= when(!sensor_channel_is_stale(sensor, now_ns), CONDITION_SENSOR_FRESH);
+    set |= when(!reception_is_stale(&app->reception, from_operator, now_ns), CONDITION_OPERATOR_FRESH);
+    set |= when(robot_at_place(app), CONDITION_ROBOT_AT_PLACE);
+    set |= when(robot->follows, CONDITION_ROBOT_FOLLOWS);
+    set |= when(robot->fault, CONDITION_ROBOT_FAULT);
+    set |= when(sensor->saturated, CONDITION_SENSOR_SATURATED);
+    set |= when(sensor->over_limit, CONDITION_FORCE_LIMIT);
+    set |= when((limited & LIMIT_POSITION) != 0, CONDITION_POSITION_LIMIT);
+    set |= when((limited & LIMIT_NOT_FINITE) != 0, CONDITION_NOT_FINITE);
+    set |= when(app->reception.bus_off, CONDITION_BUS_OFF);
+    set |= when(refusal_lasts(&app->refusal, now_ns), CONDITION_SEND_REFUSED);
+    set |= when(robot->setpoint_is_stale, CONDITION_SETPOINT_STALE);
+    set |= when(missed_time_is_over(&app->missed_time), CONDITION_MISSED_TICKS);
+    set |= when(request == OPERATOR_HOLD, CONDITION_REQUEST_HOLD);
+    set |= when(request == OPERATOR_RUN, CONDITION_REQUEST_RUN);
+    set |= when(request == OPERATOR_RESET, CONDITION_REQUEST_RESET);
+    set |= when(in->tick.stop != 0, CONDITION_STOP);
+    set |= when(limits_at_rest(&app->limits) && side_axes_at_rest(&app->side_axes), CONDITION_AT_REST);
     return set;
 }
 
@@ -186,9 +179,9 @@ static void supervise(struct app *app, const struct tick_input *in)
     const enum supervisor_state before = app->supervisor.state;
     app->missed_ticks += in->tick.missed;
     missed_time_step(&app->missed_time, in->tick.missed);
-    refusal_step(&app->refusal, in->unsent_frames, app->sent_frames, app->record.scheduled_ns);
-    app->record.conditions = supervisor_conditions(app, in);
-    supervisor_step(&app->supervisor, app->record.conditions);
+    refusal_step(&app->refusal, in->unsent_frames, app->sent_frames, app->recorder.tick.scheduled_ns);
+    app->recorder.tick.conditions = supervisor_conditions(app, in);
+    supervisor_step(&app->supervisor, app->recorder.tick.conditions);
     enter_state(app, before);
 }
 
@@ -210,9 +203,16 @@ static void load_sides(struct app *app, const double wanted[SIDE_AXIS_COUNT])
     manipulator_load_sides(&app->manipulator, sides.force);
 }
 
+/* Beside the loop's direction; those that there are not stay at 0. */
+static void command_sides(struct app *app, double wanted[SIDE_AXIS_COUNT], struct robot_command *command)
+{
+    manipulator_sides(&app->manipulator, wanted);
+    side_axes_limit(&app->side_axes, wanted, command->side);
+}
+
 static void command_robot(struct app *app, const struct tick_input *in, struct tick_output *out)
 {
-    struct tick_record *record = &app->record;
+    struct tick_record *record = &app->recorder.tick;
     if (app->manipulator.has_arm) {
         arm_motion_record(&app->manipulator.arm, &app->arm_record);
     }
@@ -220,15 +220,15 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     record->manipulator_velocity_m_per_s = app->manipulator.velocity_m_per_s;
     record->displayed_position_m = compensation_motion(&app->compensation, app->manipulator.position_m);
     record->filtered_position_m = inverse_filter_step(&app->inverse_filter, record->displayed_position_m);
-    struct robot_command command = {
-        .position_m = limits_step(&app->limits, record->filtered_position_m),
-        .missed_ticks = app->missed_ticks,
-        .reset_is_wanted = supervisor_hears_reset(&app->supervisor, app->record.conditions),
-    };
+    struct robot_command command;
     double side[SIDE_AXIS_COUNT];
-    manipulator_sides(&app->manipulator, side);
-    side_axes_limit(&app->side_axes, side, command.side);
-    command.limits = app->limits.active | side_axes_limited(&app->side_axes);
+    command.position_m = limits_step(&app->limits, record->filtered_position_m);
+    command.missed_ticks = app->missed_ticks;
+    command.reset_is_wanted = supervisor_hears_reset(&app->supervisor, record->conditions);
+    if (app->side_axes.any) {
+        command_sides(app, side, &command);
+    }
+    command.limits = app->limits.active | app->side_axes.active;
     record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
     if (app->side_axes.any) {
         load_sides(app, side);
@@ -241,20 +241,21 @@ static void prepare_force(struct app *app)
     const struct operator_command *command = &app->operator_channel.command;
     const struct prediction_input in = {
         .measured_N = app->sensor_channel.force_N,
-        .setpoint_m = app->record.command_position_m,
+        .setpoint_m = app->recorder.tick.command_position_m,
         .reported_m = app->robot_channel.position_m,
     };
     const int may_move = supervisor_may_move(&app->supervisor);
     energy_account_book(&app->energy, command, in.measured_N, in.reported_m,
-                        app->record.displayed_position_m - app->manipulator.position_m, may_move);
-    app->record.used_force_N = compensation_force(&app->compensation, command, &app->energy.sums, &in, may_move);
-    energy_account_announce(&app->energy, command, app->record.used_force_N, in.measured_N, may_move);
+                        app->recorder.tick.displayed_position_m - app->manipulator.position_m, may_move);
+    app->recorder.tick.used_force_N =
+        compensation_force(&app->compensation, command, &app->energy.sums, &in, may_move);
+    energy_account_announce(&app->energy, command, app->recorder.tick.used_force_N, in.measured_N, may_move);
 }
 
 static void advance_manipulator(struct app *app)
 {
     if (supervisor_may_move(&app->supervisor)) {
-        manipulator_step(&app->manipulator, &app->operator_channel.command, app->record.used_force_N);
+        manipulator_step(&app->manipulator, &app->operator_channel.command, app->recorder.tick.used_force_N);
     }
 }
 
@@ -265,12 +266,49 @@ static void set_lines(struct app *app, struct tick_output *out)
     out->fault = app->supervisor.state == SUPERVISOR_FAULT;
 }
 
+static void record_energy(struct tick_record *record, const struct energy_sums *energy)
+{
+    record->energy_stored_J = energy->stored_J;
+    record->energy_operator_J = energy->operator_J;
+    record->energy_dissipated_J = energy->dissipated_J;
+    record->energy_integrator_J = energy->integrator_J;
+    record->energy_simulated_port_J = energy->simulated_port_J;
+    record->energy_measured_port_J = energy->measured_port_J;
+    record->energy_dead_time_J = energy->dead_time_J;
+    record->energy_compensation_J = energy->compensation_J;
+}
+
+static void record_compensation(struct tick_record *record, const struct compensation *compensation)
+{
+    record->predicted_error_N = compensation->prediction.error_N;
+    record->inverse_gain = compensation->inverse.coefficient[0];
+    record->inverse_delay_s = compensation->inverse.coefficient[1];
+    record->inverse_curve_s2 = compensation->inverse.coefficient[2];
+    record->inverse_error_m = compensation->inverse.error_m;
+    record->lead_error_N = compensation->lead.error_N;
+    record->passivity_deficit_J = compensation->passivity.deficit_J;
+    record->passivity_force_N = compensation->passivity.force_N;
+    const struct believed_hardware believed = prediction_belief(&compensation->prediction);
+    record->believed_mass_kg = (float)believed.mass_kg;
+    record->believed_damping_N_s_per_m = (float)believed.damping_N_s_per_m;
+    record->believed_stiffness_N_per_m = (float)believed.stiffness_N_per_m;
+    record->believed_dead_time_ms = (float)believed.dead_time_ms;
+}
+
+static void record_drive(struct tick_record *record, const struct cia402 *drive)
+{
+    record->drive_error = drive->error;
+    record->drive_statusword = drive->statusword;
+    record->drive_trouble = drive->trouble;
+    record->drive_setup_step = (uint8_t)drive->setup.step;
+}
+
+/* What a rig does without stays 0 in its record. */
 static void record_tick(struct app *app, const struct tick_input *in, const struct tick_output *out)
 {
     const struct operator_command *command = &app->operator_channel.command;
     const struct reception_counts *counts = &app->reception.counts;
-    const struct energy_sums *energy = &app->energy.sums;
-    struct tick_record *record = &app->record;
+    struct tick_record *record = &app->recorder.tick;
     record->timestamp = (uint64_t)in->tick.scheduled_ns / 1000u;
     record->index = in->tick.index;
     record->scheduled_ns = in->tick.scheduled_ns;
@@ -281,27 +319,10 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->operator_force_N = command->force_N;
     record->force_N = app->sensor_channel.force_N;
     record->robot_position_m = app->robot_channel.position_m;
-    record->energy_stored_J = energy->stored_J;
-    record->energy_operator_J = energy->operator_J;
-    record->energy_dissipated_J = energy->dissipated_J;
-    record->energy_integrator_J = energy->integrator_J;
-    record->energy_simulated_port_J = energy->simulated_port_J;
-    record->energy_measured_port_J = energy->measured_port_J;
-    record->energy_dead_time_J = energy->dead_time_J;
-    record->energy_compensation_J = energy->compensation_J;
-    record->predicted_error_N = app->compensation.prediction.error_N;
-    record->inverse_gain = app->compensation.inverse.coefficient[0];
-    record->inverse_delay_s = app->compensation.inverse.coefficient[1];
-    record->inverse_curve_s2 = app->compensation.inverse.coefficient[2];
-    record->inverse_error_m = app->compensation.inverse.error_m;
-    record->lead_error_N = app->compensation.lead.error_N;
-    record->passivity_deficit_J = app->compensation.passivity.deficit_J;
-    record->passivity_force_N = app->compensation.passivity.force_N;
-    const struct believed_hardware believed = prediction_belief(&app->compensation.prediction);
-    record->believed_mass_kg = (float)believed.mass_kg;
-    record->believed_damping_N_s_per_m = (float)believed.damping_N_s_per_m;
-    record->believed_stiffness_N_per_m = (float)believed.stiffness_N_per_m;
-    record->believed_dead_time_ms = (float)believed.dead_time_ms;
+    record_energy(record, &app->energy.sums);
+    if (app->compensation.is_on) {
+        record_compensation(record, &app->compensation);
+    }
     record->missed_ticks = in->tick.missed;
     record->rejected_frames =
         counts->unknown + counts->wrong_length + counts->repeated + counts->old + counts->out_of_range;
@@ -312,24 +333,22 @@ static void record_tick(struct app *app, const struct tick_input *in, const stru
     record->unsent_frames = in->unsent_frames;
     record->error_frames = counts->error_frames;
     record->saturated_setpoints = app->robot_channel.saturated_setpoints;
-    record->drive_error = app->robot_channel.drive.error;
-    record->drive_statusword = app->robot_channel.drive.statusword;
-    record->drive_trouble = app->robot_channel.drive.trouble;
-    record->drive_setup_step = (uint8_t)app->robot_channel.drive.setup.step;
+    if (app->robot_channel.profile == ROBOT_PROFILE_CIA402) {
+        record_drive(record, &app->robot_channel.drive);
+    }
     record->enable = in->enable;
     record->emergency_stop = in->emergency_stop;
     record->stop = in->tick.stop != 0;
     record->state = (uint8_t)app->supervisor.state;
     record->stop_cause = (uint8_t)app->supervisor.stop_cause;
-    record->limits = (uint8_t)(app->limits.active | side_axes_limited(&app->side_axes));
+    record->limits = (uint8_t)(app->limits.active | app->side_axes.active);
     record->operator_request = command->request;
     record->heartbeat = out->heartbeat;
     if (app->manipulator.has_arm) {
-        app->arm_record.timestamp = record->timestamp;
+        app->arm_record.timestamp = app->side_record.timestamp = record->timestamp;
     }
-    app->side_record.timestamp = record->timestamp;
     recorder_write(&app->recorder, in, out, app->manipulator.has_arm ? &app->arm_record : NULL,
-                   app->side_axes.any ? &app->side_record : NULL, record);
+                   app->side_axes.any ? &app->side_record : NULL);
 }
 
 void app_step(struct app *app, const struct tick_input *in, struct tick_output *out)

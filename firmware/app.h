@@ -45,10 +45,9 @@ struct app {
     struct reflexes reflexes;
     uint32_t sent_frames; /* by the last tick */
     uint8_t heartbeat;
-    struct tick_record record;      /* of the newest tick */
-    struct arm_record arm_record;   /* the same, with an arm */
+    struct arm_record arm_record;   /* of the newest tick, with an arm */
     struct side_record side_record; /* the same, where the robot has further axes */
-    struct recorder recorder;       /* the same and its frames, as log messages */
+    struct recorder recorder;       /* the tick's own record, and all of them as log messages */
 };
 
 /* Puts the firmware to its initial state. `config` must have passed config_validate(). The struct must not be

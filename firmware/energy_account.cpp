@@ -68,18 +68,24 @@ void book_step(energy_account &account)
     energy_sums &sums = account.sums;
     const vector3 input(held.position_m, held.velocity_m_per_s, held.force_N - account.force_N);
     const vector2 before(account.position_m, account.velocity_m_per_s);
-    const vector2 exact =
-        Eigen::Map<const matrix2>(now.transition) * before + Eigen::Map<const matrix23>(now.input_map) * input;
     const vector4 e(before(0) - held.position_m, before(1), input(2), held.velocity_m_per_s);
     const double dissipated_J = e.dot(Eigen::Map<const matrix4>(account.loss) * e);
-    const double begin_J = stored_J(c, before(0), before(1), held.position_m);
-    const double exact_J = stored_J(c, exact(0), exact(1), held.position_m);
+    const double begin_J = sums.stored_J; /* as book_command() or the beginning left it */
     const double end_J = manipulator_stored_J(&now, held.position_m);
+    const double way_m = now.position_m - before(0);
+    double exact_J = end_J;
+    double exact_way_m = way_m;
+    if (c.integrator != INTEGRATOR_EXACT) {
+        const vector2 exact =
+            Eigen::Map<const matrix2>(now.transition) * before + Eigen::Map<const matrix23>(now.input_map) * input;
+        exact_J = stored_J(c, exact(0), exact(1), held.position_m);
+        exact_way_m = exact(0) - before(0);
+        sums.integrator_J += end_J - exact_J + account.force_N * (now.position_m - exact(0));
+    }
     sums.dissipated_J += dissipated_J;
-    sums.operator_J += exact_J - begin_J + dissipated_J + account.force_N * (exact(0) - before(0));
-    sums.integrator_J += end_J - exact_J + account.force_N * (now.position_m - exact(0));
-    sums.simulated_port_J += account.force_N * (now.position_m - before(0));
-    sums.compensation_J -= (account.force_N - account.measured_N) * (now.position_m - before(0));
+    sums.operator_J += exact_J - begin_J + dissipated_J + account.force_N * exact_way_m;
+    sums.simulated_port_J += account.force_N * way_m;
+    sums.compensation_J -= (account.force_N - account.measured_N) * way_m;
     sums.stored_J = end_J;
 }
 
@@ -173,7 +179,7 @@ void energy_account_announce(energy_account *account, const operator_command *co
     account->command = *command;
     account->force_N = force_N;
     account->measured_N = measured_N;
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+    for (int i = 0; now.has_arm && i < SIDE_AXIS_COUNT; i++) {
         account->side_begin[i] = now.arm.side[i];
         account->side_load[i] = now.arm.side_load[i];
     }

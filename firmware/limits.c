@@ -42,9 +42,9 @@ static int on_target(const struct limits *limits)
 
 /* The velocity that leads to the wanted position at the next tick; where the setpoints have fallen behind, the
  * target's own velocity and no more on top than can be braked away. */
-static double wished_velocity(const struct limits *limits, double wanted_m)
+static double wished_velocity(const struct limits *limits, double wanted_m, int is_on_target)
 {
-    if (on_target(limits)) {
+    if (is_on_target) {
         return (wanted_m - limits->position_m) / limits->period_s;
     }
     const double gap_m = limits->target_m - limits->position_m;
@@ -90,7 +90,8 @@ double limits_step(struct limits *limits, double wanted_m)
     }
     const double target_m =
         limited(limits, LIMIT_POSITION, wanted_m, config->position_min_m, config->position_max_m);
-    const double wished = wished_velocity(limits, target_m);
+    const int is_on_target = on_target(limits);
+    const double wished = wished_velocity(limits, target_m, is_on_target);
 
     double velocity = limited(limits, LIMIT_VELOCITY, wished, -config->velocity_m_per_s, config->velocity_m_per_s);
     const double room_m =
@@ -102,7 +103,7 @@ double limits_step(struct limits *limits, double wanted_m)
                        limits->velocity_m_per_s + change);
 
     const double moved_m =
-        velocity == wished && on_target(limits) ? target_m : limits->position_m + velocity * limits->period_s;
+        velocity == wished && is_on_target ? target_m : limits->position_m + velocity * limits->period_s;
     const double position_m =
         limited(limits, LIMIT_POSITION, moved_m, config->position_min_m, config->position_max_m);
     limits->target_m = target_m;

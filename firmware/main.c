@@ -34,7 +34,7 @@ int main(int argc, char **argv)
     const enum hal_status closed = hal_close(hal);
 
     printf("%s: %lld ticks, %u not recorded, %u frames not sent\n", supervisor_state_name(app.supervisor.state),
-           (long long)app.record.index + 1, app.unrecorded_ticks, app.unsent_frames);
+           (long long)app.recorder.tick.index + 1, app.unrecorded_ticks, app.unsent_frames);
     if (app.supervisor.stop_cause != STOP_NONE) {
         printf("stopped because: %s\n", stop_cause_name(app.supervisor.stop_cause));
     }

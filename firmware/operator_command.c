@@ -9,7 +9,9 @@ static int within(double value, double limit)
 
 void operator_channel_start(struct operator_channel *channel, const struct app_config *config)
 {
-    *channel = (struct operator_channel){.config = &config->operator_command, .arm = &config->arm};
+    *channel = (struct operator_channel){.config = &config->operator_command,
+                                         .arm = &config->arm,
+                                         .message = operator_message(&config->operator_command)};
 }
 
 enum received_message operator_message(const struct operator_config *config)
@@ -57,7 +59,7 @@ static int receive_force(struct operator_channel *channel, const struct hal_fram
 int operator_channel_receive(struct operator_channel *channel, enum received_message message,
                              const struct hal_frame *frame)
 {
-    if (message != operator_message(channel->config)) {
+    if (message != channel->message) {
         return 0;
     }
     return message == RECEIVED_OPERATOR_FORCE ? receive_force(channel, frame) : receive_motion(channel, frame);

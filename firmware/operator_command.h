@@ -24,6 +24,7 @@ struct operator_command {
 struct operator_channel {
     const struct operator_config *config;
     const struct arm_config *arm;
+    enum received_message message;   /* of the two that this configuration listens to */
     struct operator_command command; /* the newest valid one */
 };
 

@@ -98,15 +98,27 @@ uint32_t reception_ids(const struct app_config *config, enum hal_bus bus, uint32
     return count;
 }
 
+/* A counter tells old from new for half a turn, counted in the frames that belong to the time, and until a tick has
+ * seen that its message is stale: then the sender may have begun anew. */
+static int64_t counter_lasts_ns(const struct message_reception *of, int64_t period_ns)
+{
+    const int64_t half_turn_ns = of->row.counter_mask / 2 * period_ns / of->row.per_tick;
+    const int64_t stale_ns = of->stale_after_ns + 2 * period_ns;
+    return half_turn_ns < stale_ns ? half_turn_ns : stale_ns;
+}
+
 void reception_start(struct reception *reception, const struct app_config *config)
 {
     *reception = (struct reception){.period_ns = config_period_ns(config)};
-    for (int i = 0; i < RECEIVED_COUNT; i++) {
-        reception->rows[i] = row_for(config, i);
-        if (reception->rows[i].bus != HAL_BUS_COUNT) {
-            reception->heard[reception->heard_count++] = (uint8_t)i;
+    memset(reception->message_of, RECEIVED_NONE, sizeof reception->message_of);
+    for (int i = RECEIVED_COUNT - 1; i >= 0; i--) { /* of two with the same identifier, the first counts */
+        struct message_reception *of = &reception->messages[i];
+        of->row = row_for(config, i);
+        of->stale_after_ns = ns_from_ms(stale_after_ms(config, i));
+        if (of->row.bus != HAL_BUS_COUNT) {
+            of->counter_lasts_ns = counter_lasts_ns(of, reception->period_ns);
+            reception->message_of[of->row.bus][of->row.id] = (uint8_t)i;
         }
-        reception->stale_after_ns[i] = ns_from_ms(stale_after_ms(config, i));
     }
 }
 
@@ -118,16 +130,11 @@ void reception_begin_tick(struct reception *reception, uint32_t missed_ticks, in
     memset(reception->in_tick, 0, sizeof reception->in_tick);
 }
 
-static enum received_message row_of(const struct reception *reception, const struct hal_frame *frame)
+static enum received_message message_of(const struct reception *reception, const struct hal_frame *frame)
 {
-    for (uint32_t i = 0; i < reception->heard_count; i++) {
-        const enum received_message message = (enum received_message)reception->heard[i];
-        const struct reception_row *row = &reception->rows[message];
-        if (row->id == frame->id && row->bus == frame->bus) {
-            return message;
-        }
-    }
-    return RECEIVED_NONE;
+    return frame->bus < HAL_BUS_COUNT && frame->id < CAN_IDS
+               ? (enum received_message)reception->message_of[frame->bus][frame->id]
+               : RECEIVED_NONE;
 }
 
 static uint8_t counter_of(const struct reception_row *row, const struct hal_frame *frame)
@@ -135,49 +142,38 @@ static uint8_t counter_of(const struct reception_row *row, const struct hal_fram
     return (uint8_t)(frame->data[row->counter_byte] >> row->counter_shift) & row->counter_mask;
 }
 
+/* By how many frames a counter is before the newest one, or as far ahead of it as is left of the turn. */
+static uint8_t frames_behind(const struct message_reception *of, uint8_t counter)
+{
+    return (uint8_t)(of->counter - counter) & of->row.counter_mask;
+}
+
 /* Less than half a turn before the newest one; further away it is ahead, and many were lost. */
-static int counter_is_behind(const struct reception_row *row, uint8_t newest, uint8_t counter)
+static int is_behind(const struct message_reception *of, uint8_t frames)
 {
-    const uint8_t behind = (uint8_t)(newest - counter) & row->counter_mask;
-    return behind > 0 && behind <= row->counter_mask / 2;
+    return frames > 0 && frames <= of->row.counter_mask / 2;
 }
 
-/* A counter tells old from new for half a turn, counted in the frames that belong to the time, and until a tick has
- * seen that its message is stale: then the sender may have begun anew. */
-static int64_t counter_lasts_ns(const struct reception *reception, enum received_message message)
+/* A frame with a counter behind the newest one counts on from a refused frame at the sender's pace: not that one was
+ * from the past, but the frame before it was not the sender's. Old frames that were held up come in a burst. */
+static int goes_on_behind(const struct message_reception *of, int64_t time_ns, uint8_t counter, int64_t period_ns)
 {
-    const struct reception_row *row = &reception->rows[message];
-    const int64_t half_turn_ns = row->counter_mask / 2 * reception->period_ns / row->per_tick;
-    const int64_t stale_ns = reception->stale_after_ns[message] + 2 * reception->period_ns;
-    return half_turn_ns < stale_ns ? half_turn_ns : stale_ns;
+    const int64_t since_behind_ns = time_ns - of->behind.time_ns;
+    return of->behind.seen && counter == ((of->behind.counter + 1) & of->row.counter_mask) &&
+           2 * since_behind_ns * of->row.per_tick >= period_ns && since_behind_ns <= of->counter_lasts_ns;
 }
 
-/* It counts on from a refused frame at the sender's pace: not that one was from the past, but the frame before it
- * was not the sender's. Old frames that were held up come in a burst. */
-static int goes_on_behind(const struct reception *reception, enum received_message message,
-                          const struct hal_frame *frame)
+/* From the past, by its stamp or by its counter. */
+static int is_old(const struct message_reception *of, int64_t time_ns, int counter_is_behind, int64_t now_ns)
 {
-    const struct reception_row *row = &reception->rows[message];
-    const struct behind_frame *behind = &reception->behind[message];
-    const int64_t since_behind_ns = frame->time_ns - behind->time_ns;
-    return behind->seen && counter_of(row, frame) == ((behind->counter + 1) & row->counter_mask) &&
-           counter_is_behind(row, reception->counter[message], counter_of(row, frame)) &&
-           2 * since_behind_ns * row->per_tick >= reception->period_ns &&
-           since_behind_ns <= counter_lasts_ns(reception, message);
-}
-
-static int is_old(const struct reception *reception, enum received_message message, const struct hal_frame *frame)
-{
-    const int64_t since_newest_ns = frame->time_ns - reception->received_ns[message];
-    const struct reception_row *row = &reception->rows[message];
-    if (reception->now_ns - frame->time_ns > reception->stale_after_ns[message]) {
+    const int64_t since_newest_ns = time_ns - of->received_ns;
+    if (now_ns - time_ns > of->stale_after_ns) {
         return 1;
     }
-    if (!reception->seen[message] || since_newest_ns < 0) {
-        return reception->seen[message];
+    if (!of->seen || since_newest_ns < 0) {
+        return of->seen;
     }
-    return counter_is_behind(row, reception->counter[message], counter_of(row, frame)) &&
-           since_newest_ns <= counter_lasts_ns(reception, message);
+    return counter_is_behind && since_newest_ns <= of->counter_lasts_ns;
 }
 
 enum received_message reception_check(struct reception *reception, const struct hal_frame *frame)
@@ -187,26 +183,29 @@ enum received_message reception_check(struct reception *reception, const struct 
         reception->bus_off |= (frame->flags & HAL_FRAME_BUS_OFF) != 0;
         return RECEIVED_NONE;
     }
-    enum received_message message = row_of(reception, frame);
+    const enum received_message message = message_of(reception, frame);
     if (message == RECEIVED_NONE) {
         reception->counts.unknown++;
         return RECEIVED_NONE;
     }
-    const struct reception_row *row = &reception->rows[message];
-    if (frame->length != row->length) {
+    struct message_reception *of = &reception->messages[message];
+    if (frame->length != of->row.length) {
         reception->counts.wrong_length++;
         return RECEIVED_NONE;
     }
-    if (row->counter_mask != 0 && reception->seen[message] &&
-        counter_of(row, frame) == reception->counter[message]) {
+    const uint8_t counter = counter_of(&of->row, frame);
+    const uint8_t behind = frames_behind(of, counter);
+    int counter_is_behind = is_behind(of, behind);
+    if (behind == 0 && of->seen && of->row.counter_mask != 0) {
         reception->counts.repeated++;
         return RECEIVED_NONE;
     }
-    if (goes_on_behind(reception, message, frame)) {
-        reception->counter[message] = reception->behind[message].counter;
+    if (counter_is_behind && goes_on_behind(of, frame->time_ns, counter, reception->period_ns)) {
+        of->counter = of->behind.counter;
+        counter_is_behind = 0;
     }
-    if (is_old(reception, message, frame)) {
-        reception->behind[message] = (struct behind_frame){frame->time_ns, counter_of(row, frame), 1};
+    if (is_old(of, frame->time_ns, counter_is_behind, reception->now_ns)) {
+        of->behind = (struct behind_frame){frame->time_ns, counter, 1};
         reception->counts.old++;
         return RECEIVED_NONE;
     }
@@ -215,18 +214,17 @@ enum received_message reception_check(struct reception *reception, const struct 
 
 void reception_accept(struct reception *reception, enum received_message message, const struct hal_frame *frame)
 {
-    const struct reception_row *row = &reception->rows[message];
-    uint8_t counter = counter_of(row, frame);
-    if (row->counter_mask != 0 && reception->seen[message]) {
-        uint8_t expected = (uint8_t)(reception->counter[message] + 1) & row->counter_mask;
-        reception->counts.lost += (uint8_t)(counter - expected) & row->counter_mask;
+    struct message_reception *of = &reception->messages[message];
+    const uint8_t counter = counter_of(&of->row, frame);
+    if (of->seen) {
+        reception->counts.lost += (uint8_t)(counter - of->counter - 1) & of->row.counter_mask;
     }
-    reception->counter[message] = counter;
-    reception->seen[message] = 1;
-    reception->received_ns[message] = frame->time_ns < reception->now_ns ? frame->time_ns : reception->now_ns;
+    of->counter = counter;
+    of->seen = 1;
+    of->received_ns = frame->time_ns < reception->now_ns ? frame->time_ns : reception->now_ns;
     reception->counts.accepted++;
     /* A frame that the bus held up comes together with its successor: one more than belongs is no news. */
-    if (++reception->in_tick[message] > row->per_tick * reception->periods_waited + 1u) {
+    if (++reception->in_tick[message] > of->row.per_tick * reception->periods_waited + 1u) {
         reception->counts.too_frequent++;
     }
 }
@@ -238,6 +236,6 @@ void reception_reject_range(struct reception *reception)
 
 int reception_is_stale(const struct reception *reception, enum received_message message, int64_t now_ns)
 {
-    return !reception->seen[message] ||
-           now_ns - reception->received_ns[message] > reception->stale_after_ns[message];
+    const struct message_reception *of = &reception->messages[message];
+    return !of->seen || now_ns - of->received_ns > of->stale_after_ns;
 }

@@ -65,15 +65,22 @@ struct behind_frame {
     uint8_t seen;
 };
 
+/* What has come of one message, and what may come. */
+struct message_reception {
+    struct reception_row row;
+    int64_t stale_after_ns;
+    int64_t counter_lasts_ns; /* so long its counter tells old from new */
+    int64_t received_ns;      /* of the newest accepted frame; never later than its tick */
+    uint8_t counter;          /* of that frame */
+    uint8_t seen;             /* there has been one */
+    struct behind_frame behind;
+};
+
+#define CAN_IDS 2048 /* of 11 bits */
+
 struct reception {
-    struct reception_row rows[RECEIVED_COUNT];
-    uint8_t heard[RECEIVED_COUNT]; /* enum received_message of the rows that a bus has, heard_count of them */
-    uint8_t heard_count;
-    int64_t stale_after_ns[RECEIVED_COUNT];
-    int64_t received_ns[RECEIVED_COUNT]; /* of the newest accepted frame; never later than its tick */
-    uint8_t counter[RECEIVED_COUNT];
-    uint8_t seen[RECEIVED_COUNT];
-    struct behind_frame behind[RECEIVED_COUNT];
+    uint8_t message_of[HAL_BUS_COUNT][CAN_IDS]; /* enum received_message by bus and identifier */
+    struct message_reception messages[RECEIVED_COUNT];
     int64_t now_ns;
     int64_t period_ns;
     uint32_t in_tick[RECEIVED_COUNT]; /* frames accepted in this tick */

@@ -1,5 +1,6 @@
 #include "recorder.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define FORMAT_FIELD(type, name) #type " " #name ";"
@@ -15,15 +16,16 @@ _Static_assert(sizeof(struct side_record) == 0 SIDE_RECORD_FIELDS(FIELD_SIZE), "
 _Static_assert(sizeof(struct frame_record) == 0 FRAME_RECORD_FIELDS(FIELD_SIZE), "the frame record has no padding");
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "ULog is little-endian, records are copied as they are");
 
+_Static_assert(offsetof(struct recorder, tick) == sizeof(((struct recorder *)0)->before),
+               "the tick's record follows what is before it");
+
 /* Starts a message and returns where its record goes. */
-static uint8_t *begin_message(struct recorder *recorder, uint16_t message_id, uint16_t record_bytes)
+static uint8_t *begin_message(uint8_t *to, uint16_t message_id, uint16_t record_bytes)
 {
-    uint8_t *to = recorder->bytes + recorder->size_bytes;
     const uint16_t size_bytes = (uint16_t)(sizeof message_id + record_bytes);
     memcpy(to, &size_bytes, sizeof size_bytes);
     to[2] = 'D';
     memcpy(to + 3, &message_id, sizeof message_id);
-    recorder->size_bytes += ULOG_DATA_HEADER_BYTES + record_bytes;
     return to + ULOG_DATA_HEADER_BYTES;
 }
 
@@ -33,32 +35,29 @@ static uint8_t *begin_message(struct recorder *recorder, uint16_t message_id, ui
     memcpy(to, &record->name, sizeof record->name);                                                                 \
     to += sizeof record->name;
 
-static void append_frame(struct recorder *recorder, const struct frame_record *record)
+static uint8_t *put_frame(uint8_t *to, const struct frame_record *record)
 {
-    uint8_t *to = begin_message(recorder, ULOG_FRAME_ID, sizeof *record);
+    to = begin_message(to, ULOG_FRAME_ID, sizeof *record);
     FRAME_RECORD_FIELDS(PUT_FIELD)
+    return to;
 }
 
-static void append_tick(struct recorder *recorder, const struct tick_record *record)
+static uint8_t *put_arm(uint8_t *to, const struct arm_record *record)
 {
-    uint8_t *to = begin_message(recorder, ULOG_TICK_ID, sizeof *record);
-    TICK_RECORD_FIELDS(PUT_FIELD)
-}
-
-static void append_arm(struct recorder *recorder, const struct arm_record *record)
-{
-    uint8_t *to = begin_message(recorder, ULOG_ARM_ID, sizeof *record);
+    to = begin_message(to, ULOG_ARM_ID, sizeof *record);
     ARM_RECORD_FIELDS(PUT_FIELD)
+    return to;
 }
 
-static void append_side(struct recorder *recorder, const struct side_record *record)
+static uint8_t *put_side(uint8_t *to, const struct side_record *record)
 {
-    uint8_t *to = begin_message(recorder, ULOG_SIDE_ID, sizeof *record);
+    to = begin_message(to, ULOG_SIDE_ID, sizeof *record);
     SIDE_RECORD_FIELDS(PUT_FIELD)
+    return to;
 }
 
-static void append_frames(struct recorder *recorder, const struct hal_frame *frames, uint32_t count,
-                          uint64_t timestamp, uint8_t direction)
+static uint8_t *put_frames(uint8_t *to, const struct hal_frame *frames, uint32_t count, uint64_t timestamp,
+                           uint8_t direction)
 {
     for (uint32_t i = 0; i < count; i++) {
         const struct hal_frame *frame = &frames[i];
@@ -72,21 +71,29 @@ static void append_frames(struct recorder *recorder, const struct hal_frame *fra
             .direction = direction,
         };
         memcpy(&record.data, frame->data, sizeof frame->data);
-        append_frame(recorder, &record);
+        to = put_frame(to, &record);
     }
+    return to;
 }
 
+#define MESSAGE_BYTES(record) (ULOG_DATA_HEADER_BYTES + (uint32_t)sizeof(struct record))
+
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct arm_record *arm, const struct side_record *side, const struct tick_record *record)
+                    const struct arm_record *arm, const struct side_record *side)
 {
-    recorder->size_bytes = 0;
-    append_frames(recorder, in->frames, in->frame_count, record->timestamp, 0);
-    append_frames(recorder, out->frames, out->frame_count, record->timestamp, 1);
+    const uint32_t before_bytes = (in->frame_count + out->frame_count) * MESSAGE_BYTES(frame_record) +
+                                  (arm != NULL ? MESSAGE_BYTES(arm_record) : 0u) +
+                                  (side != NULL ? MESSAGE_BYTES(side_record) : 0u) + ULOG_DATA_HEADER_BYTES;
+    uint8_t *to = recorder->before + sizeof recorder->before - before_bytes;
+    recorder->bytes = to;
+    recorder->size_bytes = before_bytes + (uint32_t)sizeof recorder->tick;
+    to = put_frames(to, in->frames, in->frame_count, recorder->tick.timestamp, 0);
+    to = put_frames(to, out->frames, out->frame_count, recorder->tick.timestamp, 1);
     if (arm != NULL) {
-        append_arm(recorder, arm);
+        to = put_arm(to, arm);
     }
     if (side != NULL) {
-        append_side(recorder, side);
+        to = put_side(to, side);
     }
-    append_tick(recorder, record);
+    begin_message(to, ULOG_TICK_ID, sizeof recorder->tick);
 }

@@ -103,21 +103,25 @@ struct frame_record {
 
 /* A ULog data message: size, type 'D', message id, then the record as it lies in memory (little-endian). */
 #define ULOG_DATA_HEADER_BYTES 5
-#define RECORDER_TICK_BYTES_MAX                                                                                     \
-    (ULOG_DATA_HEADER_BYTES + sizeof(struct tick_record) + ULOG_DATA_HEADER_BYTES + sizeof(struct arm_record) +     \
-     ULOG_DATA_HEADER_BYTES + sizeof(struct side_record) +                                                          \
-     (TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX) * (ULOG_DATA_HEADER_BYTES + sizeof(struct frame_record)))
+#define RECORDER_BEFORE_BYTES_MAX                                                                                   \
+    ((TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX) * (ULOG_DATA_HEADER_BYTES + sizeof(struct frame_record)) +          \
+     ULOG_DATA_HEADER_BYTES + sizeof(struct arm_record) + ULOG_DATA_HEADER_BYTES + sizeof(struct side_record) +     \
+     ULOG_DATA_HEADER_BYTES)
+#define RECORDER_TICK_BYTES_MAX (RECORDER_BEFORE_BYTES_MAX + sizeof(struct tick_record))
 
 /* The messages of one tick: frames received, frames sent, the arm and the robot's further axes, if there are, then
- * the tick itself. */
+ * the tick itself. Its record is made where its message stands, so that nobody has to copy it. */
 struct recorder {
-    uint8_t bytes[RECORDER_TICK_BYTES_MAX];
+    uint8_t before[(RECORDER_BEFORE_BYTES_MAX + 7) / 8 * 8]; /* the messages end where `tick` begins */
+    struct tick_record tick;
+    const uint8_t *bytes; /* of the messages, within this struct */
     uint32_t size_bytes;
 };
 
-/* Replaces the recorder's contents by the messages of this tick. `arm`, `side`: NULL if there is none. */
+/* Replaces the messages before `tick`, which has been filled in, by those of its tick. `arm`, `side`: NULL if there
+ * is none. */
 void recorder_write(struct recorder *recorder, const struct tick_input *in, const struct tick_output *out,
-                    const struct arm_record *arm, const struct side_record *side, const struct tick_record *record);
+                    const struct arm_record *arm, const struct side_record *side);
 
 /* ULog format strings "name:type field;..." of the records. */
 extern const char *const tick_record_format;

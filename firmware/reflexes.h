@@ -5,6 +5,7 @@
 
 #include "config.h"
 #include "past.h"
+#include "supervisor.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,11 +71,12 @@ struct reflex_input {
     double operator_J;  /* given to it by the operator since then */
 };
 
+/* As the supervisor is told of them. */
 enum reflex {
-    REFLEX_FOLLOWING_ERROR = 1 << 0,
-    REFLEX_LINK_QUALITY = 1 << 1,
-    REFLEX_DEAD_TIME_POWER = 1 << 2,
-    REFLEX_GROWTH = 1 << 3,
+    REFLEX_FOLLOWING_ERROR = CONDITION_FOLLOWING_ERROR,
+    REFLEX_LINK_QUALITY = CONDITION_LINK_QUALITY,
+    REFLEX_DEAD_TIME_POWER = CONDITION_DEAD_TIME_POWER,
+    REFLEX_GROWTH = CONDITION_GROWTH,
 };
 
 void reflexes_start(struct reflexes *reflexes, const struct app_config *config);

@@ -38,6 +38,9 @@ void robot_channel_start(struct robot_channel *channel, const struct app_config 
     if (channel->profile == ROBOT_PROFILE_CIA402) {
         cia402_start(&channel->drive, config);
     }
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        channel->has_sides |= config->side_axes[i].enabled != 0;
+    }
 }
 
 void robot_channel_restart(struct robot_channel *channel)
@@ -86,7 +89,7 @@ int robot_channel_receive(struct robot_channel *channel, enum received_message m
 static int feedback_is_fresh(const struct robot_channel *channel, const struct reception *reception, int64_t now_ns)
 {
     int is_fresh = !reception_is_stale(reception, RECEIVED_ROBOT_FEEDBACK, now_ns);
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+    for (int i = 0; channel->has_sides && i < SIDE_AXIS_COUNT; i++) {
         const enum received_message message = (enum received_message)(RECEIVED_SIDE_FEEDBACK + i);
         is_fresh &= !channel->side_config[i].enabled || !reception_is_stale(reception, message, now_ns);
     }
@@ -115,7 +118,7 @@ static void judge_echoes(struct robot_channel *channel, int64_t now_ns)
         return;
     }
     judge_echo(channel, &channel->echo, channel->setpoint_counter, now_ns);
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+    for (int i = 0; channel->has_sides && i < SIDE_AXIS_COUNT; i++) {
         if (channel->side_config[i].enabled) {
             judge_echo(channel, &channel->side_echo[i], channel->side_counter[i], now_ns);
         }
@@ -195,7 +198,9 @@ double robot_channel_send(struct robot_channel *channel, const struct supervisor
         channel->setpoint_ns = tick->scheduled_ns;
         sent_position_m = send_setpoint(channel, &setpoint_row, &channel->setpoint_counter, supervisor, tick,
                                         command->position_m, out);
-        send_side_setpoints(channel, supervisor, tick, command->side, out);
+        if (channel->has_sides) {
+            send_side_setpoints(channel, supervisor, tick, command->side, out);
+        }
     } else {
         sent_position_m =
             cia402_send(&channel->drive, supervisor, tick, command->position_m, command->reset_is_wanted, out);

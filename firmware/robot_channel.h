@@ -28,7 +28,8 @@ struct robot_channel {
     uint32_t saturated_setpoints; /* setpoints outside the range of the frame: sent at its end, and counted */
     struct cia402 drive;          /* profile "cia402" */
 
-    const struct side_axis_config *side_config; /* of each axis beside that of the loop */
+    uint8_t has_sides;                          /* axes beside that of the loop */
+    const struct side_axis_config *side_config; /* of each of them */
     double side_position[SIDE_AXIS_COUNT];      /* where the robot says it is there: m, or rad */
     double side_sent[SIDE_AXIS_COUNT];          /* what the newest setpoints there carry */
     uint8_t side_counter[SIDE_AXIS_COUNT];      /* of their setpoints */
@@ -46,7 +47,7 @@ struct robot_command {
     uint32_t limits; /* set of enum limit */
     uint32_t missed_ticks;
     int reset_is_wanted;          /* a person asks to put a fault back */
-    double side[SIDE_AXIS_COUNT]; /* on the axes beside that of the loop: m, or rad */
+    double side[SIDE_AXIS_COUNT]; /* on the axes beside that of the loop, if there are any: m, or rad */
 };
 
 /* Keeps a pointer to the configuration of the axes in `config`. */

@@ -28,8 +28,8 @@ static uint8_t all_parts(const struct sensor_channel *channel)
 static int is_late(const struct sensor_channel *channel, uint8_t counter, int64_t time_ns)
 {
     const uint8_t behind = (uint8_t)(channel->counter - counter) & channel->layout->frames[0].counter_mask;
-    return channel->layout->frame_count > 1 && channel->parts_here != 0 && behind >= 1 &&
-           behind <= LATE_SAMPLES_MAX && time_ns - channel->begun_ns <= channel->counter_lasts_ns;
+    return channel->parts_here != 0 && behind >= 1 && behind <= LATE_SAMPLES_MAX &&
+           time_ns - channel->begun_ns <= channel->counter_lasts_ns;
 }
 
 /* The frame is another one of the sample that is coming in. */
@@ -53,37 +53,48 @@ static struct wrench in_robot_frame(const struct wrench_config *config, const st
     return made;
 }
 
-static void take_sample(struct sensor_channel *channel, int64_t time_ns)
+static void take_sample(struct sensor_channel *channel, const struct wrench *sample, int64_t time_ns)
 {
     const double limit_N = channel->config->force_limit_N;
     int is_over = 0;
     for (int i = 0; i < channel->layout->axis_count; i++) {
-        const double force_N = channel->parts.force_N[i];
-        is_over |= !(force_N >= -limit_N && force_N <= limit_N);
+        is_over |= !(sample->force_N[i] >= -limit_N && sample->force_N[i] <= limit_N);
     }
     if (channel->transformation->enabled) {
-        channel->wrench = in_robot_frame(channel->transformation, &channel->parts);
+        channel->wrench = in_robot_frame(channel->transformation, sample);
         channel->force_N = channel->wrench.force_N[0];
     } else {
-        channel->wrench = channel->parts;
-        channel->force_N = channel->wrench.force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+        channel->wrench = *sample;
+        channel->force_N = sample->force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
     }
     channel->received_ns = time_ns;
     /* Of several samples in one tick the last one counts, but none of them may hide that one was wrong. */
-    channel->saturated = channel->wrench.saturated || (channel->has_sample && channel->saturated);
+    channel->saturated = sample->saturated || (channel->has_sample && channel->saturated);
     channel->over_limit = is_over || (channel->has_sample && channel->over_limit);
     channel->has_sample = 1;
     channel->has_any = 1;
     channel->samples++;
 }
 
-int sensor_channel_receive(struct sensor_channel *channel, int part, const struct hal_frame *frame)
+/* A frame that is a sample by itself. */
+static int receive_sample(struct sensor_channel *channel, const struct sensor_frame *row,
+                          const struct hal_frame *frame)
+{
+    struct wrench sample = {0};
+    if (!row->decode(frame->data, &sample)) {
+        return 0;
+    }
+    take_sample(channel, &sample, frame->time_ns);
+    return 1;
+}
+
+static int receive_part(struct sensor_channel *channel, int part, const struct hal_frame *frame)
 {
     const struct sensor_frame *row = &channel->layout->frames[part];
     const uint8_t counter = sensor_frame_counter(row, frame->data);
     const int goes_on = belongs(channel, part, counter, frame->time_ns);
     struct wrench parts = goes_on ? channel->parts : (struct wrench){0};
-    if (frame->length != 8 || is_late(channel, counter, frame->time_ns) || !row->decode(frame->data, &parts)) {
+    if (is_late(channel, counter, frame->time_ns) || !row->decode(frame->data, &parts)) {
         return 0;
     }
     if (!goes_on) {
@@ -95,9 +106,18 @@ int sensor_channel_receive(struct sensor_channel *channel, int part, const struc
     channel->parts = parts;
     channel->parts_here |= (uint8_t)(1u << part);
     if (channel->parts_here == all_parts(channel)) {
-        take_sample(channel, frame->time_ns);
+        take_sample(channel, &channel->parts, frame->time_ns);
     }
     return 1;
+}
+
+int sensor_channel_receive(struct sensor_channel *channel, int part, const struct hal_frame *frame)
+{
+    if (frame->length != 8) {
+        return 0;
+    }
+    return channel->layout->frame_count == 1 ? receive_sample(channel, &channel->layout->frames[0], frame)
+                                             : receive_part(channel, part, frame);
 }
 
 int sensor_channel_is_stale(const struct sensor_channel *channel, int64_t now_ns)

@@ -11,24 +11,17 @@ void side_axes_start(struct side_axes *axes, const struct app_config *config)
 
 void side_axes_limit(struct side_axes *axes, const double wanted[SIDE_AXIS_COUNT], double permitted[SIDE_AXIS_COUNT])
 {
+    axes->active = 0;
     for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
         permitted[i] = axes->config[i].enabled ? limits_step(&axes->limits[i], wanted[i]) : 0.0;
+        axes->active |= axes->limits[i].active;
     }
-}
-
-uint32_t side_axes_limited(const struct side_axes *axes)
-{
-    uint32_t active = 0;
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
-        active |= axes->limits[i].active;
-    }
-    return active;
 }
 
 int side_axes_at_rest(const struct side_axes *axes)
 {
     int at_rest = 1;
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+    for (int i = 0; axes->any && i < SIDE_AXIS_COUNT; i++) {
         at_rest &= limits_at_rest(&axes->limits[i]);
     }
     return at_rest;
@@ -37,7 +30,7 @@ int side_axes_at_rest(const struct side_axes *axes)
 int side_axes_at_place(const struct side_axes *axes, const double reported[SIDE_AXIS_COUNT])
 {
     int at_place = 1;
-    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+    for (int i = 0; axes->any && i < SIDE_AXIS_COUNT; i++) {
         const double distance = reported[i] - axes->limits[i].position_m;
         const double tolerance = axes->config[i].start_tolerance;
         at_place &= !axes->config[i].enabled || (distance >= -tolerance && distance <= tolerance);

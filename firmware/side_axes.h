@@ -12,18 +12,17 @@ extern "C" {
 struct side_axes {
     const struct side_axis_config *config; /* of each */
     uint8_t any;                           /* there is one */
+    uint32_t active;                       /* set of enum limit, this tick: what acts on any of them */
     struct limits limits[SIDE_AXIS_COUNT];
 };
 
 /* Every axis at rest at 0. Keeps a pointer to `config`. */
 void side_axes_start(struct side_axes *axes, const struct app_config *config);
 
-/* One tick: the pose that is wanted in, the permitted one out. An axis that there is not stays at 0. */
+/* One tick, where there is any: the pose that is wanted in, the permitted one out. An axis that there is not stays
+ * at 0. */
 void side_axes_limit(struct side_axes *axes, const double wanted[SIDE_AXIS_COUNT],
                      double permitted[SIDE_AXIS_COUNT]);
-
-/* Set of enum limit: what acts on any of them. */
-uint32_t side_axes_limited(const struct side_axes *axes);
 
 /* The permitted setpoints have stopped where they were asked to be. */
 int side_axes_at_rest(const struct side_axes *axes);

@@ -107,7 +107,7 @@ std::optional<played_bounce> play_bounce(const rig &original)
     std::int64_t touched = -1;
     std::int64_t left = -1;
     while (loop_tick(hal.get(), app.get()) == HAL_OK) {
-        const tick_record &record = app->record;
+        const tick_record &record = app->recorder.tick;
         const bool touches = record.robot_position_m > made.object.surface_position_m;
         if (app->supervisor.state != SUPERVISOR_RUNNING) {
             continue;

@@ -132,6 +132,7 @@ void compensation_start(struct compensation *compensation, const struct app_conf
 {
     compensation->config = config;
     compensation->manipulator = manipulator;
+    compensation->is_on = compensation_is_on(config) != 0;
     extrapolation_start(&compensation->extrapolation, config);
     if (config->adaptive_inverse.enabled) {
         const struct inverse_settings settings = inverse_settings_of(config);
@@ -156,6 +157,9 @@ void compensation_rest_at(struct compensation *compensation, double position_m)
 
 double compensation_motion(struct compensation *compensation, double position_m)
 {
+    if (!compensation->is_on) {
+        return position_m;
+    }
     const double displayed_m = extrapolation_step(&compensation->extrapolation, position_m);
     return compensation->config->adaptive_inverse.enabled
                ? adaptive_inverse_follow(&compensation->inverse, displayed_m)
@@ -189,6 +193,9 @@ double compensation_force(struct compensation *compensation, const struct operat
 {
     const struct manipulator *manipulator = compensation->manipulator;
     const struct app_config *config = compensation->config;
+    if (!compensation->is_on) {
+        return in->measured_N;
+    }
     learn(compensation, in, is_running);
     const double led_N = config->force_lead.enabled ? led_force(compensation, in->measured_N)
                                                     : prediction_step(&compensation->prediction, command, in);

@@ -20,6 +20,7 @@ extern "C" {
 struct compensation {
     const struct manipulator *manipulator;
     const struct app_config *config;
+    uint8_t is_on; /* one of the units is */
     struct extrapolation extrapolation;
     struct adaptive_inverse inverse;
     struct force_lead lead;

@@ -71,13 +71,13 @@ run_result run_loop(const rig &rig, const sim_options &options)
 
     const auto begin = std::chrono::steady_clock::now();
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal, app.get()) == HAL_OK) {
-        note_tick(result, rig, app->record, app->arm_record, sim_rig(hal).truth().spring_force_N);
+        note_tick(result, rig, app->recorder.tick, app->arm_record, sim_rig(hal).truth().spring_force_N);
         manipulator.replace(*app);
     }
     sim_log(hal).drain();
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
-    conclude(result, rig, app->record);
+    conclude(result, rig, app->recorder.tick);
     result.frames_accepted = app->reception.counts.accepted;
     result.version = version();
     result.dropped_records = sim_log(hal).dropped_records();

@@ -109,7 +109,7 @@ trial_result run_trial(const rig &rig, double duration_s)
     bool has_started = false;
     bool has_stopped = false;
     while (!has_stopped && loop_tick(hal.get(), app.get()) == HAL_OK) {
-        const tick_record &record = app->record;
+        const tick_record &record = app->recorder.tick;
         const bool is_running = app->supervisor.state == SUPERVISOR_RUNNING;
         has_stopped = has_started && !is_running;
         if (!is_running) {

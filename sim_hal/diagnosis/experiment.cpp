@@ -168,7 +168,7 @@ try {
     record_of_ticks rows(rig);
     const double start_m = rig.firmware.manipulator.initial_position_m;
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
-        const tick_record &tick = app->record;
+        const tick_record &tick = app->recorder.tick;
         const bool is_free = tick.limits == 0 && tick.rejected_frames == 0 && tick.stop_cause == 0;
         if (!is_free || !(std::abs(tick.command_position_m - start_m) < excursion_max_m)) {
             return {};

@@ -9,7 +9,7 @@ void manipulator_stand_in::replace(app &app)
         return;
     }
     const bool is_running = supervisor_may_move(&app.supervisor) != 0;
-    const tick_record &record = app.record;
+    const tick_record &record = app.recorder.tick;
     if (is_running) {
         if (!was_running_) {
             steps_.start({record.manipulator_position_m, record.manipulator_velocity_m_per_s});

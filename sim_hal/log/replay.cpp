@@ -137,7 +137,7 @@ replay_result replay_log(const std::string &path)
         tick_output out;
         app_step(app.get(), &tick.in, &out);
         result.tick = tick.record.index;
-        compare_ticks(result, tick.record, app->record);
+        compare_ticks(result, tick.record, app->recorder.tick);
         compare_arms(result, tick.arm, app->arm_record);
         if (app->side_axes.any) {
             compare_sides(result, tick.side, app->side_record);

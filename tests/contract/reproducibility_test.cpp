@@ -39,7 +39,7 @@ class fingerprint
     void add(const closed_loop &loop)
     {
         const rig_truth truth = loop.truth();
-        add(&loop.app().record, sizeof(tick_record));
+        add(&loop.app().recorder.tick, sizeof(tick_record));
         add(&truth, sizeof truth);
     }
     std::uint64_t value() const { return hash_; }

@@ -49,7 +49,7 @@ TEST_CASE("simulated lines: the rig's schedule presses the emergency stop, gives
 {
     closed_loop loop("ess", {"run.emergency_stop_s=0.5", "run.enable_off_s=0.3", "run.duration_s=1"});
     while (loop.tick()) {
-        const std::int64_t now_ns = loop.app().record.scheduled_ns;
+        const std::int64_t now_ns = loop.app().recorder.tick.scheduled_ns;
         CHECK(input(loop, HAL_LINE_EMERGENCY_STOP) == (now_ns >= 500000000 ? 1 : 0));
         CHECK(input(loop, HAL_LINE_ENABLE) == (now_ns == 0 || now_ns >= 300000000 ? 0 : 1));
     }

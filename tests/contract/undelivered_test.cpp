@@ -16,7 +16,7 @@ constexpr double ticks_a_s = 400.0;
 
 void run_until_s(closed_loop &loop, double time_s)
 {
-    while (static_cast<double>(loop.app().record.index + 1) < time_s * ticks_a_s) {
+    while (static_cast<double>(loop.app().recorder.tick.index + 1) < time_s * ticks_a_s) {
         REQUIRE(loop.tick());
     }
 }
@@ -33,8 +33,8 @@ TEST_CASE("undelivered: frames that every bus refuses are counted and stop the l
     run_until_s(loop, 2.1);
     CHECK(loop.app().supervisor.state == SUPERVISOR_FAULT);
     CHECK(loop.app().supervisor.stop_cause == STOP_SEND_REFUSED);
-    CHECK(loop.app().record.unsent_frames >= 38);
-    CHECK(std::abs(loop.app().record.command_position_m - loop.truth().robot_position_m) < 0.02);
+    CHECK(loop.app().recorder.tick.unsent_frames >= 38);
+    CHECK(std::abs(loop.app().recorder.tick.command_position_m - loop.truth().robot_position_m) < 0.02);
     const double robot_m = loop.truth().robot_position_m;
     run_until_s(loop, 10.0);
     CHECK(loop.app().supervisor.state == SUPERVISOR_FAULT);

@@ -89,10 +89,10 @@ void run_loop(const berth::rig &rig)
         for (std::uint32_t i = 0; i < out.frame_count; i++) {
             put(out.frames[i].id, out.frames[i].length, out.frames[i].data);
         }
-        const std::int64_t command_nm = std::llround(1e9 * app->record.command_position_m);
+        const std::int64_t command_nm = std::llround(1e9 * app->recorder.tick.command_position_m);
         std::uint8_t state[8] = {static_cast<std::uint8_t>(app->supervisor.state),
-                                 static_cast<std::uint8_t>(app->supervisor.stop_cause), app->record.drive_trouble,
-                                 0};
+                                 static_cast<std::uint8_t>(app->supervisor.stop_cause),
+                                 app->recorder.tick.drive_trouble, 0};
         for (int i = 0; i < 4; i++) {
             state[4 + i] = static_cast<std::uint8_t>(command_nm >> (8 * i));
         }

@@ -40,7 +40,7 @@ int run(const char *name, const std::vector<std::string> &words)
         manipulator.replace(*app);
     }
     std::printf("{\"log\": \"%s\", \"ticks\": %lld, \"config_hash\": \"%s\"}\n", options.log_path.c_str(),
-                static_cast<long long>(app->record.index) + 1, berth::config_hash(rig).c_str());
+                static_cast<long long>(app->recorder.tick.index) + 1, berth::config_hash(rig).c_str());
     return hal_close(hal) == HAL_OK ? 0 : 2;
 }
 

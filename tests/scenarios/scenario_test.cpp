@@ -105,7 +105,7 @@ void play(const toml::table &scenario, const std::string &profile)
         if (state != states.back()) {
             states.push_back(state);
         }
-        const double now_s = 1e-9 * static_cast<double>(loop.app().record.scheduled_ns);
+        const double now_s = 1e-9 * static_cast<double>(loop.app().recorder.tick.scheduled_ns);
         while (next < events.size() && now_s >= events[next].at_path("at_s").value<double>()) {
             actions.at(events[next].at_path("do").value<std::string>().value())(loop.hal());
             next++;

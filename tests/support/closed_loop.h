@@ -62,7 +62,7 @@ inline std::vector<double> free_motion_m(closed_loop &loop)
     std::vector<double> positions_m;
     while (loop.tick() && (loop.app().limits.active == 0 || positions_m.empty())) {
         if (loop.is_running() && loop.app().limits.active == 0) {
-            positions_m.push_back(loop.app().record.manipulator_position_m);
+            positions_m.push_back(loop.app().recorder.tick.manipulator_position_m);
         }
     }
     return positions_m;

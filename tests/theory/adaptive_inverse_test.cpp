@@ -213,7 +213,7 @@ TEST_CASE("adaptive inverse: in the loop the robot is where the manipulator is, 
         double squares = 0.0;
         double swing = 0.0;
         while (loop.tick()) {
-            const tick_record &record = loop.app().record;
+            const tick_record &record = loop.app().recorder.tick;
             if (!loop.is_running()) {
                 continue;
             }
@@ -323,8 +323,8 @@ TEST_CASE("force lead: told of a rig, its age is the one at which the model says
         double in_all = 0.0;
         while (loop.tick()) {
             if (loop.is_running()) {
-                squares += std::pow(loop.app().record.lead_error_N, 2);
-                in_all += std::pow(loop.app().record.force_N, 2);
+                squares += std::pow(loop.app().recorder.tick.lead_error_N, 2);
+                in_all += std::pow(loop.app().recorder.tick.force_N, 2);
             }
         }
         REQUIRE(in_all > 0.0);

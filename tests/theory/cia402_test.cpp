@@ -152,7 +152,7 @@ TEST_CASE("cia402: a drive in fault stops the loop, and goes on when its error i
     run(0.01);
     CHECK(state() == SUPERVISOR_FAULT);
     CHECK(loop.app().supervisor.stop_cause == STOP_ROBOT_FAULT);
-    CHECK(loop.app().record.drive_error == 0x2310);
+    CHECK(loop.app().recorder.tick.drive_error == 0x2310);
     const double held_m = loop.truth().robot_position_m;
     rig.operators().set_request(OPERATOR_RESET);
     run(1.0); /* its error is still there */
@@ -182,7 +182,7 @@ TEST_CASE("cia402: a single frame lost changes no state, and losses are in the p
     std::vector<double> position_m;
     while (loop.tick()) {
         if (loop.is_running()) {
-            position_m.push_back(loop.app().record.manipulator_position_m);
+            position_m.push_back(loop.app().recorder.tick.manipulator_position_m);
         }
     }
     CHECK(loop.is_running());

@@ -167,8 +167,8 @@ TEST_CASE("hardware twin: the robot's gain is that of its motion, not of its dea
         if (loop.is_running()) {
             off_ms = std::max(off_ms, std::abs(prediction_belief(&loop.app().compensation.prediction).dead_time_ms -
                                                loop.app().config.hardware.setpoint_to_motion_ms));
-            error_N = std::max(error_N, std::abs(loop.app().record.predicted_error_N));
-            peak_N = std::max(peak_N, std::abs(loop.app().record.force_N));
+            error_N = std::max(error_N, std::abs(loop.app().recorder.tick.predicted_error_N));
+            peak_N = std::max(peak_N, std::abs(loop.app().recorder.tick.force_N));
         }
     }
     REQUIRE(peak_N > 1.0);
@@ -276,7 +276,7 @@ TEST_CASE("prediction: in a run the measured force is the twin's, and the motion
     double off_m = 0.0;
     long running = 0;
     while (loop.tick()) {
-        const tick_record &record = loop.app().record;
+        const tick_record &record = loop.app().recorder.tick;
         if (!loop.is_running()) {
             continue;
         }
@@ -372,8 +372,8 @@ TEST_CASE("passivity: the copper sheet does not blow up with either controller, 
             double most_in_a_tick_J = 0.0;
             double before_J = 0.0;
             while (loop.tick()) {
-                peak_N = std::max(peak_N, std::abs(loop.app().record.force_N));
-                const double given_J = loop.app().record.energy_simulated_port_J;
+                peak_N = std::max(peak_N, std::abs(loop.app().recorder.tick.force_N));
+                const double given_J = loop.app().recorder.tick.energy_simulated_port_J;
                 least_given_J = std::min(least_given_J, given_J);
                 most_in_a_tick_J = std::max(most_in_a_tick_J, std::abs(given_J - before_J));
                 before_J = given_J;

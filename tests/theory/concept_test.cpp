@@ -35,20 +35,20 @@ contact_run run(const std::string &name, const std::vector<std::string> &overrid
     while (loop.tick()) {
         const rig_truth now = loop.truth();
         if (now.object_position_m > rig.object.surface_position_m) {
-            if (before.object_position_m <= rig.object.surface_position_m && loop.app().record.index > 0) {
+            if (before.object_position_m <= rig.object.surface_position_m && loop.app().recorder.tick.index > 0) {
                 result.touches++;
                 result.deepest_m.push_back(0.0);
             }
             result.deepest_m.back() = std::max(result.deepest_m.back(), now.object_position_m);
         }
-        if (loop.app().record.index > 0) {
+        if (loop.app().recorder.tick.index > 0) {
             work_J += 0.5 * (now.spring_force_N + before.spring_force_N) *
                       (now.robot_position_m - before.robot_position_m);
         }
         result.work_lowest_J = std::min(result.work_lowest_J, work_J);
         result.work_highest_J = std::max(result.work_highest_J, work_J);
         result.peak_force_N = std::max(result.peak_force_N, now.measured_force_N);
-        if (1e-9 * static_cast<double>(loop.app().record.scheduled_ns) > rig.run.duration_s - 1.0) {
+        if (1e-9 * static_cast<double>(loop.app().recorder.tick.scheduled_ns) > rig.run.duration_s - 1.0) {
             result.last_second_force_low_N = std::min(result.last_second_force_low_N, now.measured_force_N);
             result.last_second_force_high_N = std::max(result.last_second_force_high_N, now.measured_force_N);
         }

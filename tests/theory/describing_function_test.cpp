@@ -182,7 +182,7 @@ std::vector<double> motion_m(const rig &rig)
     std::vector<double> position_m;
     while (loop.tick()) {
         stand_in.replace(loop.app());
-        position_m.push_back(loop.app().record.manipulator_position_m);
+        position_m.push_back(loop.app().recorder.tick.manipulator_position_m);
     }
     return position_m;
 }

@@ -306,7 +306,7 @@ TEST_CASE("effects: electronics of the sensor")
                                     "sensor.periodic_frequency_Hz=5", "sensor.bias_N=3", "run.duration_s=0.09"}));
         std::vector<double> force_N;
         while (loop.tick()) {
-            force_N.push_back(loop.app().record.force_N);
+            force_N.push_back(loop.app().recorder.tick.force_N);
         }
         return force_N;
     }();
@@ -327,8 +327,8 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
     std::vector<double> force_N;
     std::vector<double> robot_m;
     while (loop.tick()) {
-        force_N.push_back(loop.app().record.force_N);
-        robot_m.push_back(loop.app().record.robot_position_m);
+        force_N.push_back(loop.app().recorder.tick.force_N);
+        robot_m.push_back(loop.app().recorder.tick.robot_position_m);
     }
     std::size_t apart = 0;
     for (std::size_t i = 1; i < force_N.size(); i++) {
@@ -342,7 +342,7 @@ TEST_CASE("effects: what is lost is lost as often as told, and spikes come as of
     double spikes = 0.0;
     double sum_N = 0.0;
     while (spiky.tick()) {
-        const double size_N = std::abs(spiky.app().record.force_N);
+        const double size_N = std::abs(spiky.app().recorder.tick.force_N);
         spikes += size_N > 0.5;
         sum_N += size_N;
     }
@@ -357,8 +357,8 @@ TEST_CASE("effects: noise of the robot's report has the size it is given, and mo
     double square = 0.0;
     double count = 0.0;
     while (noisy.tick() && quiet.tick()) {
-        CHECK(noisy.app().record.command_position_m == quiet.app().record.command_position_m);
-        const double off_m = noisy.app().record.robot_position_m - quiet.app().record.robot_position_m;
+        CHECK(noisy.app().recorder.tick.command_position_m == quiet.app().recorder.tick.command_position_m);
+        const double off_m = noisy.app().recorder.tick.robot_position_m - quiet.app().recorder.tick.robot_position_m;
         square += off_m * off_m;
         count += 1.0;
     }
@@ -386,8 +386,8 @@ TEST_CASE("effects: an effect too small to act leaves the loop as it is")
     closed_loop stepped("ess", {"run.duration_s=10", "object.cubic_stiffness_N_per_m3=1e-9"});
     double worst_m = 0.0;
     while (exact.tick() && stepped.tick()) {
-        worst_m = std::max(worst_m, std::abs(exact.app().record.manipulator_position_m -
-                                             stepped.app().record.manipulator_position_m));
+        worst_m = std::max(worst_m, std::abs(exact.app().recorder.tick.manipulator_position_m -
+                                             stepped.app().recorder.tick.manipulator_position_m));
     }
     CHECK(worst_m < 1e-10);
 }

@@ -159,7 +159,7 @@ TEST_CASE("energy account: a free decay is all dissipated, a force that the oper
     double before_m = 0.0;
     double force_N = 0.0;
     while (push.tick()) {
-        const tick_record &record = push.app().record;
+        const tick_record &record = push.app().recorder.tick;
         way_m += force_N != 0.0 ? record.manipulator_position_m - before_m : 0.0;
         before_m = record.manipulator_position_m;
         force_N = record.operator_force_N;
@@ -176,9 +176,9 @@ TEST_CASE("energy account: damping takes what it takes of the motion against the
                       "profile.amplitude_m=0.5", "profile.start_s=0", "profile.duration_s=10", "run.duration_s=10"});
     double at_half_J = 0.0;
     while (loop.tick()) {
-        at_half_J = loop.app().record.index == 2000 ? loop.app().energy.sums.dissipated_J : at_half_J;
+        at_half_J = loop.app().recorder.tick.index == 2000 ? loop.app().energy.sums.dissipated_J : at_half_J;
     }
-    REQUIRE(loop.app().record.manipulator_velocity_m_per_s == doctest::Approx(0.05).epsilon(1e-3));
+    REQUIRE(loop.app().recorder.tick.manipulator_velocity_m_per_s == doctest::Approx(0.05).epsilon(1e-3));
     CHECK(at_half_J > 0.01);
     CHECK(loop.app().energy.sums.dissipated_J - at_half_J < 1e-3 * at_half_J);
 }

@@ -160,7 +160,7 @@ std::vector<Eigen::Vector2d> run_free(const rig &rig, double expected_growth_per
     std::vector<Eigen::Vector2d> motion;
     while (static_cast<std::int64_t>(motion.size()) < ticks && loop.tick()) {
         if (loop.is_running() || !motion.empty()) {
-            const tick_record &record = loop.app().record;
+            const tick_record &record = loop.app().recorder.tick;
             motion.emplace_back(record.manipulator_position_m, record.manipulator_velocity_m_per_s);
             if (motion.size() <= shaken_ticks) {
                 loop.app().manipulator.position_m += shake * start_m * (random.uniform() - 0.5);
@@ -256,7 +256,8 @@ TEST_CASE("Lyapunov exponent: it is taken along the very motion that the simulat
                 continue;
             }
             largest_m = std::max(largest_m, std::abs(position_m));
-            difference_m = std::max(difference_m, std::abs(position_m - loop.app().record.manipulator_position_m));
+            difference_m =
+                std::max(difference_m, std::abs(position_m - loop.app().recorder.tick.manipulator_position_m));
             if (largest_m > 1e-3) {
                 break; /* the sensor would soon be saturated */
             }

@@ -55,7 +55,7 @@ class shaken_loop
         const Eigen::Index columns = ticks_per_state * layout_.count;
         const Eigen::Index first = layout_.count + 1; /* by then all setpoints and samples are of random states */
         const Eigen::Index last = first + columns;
-        const std::int64_t start = loop_.app().record.index + 1;
+        const std::int64_t start = loop_.app().recorder.tick.index + 1;
         std::vector<Eigen::VectorXd> put;
         std::vector<Eigen::VectorXd> reached;
         std::vector<double> setpoints_m;
@@ -68,8 +68,8 @@ class shaken_loop
             REQUIRE(loop_.tick());
             REQUIRE(loop_.is_running());
             REQUIRE(loop_.app().limits.active == 0);
-            setpoints_m.push_back(loop_.app().record.command_position_m);
-            forces_N.push_back(loop_.app().record.force_N);
+            setpoints_m.push_back(loop_.app().recorder.tick.command_position_m);
+            forces_N.push_back(loop_.app().recorder.tick.force_N);
         }
         const auto complete = [&](Eigen::VectorXd state, Eigen::Index tick) {
             for (Eigen::Index i = layout_.setpoints; i < layout_.samples; i++) {

@@ -78,8 +78,8 @@ double approach_and_rebound(double damping_ratio, double delay_ms, const std::st
     double before_m_per_s = 0.0;
     double after_m_per_s = 0.0;
     double peak_force_N = 0.0;
-    while (loop.tick() && loop.app().record.manipulator_position_m > -0.006) {
-        const tick_record &record = loop.app().record;
+    while (loop.tick() && loop.app().recorder.tick.manipulator_position_m > -0.006) {
+        const tick_record &record = loop.app().recorder.tick;
         peak_force_N = std::max(peak_force_N, record.force_N);
         const bool is_approaching = record.manipulator_velocity_m_per_s > 0.0 && record.manipulator_position_m < 0.0;
         (is_approaching ? before_m_per_s : after_m_per_s) = record.manipulator_velocity_m_per_s;
@@ -101,10 +101,10 @@ double half_cycle_on_gripped_object(double damping_ratio, double delay_ms, const
     closed_loop loop("ess", overrides);
     std::vector<double> positions_m;
     std::vector<double> velocities_m_per_s;
-    while (loop.tick() && loop.app().record.manipulator_position_m > -0.01 * speed_m_per_s) {
+    while (loop.tick() && loop.app().recorder.tick.manipulator_position_m > -0.01 * speed_m_per_s) {
         if (loop.is_running()) {
-            positions_m.push_back(loop.app().record.manipulator_position_m);
-            velocities_m_per_s.push_back(loop.app().record.manipulator_velocity_m_per_s);
+            positions_m.push_back(loop.app().recorder.tick.manipulator_position_m);
+            velocities_m_per_s.push_back(loop.app().recorder.tick.manipulator_velocity_m_per_s);
         }
     }
     std::size_t back = 1;

@@ -104,7 +104,7 @@ TEST_CASE("sensor: a delay of exactly one tick counts for that tick, a nanosecon
             const std::size_t now = true_N.size() - 1;
             if (now > 400) {
                 for (int back = 0; back < 5; back++) {
-                    const double held_N = loop.app().record.force_N;
+                    const double held_N = loop.app().recorder.tick.force_N;
                     if (std::abs(true_N[now - static_cast<std::size_t>(back)] - held_N) <= 0.51 * step_N) {
                         CHECK((lag < 0 || lag == back));
                         lag = back;

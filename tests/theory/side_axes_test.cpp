@@ -235,7 +235,7 @@ TEST_CASE("side axes: every axis keeps its own limits, and one that there is not
     CHECK(permitted[SIDE_AXIS_RX] == 0.0);
     CHECK(permitted[SIDE_AXIS_RY] == doctest::Approx(-0.4));
     CHECK(permitted[SIDE_AXIS_RZ] == 0.0);
-    CHECK(side_axes_limited(&axes) == (LIMIT_POSITION | LIMIT_NOT_FINITE));
+    CHECK(axes.active == (LIMIT_POSITION | LIMIT_NOT_FINITE));
     const double near[SIDE_AXIS_COUNT] = {0.101, 0.15, 5.0, -0.4, 0.0};
     const double far[SIDE_AXIS_COUNT] = {0.103, 0.15, 5.0, -0.4, 0.0};
     CHECK(side_axes_at_place(&axes, near));

@@ -63,7 +63,7 @@ class watched_loop
     }
     void run_to(double time_s)
     {
-        while (static_cast<double>(app_->record.scheduled_ns) * 1e-9 < time_s) {
+        while (static_cast<double>(app_->recorder.tick.scheduled_ns) * 1e-9 < time_s) {
             tick();
         }
     }
@@ -86,7 +86,7 @@ class watched_loop
     }
     pose sent() const
     {
-        pose at{app_->record.command_position_m};
+        pose at{app_->recorder.tick.command_position_m};
         std::copy_n(app_->robot_channel.side_sent, SIDE_AXIS_COUNT, at.begin() + 1);
         return at;
     }
@@ -116,7 +116,7 @@ class watched_loop
             const double speed = (now[axis] - before_[axis]) / period_s;
             const limits_config &limits = limits_of(axis);
             CAPTURE(axis);
-            CAPTURE(app_->record.index);
+            CAPTURE(app_->recorder.tick.index);
             if (has(axis)) {
                 REQUIRE(std::abs(speed) <= limits.velocity_m_per_s + 2.0 * wire_step / period_s);
                 REQUIRE(std::abs(speed - speed_[axis]) / period_s <=

@@ -52,7 +52,7 @@ TEST_CASE("app: of several force frames in a tick the newest counts")
     bench.force_N = 1.0;
     bench.extra = {bench::force_frame(2.0, static_cast<std::uint8_t>(bench.force_counter + 1), bench.now_ns())};
     bench.tick();
-    CHECK(bench.app().record.force_N == doctest::Approx(2.0));
+    CHECK(bench.app().recorder.tick.force_N == doctest::Approx(2.0));
 }
 
 TEST_CASE("app: an app can be started again and then behaves as a new one")
@@ -67,7 +67,7 @@ TEST_CASE("app: an app can be started again and then behaves as a new one")
             source.tick();
             app_step(&app, &source.in(), &out);
         }
-        return app.record.command_position_m;
+        return app.recorder.tick.command_position_m;
     };
     const auto used = std::make_unique<struct app>();
     const double first_m = traced(*used);
@@ -94,7 +94,7 @@ TEST_CASE("app: many loops run beside each other without touching")
         bench::app_bench alone(loops[static_cast<std::size_t>(i)].app().config);
         alone.request = OPERATOR_RUN;
         alone.run(200);
-        CHECK(alone.app().record.command_position_m ==
-              loops[static_cast<std::size_t>(i)].app().record.command_position_m);
+        CHECK(alone.app().recorder.tick.command_position_m ==
+              loops[static_cast<std::size_t>(i)].app().recorder.tick.command_position_m);
     }
 }

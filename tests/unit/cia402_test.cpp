@@ -49,7 +49,7 @@ TEST_CASE("cia402: the frames of a running tick")
     drive_bench bench;
     REQUIRE(bench.run_until(SUPERVISOR_RUNNING));
     bench.run(100);
-    const std::int64_t index = bench.app().record.index;
+    const std::int64_t index = bench.app().recorder.tick.index;
     bench.run(static_cast<int>(40 - index % 40)); /* a tick with our heartbeat and our status */
     REQUIRE(bench.out.frame_count == 4);
     const hal_frame *frames = bench.out.frames;
@@ -61,8 +61,8 @@ TEST_CASE("cia402: the frames of a running tick")
     CHECK(frames[1].data[1] == 0x00);
     std::int32_t counts;
     std::memcpy(&counts, frames[1].data + 2, 4);
-    CHECK(counts == std::lround(bench.app().record.filtered_position_m * counts_per_m));
-    CHECK(bench.app().record.command_position_m == counts / counts_per_m);
+    CHECK(counts == std::lround(bench.app().recorder.tick.filtered_position_m * counts_per_m));
+    CHECK(bench.app().recorder.tick.command_position_m == counts / counts_per_m);
     CHECK(frames[2].id == 0x700 + master);
     CHECK(frames[2].length == 1);
     CHECK(frames[2].data[0] == 5);
@@ -162,8 +162,8 @@ TEST_CASE("cia402: each trouble of the drive is a robot fault, by its name, and 
         REQUIRE(bench.run_until(SUPERVISOR_FAULT, 4000));
         CHECK(bench.cause() == STOP_ROBOT_FAULT);
         CHECK(bench.trouble() == one.trouble);
-        CHECK(bench.app().record.drive_error == one.error);
-        CHECK(bench.app().record.drive_trouble == one.trouble);
+        CHECK(bench.app().recorder.tick.drive_error == one.error);
+        CHECK(bench.app().recorder.tick.drive_trouble == one.trouble);
         one.repair(bench);
         bench.check_reset_brings_back();
     }
@@ -352,7 +352,7 @@ TEST_CASE("cia402: a period that is refused as it is written is told in the driv
         } else {
             REQUIRE(bench.run_until(SUPERVISOR_FAULT));
             CHECK(bench.trouble() == DRIVE_TROUBLE_NO_PERIOD);
-            CHECK(bench.app().record.drive_error == static_cast<std::uint32_t>(one.error));
+            CHECK(bench.app().recorder.tick.drive_error == static_cast<std::uint32_t>(one.error));
         }
     }
 }

@@ -167,7 +167,7 @@ TEST_CASE("delivery: a bus that takes no frame is a fault of its own, and stays 
     bench.refuses_frames = true;
     CHECK(ticks_until_fault(bench, 400) == 1 + 8 + 1); /* refused in the first, known in the second, 20 ms */
     CHECK(bench.cause() == STOP_SEND_REFUSED);
-    CHECK(bench.app().record.unsent_frames >= 9);
+    CHECK(bench.app().recorder.tick.unsent_frames >= 9);
     check_led_to_rest(bench, SUPERVISOR_FAULT, STOP_SEND_REFUSED);
     bench.request = OPERATOR_RESET;
     bench.run(100);

@@ -214,7 +214,7 @@ TEST_CASE("edges: a loop that finds a request to run when it starts does not mov
         bench.enable = enable_stands ? std::uint8_t{1} : std::uint8_t{HAL_LEVEL_NOT_WIRED};
         bench.run(4000);
         CHECK(bench.state() != SUPERVISOR_RUNNING);
-        CHECK(bench.app().record.command_position_m == doctest::Approx(0.01));
+        CHECK(bench.app().recorder.tick.command_position_m == doctest::Approx(0.01));
         bench.request = OPERATOR_NONE;
         bench.run(2);
         bench.request = OPERATOR_RUN;

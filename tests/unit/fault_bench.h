@@ -52,7 +52,7 @@ inline void check_led_to_rest(app_bench &bench, supervisor_state state, stop_cau
         REQUIRE(bench.app().manipulator.position_m == stopped_at_m); /* it does not integrate */
         REQUIRE(bench.app().manipulator.velocity_m_per_s == 0.0);
         REQUIRE(sent_setpoint(bench).motion_allowed == 0);
-        REQUIRE(std::fabs(bench.app().record.command_position_m - stopped_at_m) <= braking_m);
+        REQUIRE(std::fabs(bench.app().recorder.tick.command_position_m - stopped_at_m) <= braking_m);
     }
     CHECK(limits_at_rest(&bench.app().limits) != 0);
 }

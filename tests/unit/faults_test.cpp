@@ -147,8 +147,8 @@ void check_led_to(app_bench &bench, const fault_case &expected)
     CHECK(std::string(stop_cause_name(bench.cause())) == std::string(stop_cause_name(expected.cause)));
     CHECK(ticks == expected.after_ticks);
     CHECK(bench.out().fault == (expected.state == SUPERVISOR_FAULT));
-    CHECK(bench.app().record.state == expected.state);
-    CHECK(bench.app().record.stop_cause == expected.cause);
+    CHECK(bench.app().recorder.tick.state == expected.state);
+    CHECK(bench.app().recorder.tick.stop_cause == expected.cause);
 }
 
 /* Everything as it should be again, but for what the operator wants. */
@@ -323,10 +323,10 @@ TEST_CASE("faults: a position from the past is not taken, though it comes last")
         bench.extra = {bench::feedback_frame(bench.robot_position_m + 0.29, counter, stamp_ns)};
         const double reported_m = bench.robot_position_m;
         bench.tick();
-        CHECK(std::fabs(bench.app().record.robot_position_m - reported_m) < 1e-9);
+        CHECK(std::fabs(bench.app().recorder.tick.robot_position_m - reported_m) < 1e-9);
     }
     CHECK(bench.app().reception.counts.old == 20);
-    CHECK(bench.app().record.rejected_frames == 20);
+    CHECK(bench.app().recorder.tick.rejected_frames == 20);
 }
 
 TEST_CASE("faults: missed ticks up to the budget are recorded and do not stop the loop")

@@ -340,7 +340,7 @@ TEST_CASE(
     CHECK(take_force_frames(0, 2, 5) == 3);
     CHECK(take_force_frames(3, 7, 5) == 3); /* four periods have passed: five frames are no flood */
     CHECK(take_force_frames(3, 12, 6) == 4);
-    CHECK(reception.received_ns[RECEIVED_FORCE] == 17000);
+    CHECK(reception.messages[RECEIVED_FORCE].received_ns == 17000);
 }
 
 namespace

@@ -125,15 +125,15 @@ TEST_CASE("recorder: a tick is its received frames, its sent frames, then itself
     out.frames[0] = bench::frame_of(0x10, HAL_BUS_ROBOT, 3333);
     out.frames[0].data[0] = 0xab;
     out.frames[0].data[7] = 0xcd;
-    tick_record record{};
+    recorder recorder{};
+    tick_record &record = recorder.tick;
     record.timestamp = 12345;
     record.index = -7;
     record.force_N = 1.0 / 3.0;
     record.conditions = 0x20304;
     record.stop_cause = STOP_BUS_OFF;
 
-    recorder recorder{};
-    recorder_write(&recorder, &in, &out, nullptr, nullptr, &record);
+    recorder_write(&recorder, &in, &out, nullptr, nullptr);
     const std::vector<message> messages = messages_of(recorder);
     const layout frame = layout_of(frame_record_format), tick = layout_of(tick_record_format);
     REQUIRE(messages.size() == 4);
@@ -165,17 +165,16 @@ TEST_CASE("recorder: the fullest tick fits, and a tick replaces the one before")
 {
     tick_input in{};
     tick_output out{};
-    const tick_record record{};
     const arm_record arm{};
     const side_record side{};
     recorder recorder{};
     in.frame_count = TICK_FRAMES_IN_MAX;
     out.frame_count = TICK_FRAMES_OUT_MAX;
-    recorder_write(&recorder, &in, &out, &arm, &side, &record);
+    recorder_write(&recorder, &in, &out, &arm, &side);
     CHECK(recorder.size_bytes == RECORDER_TICK_BYTES_MAX);
     CHECK(messages_of(recorder).size() == TICK_FRAMES_IN_MAX + TICK_FRAMES_OUT_MAX + 3);
     in.frame_count = out.frame_count = 0;
-    recorder_write(&recorder, &in, &out, nullptr, nullptr, &record);
+    recorder_write(&recorder, &in, &out, nullptr, nullptr);
     CHECK(recorder.size_bytes == 5 + sizeof(tick_record));
     CHECK(messages_of(recorder).size() == 1);
 }

@@ -249,7 +249,7 @@ TEST_CASE("reflexes: a loop that diverges is stopped before the position limit, 
             /* A damper that drives. */
             bench.force_N = std::round(-1000.0 * bench.app().manipulator.velocity_m_per_s);
             bench.tick();
-            furthest_m = std::fmax(furthest_m, std::fabs(bench.app().record.command_position_m));
+            furthest_m = std::fmax(furthest_m, std::fabs(bench.app().recorder.tick.command_position_m));
         }
         CHECK(bench.state() == SUPERVISOR_FAULT);
         CHECK(bench.cause() == (growth_J < 100.0 ? STOP_GROWTH : STOP_POSITION_LIMIT));

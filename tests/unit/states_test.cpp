@@ -27,7 +27,7 @@ TEST_CASE("states: a setpoint beyond the position range is a fault")
     REQUIRE(bench.run_until(SUPERVISOR_RUNNING));
     REQUIRE(bench.run_until(SUPERVISOR_FAULT));
     CHECK(bench.cause() == STOP_POSITION_LIMIT);
-    CHECK(bench.app().record.command_position_m <= 0.02);
+    CHECK(bench.app().recorder.tick.command_position_m <= 0.02);
     check_led_to_rest(bench, SUPERVISOR_FAULT, STOP_POSITION_LIMIT);
 }
 
@@ -45,8 +45,8 @@ TEST_CASE("states: an integrator that leaves the numbers is a fault, nothing of 
         bench.request = OPERATOR_RUN;
         REQUIRE(bench.run_until(SUPERVISOR_RUNNING));
         bench.tick();
-        CHECK_FALSE(std::isfinite(bench.app().record.manipulator_position_m));
-        CHECK(std::isfinite(bench.app().record.command_position_m));
+        CHECK_FALSE(std::isfinite(bench.app().recorder.tick.manipulator_position_m));
+        CHECK(std::isfinite(bench.app().recorder.tick.command_position_m));
         bench.tick();
         CHECK(bench.state() == SUPERVISOR_FAULT);
         CHECK(bench.cause() == STOP_NOT_FINITE);

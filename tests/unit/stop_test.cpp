@@ -102,7 +102,7 @@ TEST_CASE("stop: whatever stops the loop, the setpoints brake in the direction o
                 for (int i = 0; i < 100; i++) {
                     bench.tick();
                     REQUIRE(bench.state() != SUPERVISOR_RUNNING);
-                    setpoints_m.push_back(bench.app().record.command_position_m);
+                    setpoints_m.push_back(bench.app().recorder.tick.command_position_m);
                 }
                 check_is_shortest(setpoints_m, position_m, speed_m_per_s, bench.app().config, 2.0 * wire_step_m);
             }
@@ -113,11 +113,11 @@ TEST_CASE("stop: whatever stops the loop, the setpoints brake in the direction o
 TEST_CASE("stop: at 2 m/s and 50 m/s2 it takes 40 ms")
 {
     app_bench bench = coasting(2.0, 400.0);
-    const double pressed_m = bench.app().record.command_position_m;
+    const double pressed_m = bench.app().recorder.tick.command_position_m;
     bench.emergency_stop = 1;
     bench.run(16);
     CHECK(limits_at_rest(&bench.app().limits) != 0);
-    CHECK(bench.app().record.command_position_m - pressed_m == doctest::Approx(0.0375));
+    CHECK(bench.app().recorder.tick.command_position_m - pressed_m == doctest::Approx(0.0375));
 }
 
 TEST_CASE("stop: from any motion, also one that fell behind its target, it is the shortest one")

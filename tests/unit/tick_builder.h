@@ -212,7 +212,7 @@ class app_bench
     void take_setpoint()
     {
         berth_can_setpoint_t raw{};
-        robot_position_m = app_->record.command_position_m;
+        robot_position_m = app_->recorder.tick.command_position_m;
         if (echoes && out_.frame_count > 0 && out_.frames[0].id == BERTH_CAN_SETPOINT_FRAME_ID &&
             berth_can_setpoint_unpack(&raw, out_.frames[0].data, 8) == 0) {
             echo_ = raw.counter;
