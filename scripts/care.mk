@@ -24,5 +24,6 @@ lint: setup-test
 	@scripts/lint.sh $(OWN)
 
 #: make compile_commands.json   how each file is compiled, for editors (clangd)
+COMPILE_COMMANDS ?= compile_commands.json
 compile_commands.json: scripts/compile_commands.py scripts/programs.mk FORCE
-	@python3 $< '$(COMPILED_C)' '$(COMPILED_CXX) -DBERTH_COMMIT="editor"' > $@
+	@python3 $< '$(COMPILED_C)' '$(COMPILED_CXX) -DBERTH_COMMIT="editor"' > $(COMPILE_COMMANDS)

@@ -15,7 +15,7 @@ packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsund
     libcli11-dev nlohmann-json3-dev libtinyxml2-dev zlib1g-dev)
 if [ "$task" != run ]; then
     packages+=(doctest-dev ccache clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
+        clangd valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
 fi
 if [ "$task" = target ]; then
     packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils rt-tests)
