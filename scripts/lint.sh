@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# clang-format, clang-tidy and shellcheck over the sources given (generated code is not among them).
+# clang-format, clang-tidy, shellcheck and the rule of dear headers over the sources given (generated code is not among
+# them).
 #
 #   lint.sh FILE...
 set -euo pipefail
@@ -7,5 +8,6 @@ cd "$(dirname "$0")/.."
 
 clang-format --dry-run --Werror "$@"
 shellcheck scripts/*.sh scripts/guest/*.sh scripts/guest/init scripts/image/postinst scripts/image/prerm tests/target/*.sh tests/target/steps/*.sh .ci/run
+scripts/dear_headers.py "$@"
 
 scripts/tidy.py "$@"

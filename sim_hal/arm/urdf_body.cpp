@@ -1,7 +1,8 @@
 #include "urdf_body.h"
 
 #include <algorithm>
-#include <Eigen/Eigenvalues>
+
+#include "../solver/decompositions.h"
 
 namespace berth
 {
@@ -43,13 +44,13 @@ urdf_body urdf_frame::operator*(const urdf_body &body) const
 
 inertia_fault inertia_fault_of(const Eigen::Matrix3d &inertia_kg_m2)
 {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia_kg_m2);
-    const Eigen::Vector3d &moments = solver.eigenvalues(); /* ascending */
+    const eigenpairs principal = symmetric_eigenpairs(inertia_kg_m2);
+    const Eigen::Vector3d moments = principal.values; /* ascending */
     const double others = moments(0) + moments(1);
     const double missing = std::max(0.0, moments(2) - others);
     /* The nearest point on the plane where the largest is the sum of the others: its normal is (1, 1, -1). */
     const Eigen::Vector3d nearest = (moments + missing / 3.0 * Eigen::Vector3d(1.0, 1.0, -1.0)).cwiseMax(0.0);
-    const Eigen::Matrix3d &axes = solver.eigenvectors();
+    const Eigen::Matrix3d axes = principal.vectors;
     return {moments(0) < -negative_allowed * moments(2), missing > 0.0 ? missing / std::max(0.0, others) : 0.0,
             axes * nearest.asDiagonal() * axes.transpose()};
 }

@@ -1,10 +1,9 @@
 #include "hardware_chain.h"
 
-#include <Eigen/LU>
-
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "../solver/decompositions.h"
+#include "../solver/factors.h"
 
 namespace berth
 {
@@ -25,8 +24,9 @@ hardware_chain::body_matrix hardware_chain::block_triangular_basis(const body_ma
         if (t(2, 1) != 0.0) { /* t (x, 1)' = (x, 1)' pair in the first three */
             const Eigen::Matrix2d pair = t.block<2, 2>(1, 1);
             const Eigen::Matrix2d apart = pair - t(0, 0) * Eigen::Matrix2d::Identity();
+            const Eigen::Matrix2d back = inverse(apart);
             Eigen::Matrix<double, 3, 2> plane;
-            plane << t.block<1, 2>(0, 1) * apart.inverse(), Eigen::Matrix2d::Identity();
+            plane << t.block<1, 2>(0, 1) * back, Eigen::Matrix2d::Identity();
             const Eigen::Matrix3d first_three = orthonormal_basis(plane);
             turned.leftCols<3>() = (turned.leftCols<3>() * first_three).eval();
         }

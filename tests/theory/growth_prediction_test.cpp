@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
-#include <Eigen/SVD>
+#include <Eigen/Core>
 
 #include "../../sim_hal/effects/effect.h"
 #include "../../sim_hal/hil/random.h"
@@ -68,10 +68,14 @@ std::vector<seen_mode> modes_in(const Eigen::VectorXd &x, double step_s)
     for (Eigen::Index i = 0; i < hankel.cols(); i++) {
         hankel.col(i) = x.segment(i, rows);
     }
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(hankel, Eigen::ComputeThinU);
-    const double floor = std::max(noise_m * static_cast<double>(rows), 1e-13 * svd.singularValues()(0));
-    const Eigen::Index count = std::min<Eigen::Index>((svd.singularValues().array() > floor).count(), rows - 1);
-    const Eigen::MatrixXd u = svd.matrixU().leftCols(count);
+    /* Singular values s and vectors of H: [0 H; H^T 0] (u, v) = s (u, v), and |u| = |v|. */
+    Eigen::MatrixXd both = Eigen::MatrixXd::Zero(x.size() + 1, x.size() + 1);
+    both.topRightCorner(rows, hankel.cols()) = hankel;
+    both.bottomLeftCorner(hankel.cols(), rows) = hankel.transpose();
+    const eigenpairs singular = symmetric_eigenpairs(both);
+    const double floor = std::max(noise_m * static_cast<double>(rows), 1e-13 * singular.values.maxCoeff());
+    const Eigen::Index count = std::min<Eigen::Index>((singular.values.array() > floor).count(), rows - 1);
+    const Eigen::MatrixXd u = std::sqrt(2.0) * singular.vectors.topRightCorner(rows, count);
     const Eigen::VectorXcd z = eigenvalues(least_squares_solution(u.topRows(rows - 1), u.bottomRows(rows - 1)));
 
     /* Amplitudes: powers counted from the end where each is largest, so that none overflows. */

@@ -2,11 +2,12 @@
 
 #include <cmath>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "../../firmware/pi.h"
 #include "seeded.h"
 #include "sim_hal/diagnosis/fit/least_squares.h"
+#include "sim_hal/solver/factors.h"
 
 namespace
 {
@@ -36,7 +37,7 @@ VectorXd best_of_all_places(const MatrixXd &h, const VectorXd &g, const VectorXd
                 b(i) = left % 3 == 1 ? low(i) : high(i);
             }
         }
-        const VectorXd s = a.fullPivLu().solve(b);
+        const VectorXd s = berth::solution(a, b);
         const bool is_feasible = (s - low).minCoeff() > -1e-9 && (high - s).minCoeff() > -1e-9;
         if (is_feasible && (best.size() == 0 || model_value(h, g, s) < model_value(h, g, best))) {
             best = s;

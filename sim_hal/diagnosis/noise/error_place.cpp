@@ -4,9 +4,9 @@
 #include <cmath>
 #include <complex>
 #include <numeric>
-#include <unsupported/Eigen/FFT>
 
 #include "../../../firmware/pi.h"
+#include "fourier.h"
 
 namespace berth
 {
@@ -49,7 +49,6 @@ signal power_density(const signal &error, double period_s)
 {
     const std::size_t rows = window_rows(error.size());
     signal power(rows / 2, 0.0);
-    Eigen::FFT<double> fft;
     double parts = 0.0;
     double square = 0.0;
     for (std::size_t begin = 0; begin == 0 || begin + rows <= error.size(); begin += rows / 2) {
@@ -61,8 +60,7 @@ signal power_density(const signal &error, double period_s)
             part[n] = begin + n < error.size() ? window * error[begin + n] : 0.0;
             square += window * window;
         }
-        std::vector<std::complex<double>> lines;
-        fft.fwd(lines, part);
+        const std::vector<std::complex<double>> lines = spectrum_of(part);
         for (std::size_t k = 0; k < power.size(); k++) {
             power[k] += std::norm(lines[k + 1]);
         }

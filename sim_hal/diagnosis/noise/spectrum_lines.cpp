@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <unsupported/Eigen/FFT>
 
 #include "../../../firmware/pi.h"
+#include "fourier.h"
 #include "noise.h"
 
 namespace berth
@@ -27,10 +27,7 @@ std::vector<std::complex<double>> lines_of(const std::vector<double> &error, std
     for (std::size_t n = 0; n < used; n++) {
         padded[n] -= mean;
     }
-    Eigen::FFT<double> fft;
-    std::vector<std::complex<double>> lines;
-    fft.fwd(lines, padded);
-    return lines;
+    return spectrum_of(padded);
 }
 
 std::size_t power_of_two_below(std::size_t count)
@@ -186,9 +183,7 @@ std::vector<double> strongest_pitches_m(const std::vector<double> &error, const 
         /* By the square root of the rows: bins with few of them are noisy. */
         padded[i] = rows[i] > 0.0 ? sums[i] / std::sqrt(rows[i]) : 0.0;
     }
-    Eigen::FFT<double> fft;
-    std::vector<std::complex<double>> lines;
-    fft.fwd(lines, padded);
+    const std::vector<std::complex<double>> lines = spectrum_of(padded);
     std::vector<double> pitches;
     std::vector<bool> taken(padded.size() / 2, false);
     while (static_cast<int>(pitches.size()) < count) {

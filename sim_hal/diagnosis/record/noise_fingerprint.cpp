@@ -5,8 +5,8 @@
 #include <complex>
 #include <Eigen/Core>
 #include <limits>
-#include <unsupported/Eigen/FFT>
 
+#include "../noise/fourier.h"
 #include "../noise/lattice_step.h"
 #include "../noise/noise.h"
 #include "written_digits.h"
@@ -63,22 +63,16 @@ std::vector<double> sums_at_shifts(const std::vector<double> &first, const std::
     while (size < first.size() + other.size()) {
         size *= 2;
     }
-    Eigen::FFT<double> fft;
-    fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-    const auto spectrum_of = [&fft, size](std::vector<double> signs) {
+    const auto padded = [size](std::vector<double> signs) {
         signs.resize(size, 0.0);
-        std::vector<std::complex<double>> lines;
-        fft.fwd(lines, signs);
-        return lines;
+        return signs;
     };
-    std::vector<std::complex<double>> lines = spectrum_of(first);
-    const std::vector<std::complex<double>> others = spectrum_of(other);
+    std::vector<std::complex<double>> lines = spectrum_of(padded(first));
+    const std::vector<std::complex<double>> others = spectrum_of(padded(other));
     for (std::size_t i = 0; i < lines.size(); i++) {
         lines[i] *= std::conj(others[i]);
     }
-    std::vector<double> sums;
-    fft.inv(sums, lines, static_cast<Eigen::Index>(size));
-    return sums;
+    return values_of(lines);
 }
 
 /* Where the signs hang together farthest beyond chance, from a shift of `shift_least` on. */
