@@ -272,7 +272,7 @@ chain_energy energy(const chain<Space> &chain, const chain_state<Space> &state)
 }
 
 #define FOR_EACH_SPACE(X) X(plane) X(space)
-#define INSTANTIATE(Space)                                                                                          \
+#define INSTANTIATE_DYNAMICS(Space)                                                                                 \
     template chain_pose<Space> pose_of(const chain<Space> &, const joint_vector &);                                 \
     template placement_of<Space> tool_in_base(const chain<Space> &, const chain_pose<Space> &);                     \
     template chain_acceleration<Space> forward_dynamics(const chain<Space> &, const chain_state<Space> &,           \
@@ -285,6 +285,6 @@ chain_energy energy(const chain<Space> &chain, const chain_state<Space> &state)
     template chain_inertia<Space> inertia_of_chain(const chain<Space> &, const chain_pose<Space> &);                \
     template wrench_of<Space> momentum(const chain<Space> &, const chain_state<Space> &);                           \
     template chain_energy energy(const chain<Space> &, const chain_state<Space> &);
-FOR_EACH_SPACE(INSTANTIATE)
+FOR_EACH_SPACE(INSTANTIATE_DYNAMICS)
 
 } // namespace berth

@@ -32,13 +32,13 @@ double least_pivot(const symmetric_matrix<size> &a)
 
 /* Twists have three parts in the plane and six in space. */
 #define FOR_EACH_SIZE(X) X(3) X(6)
-#define INSTANTIATE(size)                                                                                           \
+#define INSTANTIATE_FACTORS(size)                                                                                   \
     template bool is_positive_definite<size>(const symmetric_matrix<size> &);                                       \
     template symmetric_side<size> positive_solution<size>(const symmetric_matrix<size> &,                           \
                                                           const symmetric_side<size> &);                            \
     template symmetric_side<size> semidefinite_solution<size>(const symmetric_matrix<size> &,                       \
                                                               const symmetric_side<size> &);                        \
     template double least_pivot<size>(const symmetric_matrix<size> &);
-FOR_EACH_SIZE(INSTANTIATE)
+FOR_EACH_SIZE(INSTANTIATE_FACTORS)
 
 } // namespace berth

@@ -312,14 +312,14 @@ void guidance_step(guidance<Space> &guidance, const chain<Space> &chain, const a
     set_rates(guidance, config, rates, period_s);
 }
 
-#define INSTANTIATE(Space)                                                                                          \
+#define INSTANTIATE_GUIDANCE(Space)                                                                                 \
     template guidance<Space> guidance_at(const chain<Space> &, const joint_vector &);                               \
     template void guidance_take(guidance<Space> &, const chain<Space> &, const arm_order &, const Space::vector &,  \
                                 double);                                                                            \
     template void guidance_step(guidance<Space> &, const chain<Space> &, const arm_config &, double,                \
                                 const Space::vector &, double, double);                                             \
     template double guidance_dexterity(const chain<Space> &, const joint_vector &);
-INSTANTIATE(plane)
-INSTANTIATE(space)
+INSTANTIATE_GUIDANCE(plane)
+INSTANTIATE_GUIDANCE(space)
 
 } // namespace berth

@@ -8,7 +8,7 @@
 namespace
 {
 
-constexpr double tolerances_max = 3.0;
+constexpr double learnt_tolerances_max = 3.0;
 
 /* Positions are compared about their mean over so many times the band's own time: where zero lies says nothing. */
 constexpr double slow_part = 0.01;
@@ -109,8 +109,8 @@ void correct(adaptive_inverse &inverse)
     }
     const double forgotten = inverse.forgetting * visible / (visible + inverse.noise_squared);
     for (uint32_t i = 0; i < s.terms; i++) {
-        inverse.share[i] =
-            std::clamp(inverse.share[i] + spread[i] / variance * inverse.error_m, -tolerances_max, tolerances_max);
+        inverse.share[i] = std::clamp(inverse.share[i] + spread[i] / variance * inverse.error_m,
+                                      -learnt_tolerances_max, learnt_tolerances_max);
         inverse.coefficient[i] = s.told[i] + s.tolerance[i] * inverse.share[i];
         for (uint32_t j = 0; j < s.terms; j++) {
             double &entry = inverse.covariance[i][j];

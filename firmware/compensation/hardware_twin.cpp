@@ -17,7 +17,7 @@ using state_vector = Eigen::Matrix<double, TWIN_STATES, 1>;
 using input_and_state = Eigen::Matrix<double, width, 1>;
 
 /* A tool looks whether it touches this often in a tick. */
-constexpr uint32_t looks_a_tick = 8;
+constexpr uint32_t twin_looks_a_tick = 8;
 
 /* What reaches the sensor spring of the robot: position and velocity as rows of state and input. */
 struct robot_rows {
@@ -209,7 +209,7 @@ void hardware_twin_start(hardware_twin *twin, const hardware_model *model, doubl
     const double parts_s[] = {period_s - after_s, after_s};
     twin_transition *const transitions[] = {&twin->until_sample, &twin->after_sample};
     for (int i = 0; i < 2; i++) {
-        const double looks = static_cast<double>(looks_a_tick) * parts_s[i] / period_s;
+        const double looks = static_cast<double>(twin_looks_a_tick) * parts_s[i] / period_s;
         const uint32_t wanted = model->is_one_sided ? 1 + static_cast<uint32_t>(looks) : 1;
         twin->substeps[i] = parts_s[i] > 0.0 ? std::min<uint32_t>(wanted, TWIN_SUBSTEPS_MAX) : 0;
         twin->substep_s[i] = parts_s[i] / static_cast<double>(std::max<uint32_t>(twin->substeps[i], 1));

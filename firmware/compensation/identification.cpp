@@ -18,7 +18,7 @@ constexpr double least_damping_ratio = 0.02;
 constexpr double least_left = 0.05;
 
 /* Shares go this many tolerances away. */
-constexpr double tolerances_max = 3.0;
+constexpr double identified_tolerances_max = 3.0;
 
 void set_low_pass(identification &id, const hardware_model &m)
 {
@@ -88,7 +88,7 @@ void identification_start(identification *identification, const app_config *conf
     id.scales[IDENTIFIED_STIFFNESS] = model->stiffness_N_per_m;
     id.lowest[IDENTIFIED_MASS] = id.lowest[IDENTIFIED_STIFFNESS] = least_left - 1.0;
     id.lowest[IDENTIFIED_DAMPING] = damping > model->damping_N_s_per_m ? -model->damping_N_s_per_m / damping : -1.0;
-    id.highest = tolerances_max * tolerance;
+    id.highest = identified_tolerances_max * tolerance;
     id.tolerance_squared = tolerance * tolerance;
     id.noise_squared = config->identification.noise_N * config->identification.noise_N;
     id.forgetting = std::min(1.0, id.period_s / config->identification.memory_s);
