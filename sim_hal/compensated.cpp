@@ -55,7 +55,7 @@ motion_evidence motion_of(const rig &quiet)
     app_start(app.get(), &made.firmware);
     motion_recorder recorder(made);
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
-        recorder.note_tick(app->record, false, {});
+        recorder.note_tick(app->recorder.tick, false, {});
     }
     return recorder.conclude();
 }
