@@ -15,8 +15,8 @@ namespace berth
 void set_given(rig &rig, std::string_view path, bool is_given);
 bool is_given(const rig &rig, std::string_view path);
 
-/* It states a robot, and neither a manipulator nor an object: what is recorded of it may be diagnosed, and no loop runs
- * with it. Its setpoints may be known ahead, so that it may be less late than one in a loop. */
+/* It states a robot, and neither a manipulator nor an object: what is recorded of it may be diagnosed, and no loop
+ * runs with it. Its setpoints may be known ahead, so that it may be less late than one in a loop. */
 bool is_robot_alone(const rig &rig);
 
 /* At least one key of this section was stated. */
