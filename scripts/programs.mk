@@ -77,9 +77,14 @@ PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
 COMMON += -isystem /usr/include/eigen3
 SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB -DBERTH_WITH_URDF
-# From its version 7 on, SUNDIALS keeps what all its parts share in a library of its own.
-LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint \
-	$(if $(wildcard /usr/lib/*/libsundials_core.so),-lsundials_core) -lz -ltinyxml2
+# From its version 7 on, SUNDIALS keeps what all its parts share in a library of its own, and where it was built with MPI
+# its headers want that.
+LIBRARIES += -lsundials_cvode -lsundials_nvecserial -lsundials_sunnonlinsolfixedpoint
+ifneq ($(wildcard /usr/lib/*/libsundials_core.so),)
+LIBRARIES += -lsundials_core $(shell pkg-config --libs mpi 2>/dev/null)
+COMMON += $(patsubst -I%,-isystem %,$(shell pkg-config --cflags-only-I mpi 2>/dev/null))
+endif
+LIBRARIES += -lz -ltinyxml2
 else
 # libgpiod for the target is unpacked beside the objects.
 SYSROOT := $(BUILD)/sysroot

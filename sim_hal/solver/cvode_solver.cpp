@@ -1,12 +1,12 @@
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <string>
 
 #include "../../hal/rig/rig_file.h"
 #include "solver.h"
+#include "sundials_context.h"
 
 namespace berth
 {
@@ -27,11 +27,11 @@ class cvode_solver final : public solver
   public:
     cvode_solver(const rig &rig, const plant &plant) : plant_(plant)
     {
-        require(SUNContext_Create(nullptr, &context_), "SUNContext_Create");
+        require(create_context(&context_), "SUNContext_Create");
         vector_ = N_VNew_Serial(plant_.state_count(), context_);
         N_VConst(0.0, vector_);
         memory_ = CVodeCreate(CV_ADAMS, context_);
-        require(CVodeSetErrFile(memory_, nullptr), "CVodeSetErrFile"); /* what fails is said by require() */
+        require(keep_quiet(memory_), "CVodeSetErrFile"); /* what fails is said by require() */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
         /* None of the states is held to more than the others when it passes through zero. */
         tolerances_ = N_VClone(vector_);

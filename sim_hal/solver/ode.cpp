@@ -7,8 +7,9 @@
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include "sundials_context.h"
 
 namespace berth
 {
@@ -81,13 +82,13 @@ ode_solver::ode_solver(berth::ode ode, double relative_tolerance, const Eigen::V
 {
     parts &p = *parts_;
     p.ode = std::move(ode);
-    require_done(SUNContext_Create(nullptr, &p.context), "SUNContext_Create");
+    require_done(create_context(&p.context), "SUNContext_Create");
     p.vector = N_VNew_Serial(absolute_tolerances.size(), p.context);
     p.tolerances = N_VClone(p.vector);
     N_VConst(0.0, p.vector);
     parts::state_of(p.tolerances) = absolute_tolerances;
     p.memory = CVodeCreate(CV_ADAMS, p.context);
-    require_done(CVodeSetErrFile(p.memory, nullptr), "CVodeSetErrFile"); /* what fails is said by require_done() */
+    require_done(keep_quiet(p.memory), "CVodeSetErrFile"); /* what fails is said by require_done() */
     require_done(CVodeInit(p.memory, parts::rate, 0.0, p.vector), "CVodeInit");
     require_done(CVodeSVtolerances(p.memory, relative_tolerance, p.tolerances), "CVodeSVtolerances");
     p.iteration = SUNNonlinSol_FixedPoint(p.vector, 0, p.context);
