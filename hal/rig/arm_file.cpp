@@ -339,9 +339,6 @@ std::string read_arm_file(const std::string &path)
                           ": is XML, as URDF is, and no arm file; make one of it with `berth arm ROBOT.urdf --tool "
                           "LINK > ARM.toml`, the name of ROBOT ending in .urdf");
     }
-    if (const toml::table table = parse_toml(text, path); !table.contains("kind") && table.contains("robot")) {
-        throw input_error(path + ": is a rig file, and no arm file; `berth arm ess` prints an arm file");
-    }
     return text;
 }
 
@@ -359,7 +356,12 @@ arm_description load_arm(const std::string &name_or_path)
         }
         throw input_error(name_or_path + ": no shipped arm has this name (" + names + ") and there is no such file");
     }
-    arm_description arm = parse_arm(read_arm_file(name_or_path), name_or_path);
+    const std::string text = read_arm_file(name_or_path);
+    if (const toml::table table = parse_toml(text, name_or_path);
+        !table.contains("kind") && table.contains("robot")) {
+        throw input_error(name_or_path + ": is a rig file, and no arm file; `berth arm ess` prints an arm file");
+    }
+    arm_description arm = parse_arm(text, name_or_path);
     if (arm.name.empty()) {
         arm.name = stem_of(name_or_path);
     }
