@@ -71,7 +71,7 @@ struct reflex_input {
     double operator_J;  /* given to it by the operator since then */
 };
 
-/* As the supervisor is told of them. */
+/* Conditions that go to the supervisor. */
 enum reflex {
     REFLEX_FOLLOWING_ERROR = CONDITION_FOLLOWING_ERROR,
     REFLEX_LINK_QUALITY = CONDITION_LINK_QUALITY,

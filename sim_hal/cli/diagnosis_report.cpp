@@ -233,7 +233,7 @@ void print_diagnosis(const diagnosis &found, const std::string &out_folder)
                 found.located.empty() ? "" : ", in the ", found.located.c_str());
     for (const block_diagnosis &block : found.blocks) {
         if (block.unseen_times_noise > 0.0) {
-            std::printf("unseen data: the %s is off by %.3g %s rms, %.2g times the noise\n",
+            std::printf("unseen data: the error of the %s is %.3g %s rms, %.2g times the noise\n",
                         block_names[static_cast<int>(block.block)].data(), block.held_out_rms.after,
                         block_units[static_cast<int>(block.block)].data(), block.unseen_times_noise);
         }

@@ -150,8 +150,7 @@ int run_command(const run_arguments &arguments)
         options.robot = robot_as_text(chosen);
     }
     options.stop = &stop_wanted;
-    load_wake_histogram(
-        rig); /* what cannot be read is told before a folder is made for nothing, as of the profile */
+    load_wake_histogram(rig); /* before the output folder is made: an error leaves no empty one */
     const profile profile(rig);
     if (!profile.note().empty()) {
         std::fprintf(stderr, "berth: %s\n", profile.note().c_str());

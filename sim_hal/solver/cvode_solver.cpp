@@ -31,7 +31,7 @@ class cvode_solver final : public solver
         vector_ = N_VNew_Serial(plant_.state_count(), context_);
         N_VConst(0.0, vector_);
         memory_ = CVodeCreate(CV_ADAMS, context_);
-        require(keep_quiet(memory_), "CVodeSetErrFile"); /* what fails is said by require() */
+        require(keep_quiet(memory_), "CVodeSetErrFile"); /* require() reports errors */
         require(CVodeInit(memory_, right_hand_side, 0.0, vector_), "CVodeInit");
         /* None of the states is held to more than the others when it passes through zero. */
         tolerances_ = N_VClone(vector_);

@@ -88,7 +88,7 @@ ode_solver::ode_solver(berth::ode ode, double relative_tolerance, const Eigen::V
     N_VConst(0.0, p.vector);
     parts::state_of(p.tolerances) = absolute_tolerances;
     p.memory = CVodeCreate(CV_ADAMS, p.context);
-    require_done(keep_quiet(p.memory), "CVodeSetErrFile"); /* what fails is said by require_done() */
+    require_done(keep_quiet(p.memory), "CVodeSetErrFile"); /* require_done() reports errors */
     require_done(CVodeInit(p.memory, parts::rate, 0.0, p.vector), "CVodeInit");
     require_done(CVodeSVtolerances(p.memory, relative_tolerance, p.tolerances), "CVodeSVtolerances");
     p.iteration = SUNNonlinSol_FixedPoint(p.vector, 0, p.context);

@@ -1,5 +1,5 @@
-/* A context of SUNDIALS, whose errors are said by who calls it: version 7 has another type for no communicator, and
- * takes error handlers by context rather than by solver. */
+/* A context of SUNDIALS, which prints no errors, as its callers report them: version 7 has another type for no
+ * communicator, and takes error handlers by context rather than by solver. */
 #ifndef SIM_HAL_SOLVER_SUNDIALS_CONTEXT_H
 #define SIM_HAL_SOLVER_SUNDIALS_CONTEXT_H
 

@@ -11,8 +11,8 @@ namespace berth
 namespace
 {
 
-/* Rows by which the grid's phase is told: few enough that a period off by a thousandth moves it by a sixtieth of a
- * row. */
+/* Rows that the grid's phase is estimated from: few enough that a period off by a thousandth moves it by a sixtieth
+ * of a row. */
 constexpr std::size_t phase_rows = 32;
 
 constexpr double alike = 1e-3;       /* rounding and jitter of stamps move the median by less */

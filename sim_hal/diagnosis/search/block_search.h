@@ -320,7 +320,8 @@ class block_search
     /* The last one first, each beside those that stay. Whether there was one: the verdict is then that of what
      * stays, and says so. */
     bool withdraw_what_is_not_printable(block_diagnosis &result);
-    /* An error on the validation record far above the noise is said first, and no block is then fully explained. */
+    /* Where the error on the validation record is far above the noise, that is the first doubt, and the block counts
+     * as not fully explained. */
     void admit_failure_on_unseen(block_diagnosis &result);
     /* Where the one cause leaves that much, those that predict the unseen data worse by less than it leaves. */
     void name_rivals_on_unseen(block_diagnosis &result);
