@@ -273,6 +273,16 @@ int64_t config_sample_period_ns(const struct app_config *config)
     return rate_Hz > 0.0 ? (int64_t)((double)NS_PER_S / rate_Hz + 0.5) : config_period_ns(config);
 }
 
+int config_leads_force(const struct app_config *config)
+{
+    return config->arm.kind != ARM_NONE && config->arm.force == ARM_FORCE_LED && !config->force_lead.enabled;
+}
+
+double config_force_hold_s(const struct app_config *config)
+{
+    return config_leads_force(config) ? 0.0 : 0.5 * config_period_s(config);
+}
+
 double config_period_s(const struct app_config *config)
 {
     return (double)config_period_ns(config) / (double)NS_PER_S;

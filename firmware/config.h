@@ -279,6 +279,12 @@ int64_t config_sample_period_ns(const struct app_config *config);
 
 double config_period_s(const struct app_config *config);
 
+/* The arm leads the measured force by half a period itself; the force lead leaves nothing of it to the arm. */
+int config_leads_force(const struct app_config *config);
+
+/* By which a tick's force comes late in the mean, in s: half of the period that it is held, or nothing. */
+double config_force_hold_s(const struct app_config *config);
+
 /* The loop's period as object 0x60C2 of CiA 402 wants it: value * 10^index s, whole ms with index -3, as many drives
  * know no other. value is 0 if there is none. */
 struct interpolation_period {

@@ -72,6 +72,7 @@ void manipulator_start(manipulator *manipulator, const app_config *config)
     if (manipulator->has_arm) {
         const double direction[3] = {c.direction_x, c.direction_y, c.direction_z};
         arm_motion_start(&manipulator->arm, &config->arm, direction, c.initial_position_m, config_period_s(config));
+        manipulator->arm.leads_force = config_leads_force(config) != 0;
         for (const side_axis_config &axis : config->side_axes) {
             manipulator->arm.has_sides |= axis.enabled != 0;
         }

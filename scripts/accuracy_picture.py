@@ -23,7 +23,7 @@ LINES = {
 }
 PANELS = {
     "mean": "the integrator alone",
-    "held": "the force held over the step, as the loop does",
+    "held": "the force held over the step",
     "led": "the force led by half a step",
 }
 

@@ -28,7 +28,7 @@ def accuracy_of(log, path):
             return None
     try:
         found = json.loads(path.read_text())
-        arm_hash, step_ms, _ = found["arm_hash"], found["step_ms"], found["substeps"]
+        arm_hash, step_ms, _ = found["arm_hash"], found["step_ms"], (found["substeps"], found["force"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: is not what `berth accuracy RIG --json` prints ({error!r})") from error
     if ARM_SECTION not in log.config_text:
@@ -60,11 +60,14 @@ def statement(found):
     def share(tool_m, of=""):
         return "" if tool_m is None else f", {percent_text(100.0 * tool_m / found['repeatability_m'])} %{of}"
 
+    def in_loop(force):
+        return ", as the loop does," if found["force"] == force else ""
+
     tool_m, held_m, led_m = found["tool_m"], found["held_tool_m"], found["led_tool_m"]
     of_it = f" of the robot's repeatability of {repeatability_um:g} \u00b5m"
     return (f"At {found['step_ms']:g} ms{substeps} the worst end-effector error of the integrator alone is "
-            f"{error_text(tool_m)}{share(tool_m, of_it)}; with the force held over the step, as the loop does, it is "
-            f"{error_text(held_m)}{share(held_m)}; led by half a step {error_text(led_m)}{share(led_m)}.")
+            f"{error_text(tool_m)}{share(tool_m, of_it)}; with the force held over the step{in_loop('held')} it is "
+            f"{error_text(held_m)}{share(held_m)}; led by half a step{in_loop('led')} {error_text(led_m)}{share(led_m)}.")
 
 
 def section(found):

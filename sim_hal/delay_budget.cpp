@@ -49,7 +49,8 @@ delay_budget delay_budget_of(const rig &rig)
 
     delay_budget budget;
     budget.robot_ms = rig.robot.dead_time_ms - setpoint_on_bus_ms + robot_lag_ms(rig);
-    budget.hold_ms = (rig.robot.interpolation == interpolation::hold ? 1.0 : 0.5) * period_ms;
+    budget.hold_ms = 1e3 * config_force_hold_s(&rig.firmware) +
+                     (rig.robot.interpolation == interpolation::hold ? 0.5 * period_ms : 0.0);
     budget.bus_ms = setpoint_on_bus_ms + sample_on_bus_ms;
     budget.sensor_ms = rig.sensor.delay_ms - sample_on_bus_ms + value_of(rig, "sensor.lag_ms");
     budget.low_pass_ms = 1e3 * rig.sensor_low_pass_delay_s();

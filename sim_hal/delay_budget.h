@@ -16,12 +16,14 @@ struct delay_part {
     double delay_ms;       /* less than 0: the inverse filter makes up for some of the robot's lag */
 };
 
-/* The parts add up to loop_delay_s(): a tick's force is held for a period, half of one in the mean. */
+/* The parts add up to loop_delay_s(): a tick's force is held for a period, half of one in the mean. An arm
+ * may lead it by as much. */
 struct delay_budget {
-    double robot_ms = 0.0;  /* dead time without its frames on the bus, lags, inverse filter */
-    double hold_ms = 0.0;   /* half a period that the force is held, and as much for a robot that jumps and holds */
-    double bus_ms = 0.0;    /* frames of setpoint and force sample */
-    double sensor_ms = 0.0; /* sample to arrival without its frames on the bus, and lag */
+    double robot_ms = 0.0;    /* dead time without its frames on the bus, lags, inverse filter */
+    double hold_ms = 0.0;     /* half a period that the force is held, unless an arm leads it; as much for a robot
+                                 that jumps and holds */
+    double bus_ms = 0.0;      /* frames of setpoint and force sample */
+    double sensor_ms = 0.0;   /* sample to arrival without its frames on the bus, and lag */
     double low_pass_ms = 0.0; /* of the force */
     double wait_ms = 0.0;     /* of an arrived sample, and of a CiA 402 setpoint, for the next tick */
 

@@ -30,11 +30,17 @@ static int is_finite_all(const double *values, int count)
     return 1;
 }
 
+int32_t arm_force_for(int32_t integrator)
+{
+    return integrator == ARM_SEMI_IMPLICIT_EULER ? ARM_FORCE_HELD : ARM_FORCE_LED;
+}
+
 struct arm_config arm_default(void)
 {
     struct arm_config config = {
         .kind = ARM_SPATIAL,
         .integrator = ARM_IMPLICIT_MIDPOINT,
+        .force = arm_force_for(ARM_IMPLICIT_MIDPOINT),
         .substeps = 1,
         .base_is_free = 1,
         .tool = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}},

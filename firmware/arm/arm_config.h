@@ -29,6 +29,14 @@ enum arm_integrator {
     ARM_INTEGRATOR_COUNT
 };
 
+/* What the measured force counts as over a tick. A tick's force is held for it, and comes late by half of it in the
+ * mean. */
+enum arm_force {
+    ARM_FORCE_HELD, /* as it was measured: suits semi-implicit Euler, which is early by half a step by itself */
+    ARM_FORCE_LED,  /* led by half a tick, on the line through the last two */
+    ARM_FORCE_COUNT
+};
+
 struct arm_frame {
     double origin_m[3];
     double axes[9]; /* row-major: columns are the frame's axes as the body before sees them */
@@ -78,6 +86,7 @@ struct attitude_config {
 struct arm_config {
     int32_t kind;       /* enum arm_kind */
     int32_t integrator; /* enum arm_integrator */
+    int32_t force;      /* enum arm_force */
     int64_t substeps;
     int32_t base_is_free;
     struct arm_body base;
@@ -93,6 +102,9 @@ struct arm_config {
 
 /* A satellite without an arm: what an arm file does not say. */
 struct arm_config arm_default(void);
+
+/* The enum arm_force with which an integrator is accurate: an arm file that says nothing of it has this one. */
+int32_t arm_force_for(int32_t integrator);
 
 /* What is wrong with an arm: section and key as in an arm file, and a sentence. key is NULL if nothing is. */
 struct arm_error {

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define ARM_MEMORY_BYTES 9920
+#define ARM_MEMORY_BYTES 9984
 
 /* Where the arm lives: fixed matrices, which C has no name for. */
 union arm_memory {
@@ -22,8 +22,9 @@ union arm_memory {
 struct arm_motion {
     double position_m; /* of the tool along the direction */
     double velocity_m_per_s;
-    double stored_J;   /* kinetic, rotors, springs */
-    uint8_t has_sides; /* the robot has further axes: to be set after the start. Else `side` stays as it is */
+    double stored_J;     /* kinetic, rotors, springs */
+    uint8_t has_sides;   /* the robot has further axes: to be set after the start. Else `side` stays as it is */
+    uint8_t leads_force; /* see enum arm_force; to be set after the start */
     double side[SIDE_AXIS_COUNT]; /* of the tool in the robot's frame since the start: m, or rad */
     double
         side_load[SIDE_AXIS_COUNT]; /* what the robot exerts on the object there, for the steps to come: N, or N m */

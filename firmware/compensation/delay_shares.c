@@ -1,14 +1,14 @@
 #include "delay_shares.h"
 
-/* A force is held over a tick. The force lead leads it to the middle by itself. */
-static double half_period_ms(const struct app_config *config)
+/* The force lead leads the force to the middle of the tick that it is held by itself. */
+static double held_ms(const struct app_config *config)
 {
-    return 0.5e3 * config_period_s(config);
+    return 1e3 * config_force_hold_s(config);
 }
 
 static double force_part_ms(const struct app_config *config)
 {
-    return config->energy.force_age_ms + config->hardware.sensor_lag_ms + half_period_ms(config);
+    return config->energy.force_age_ms + config->hardware.sensor_lag_ms + held_ms(config);
 }
 
 /* Not what the adaptive inverse makes up for. */
@@ -29,7 +29,7 @@ double extrapolation_delay_ms(const struct app_config *config)
     }
     const double left_ms = left_by_inverse_ms(config);
     if (config->force_lead.enabled && config->force_lead.age_ms > 0.0) {
-        return or_zero(left_ms - config->force_lead.age_ms - half_period_ms(config));
+        return or_zero(left_ms - config->force_lead.age_ms - held_ms(config));
     }
     return config->force_lead.enabled || config->prediction.enabled ? or_zero(left_ms - force_part_ms(config))
                                                                     : left_ms;
@@ -41,5 +41,5 @@ double force_lead_age_ms(const struct app_config *config)
         return config->force_lead.age_ms;
     }
     const double extrapolated_ms = config->extrapolation.order > 0 ? extrapolation_delay_ms(config) : 0.0;
-    return or_zero(left_by_inverse_ms(config) - half_period_ms(config) - extrapolated_ms);
+    return or_zero(left_by_inverse_ms(config) - held_ms(config) - extrapolated_ms);
 }

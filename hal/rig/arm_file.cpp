@@ -282,6 +282,8 @@ void read_section(reader &reader, std::string_view name, const toml::node &node,
         read_attitude(reader, node, config.attitude);
     } else if (name == "integrator") {
         config.integrator = reader.choice("integrator", node, integrator_words);
+    } else if (name == "force") {
+        config.force = reader.choice("force", node, force_words);
     } else if (name == "substeps") {
         config.substeps = reader.whole("substeps", node);
     } else if (name == "name") {
@@ -290,8 +292,8 @@ void read_section(reader &reader, std::string_view name, const toml::node &node,
         arm.description = read_text("description", node, reader.where(node));
     } else if (name != "kind") {
         reader.unknown(std::string(name), node,
-                       "name, description, kind, integrator, substeps, and the sections base, joint, tool, payload, "
-                       "attitude");
+                       "name, description, kind, integrator, force, substeps, and the sections base, joint, tool, "
+                       "payload, attitude");
     }
 }
 
@@ -317,6 +319,9 @@ arm_description read_arm(const toml::table &table, const std::string &origin)
     arm.config.base_attitude[0] = arm.config.kind == ARM_SPATIAL ? 1.0 : 0.0;
     for (const auto &[name, node] : table) {
         read_section(reader, name.str(), node, arm);
+    }
+    if (!table.contains("force")) {
+        arm.config.force = arm_force_for(arm.config.integrator);
     }
     if (const arm_error error = arm_validate(&arm.config); error.key != nullptr) {
         std::string path = error.section;

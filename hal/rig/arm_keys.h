@@ -65,10 +65,11 @@ inline constexpr std::array kind_words = {std::string_view("none"), std::string_
                                           std::string_view("spatial")};
 inline constexpr std::array integrator_words = {std::string_view("semi_implicit_euler"), std::string_view("rk4"),
                                                 std::string_view("implicit_midpoint")};
+inline constexpr std::array force_words = {std::string_view("held"), std::string_view("led")};
 inline constexpr std::array actuator_words = {std::string_view("none"), std::string_view("wheel"),
                                               std::string_view("thrusters")};
 static_assert(kind_words.size() == ARM_KIND_COUNT && integrator_words.size() == ARM_INTEGRATOR_COUNT &&
-              actuator_words.size() == ATTITUDE_ACTUATOR_COUNT);
+              force_words.size() == ARM_FORCE_COUNT && actuator_words.size() == ATTITUDE_ACTUATOR_COUNT);
 
 } // namespace berth
 

@@ -57,6 +57,7 @@ std::string print_arm(const arm_description &arm, const std::string &section)
     text << "name = " << quoted(arm.name) << "\ndescription = " << quoted(arm.description) << "\n";
     text << "kind = \"" << kind_words[static_cast<std::size_t>(config.kind)] << "\"\n";
     text << "integrator = \"" << integrator_words[static_cast<std::size_t>(config.integrator)] << "\"\n";
+    text << "force = \"" << force_words[static_cast<std::size_t>(config.force)] << "\"\n";
     text << "substeps = " << config.substeps << "\n\n[" << in << "base]\n";
     text << "is_free = " << (config.base_is_free != 0 ? "true" : "false") << "\n";
     print_line(text, "position_m = " + numbers_text(config.base_position_m, 3), "in the world, at the start");

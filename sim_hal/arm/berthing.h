@@ -26,6 +26,7 @@ struct berthing_plan {
     double damping_N_s_per_m = 19.46773764467334;
     double contact_N_per_m = 5000.0; /* surface; F = k depth (1 + c rate), Hunt and Crossley 1975 */
     double contact_s_per_m = 2.0;
+    double object_step_s = 1e-4; /* at most, of the object's own Runge-Kutta steps beside an arm in fixed steps */
     double grip_N_per_m = 2e4;
     double grip_N_s_per_m = 200.0;
 };
@@ -39,8 +40,9 @@ struct berthing_sample {
 
 /* `force`: what the arm's step gets.
  *     mean       over the step, from the truth: nothing but the integrator errs
- *     held       the one at the step's begin, as the loop does: the object moves with the tool meanwhile
- *     led        the same, led by half a step on the line through the last two: what holding costs is taken back */
+ *     held       the one at the step's begin: the object moves with the tool meanwhile
+ *     led        the same, led by half a step on the line through the last two: what holding costs is taken back
+ * The loop does one of the last two, see enum arm_force. */
 enum class berthing_force { mean, held, led };
 
 struct berthing_truth {

@@ -20,8 +20,7 @@ namespace
 constexpr std::array integrator_names = {"semi_implicit_euler", "rk4", "implicit_midpoint"};
 constexpr std::array force_names = {"mean", "held", "led"};
 constexpr std::array force_meanings = {"the integrator alone: it is given the true force's mean over each step",
-                                       "as the loop does: the force at a step's begin held over it",
-                                       "that force led by half a step"};
+                                       "the force at a step's begin held over it", "that force led by half a step"};
 
 constexpr double reference_step_ms = 2.5;
 
@@ -70,6 +69,12 @@ struct measured_arm {
     double step_ms = reference_step_ms; /* that the verdict is about: a rig's period, unless another is wanted */
 };
 
+/* What the loop does with this arm. */
+berthing_force own_force(const measured_arm &measured)
+{
+    return measured.arm.config.force == ARM_FORCE_LED ? berthing_force::led : berthing_force::held;
+}
+
 /* Of the arm's own integrator, in the steps that the firmware makes. */
 const accuracy_row &own_row(const measured_arm &measured, const accuracy &found, berthing_force force)
 {
@@ -106,6 +111,8 @@ nlohmann::json as_json(const measured_arm &measured, const accuracy &found, cons
             {"integrator", name_of(integrator)},
             {"step_ms", measured.step_ms},
             {"substeps", arm.config.substeps},
+            {"force", force_names[static_cast<std::size_t>(own_force(measured))]},
+            {"loop_tool_m", finite(own_row(measured, found, own_force(measured)).tool_m)},
             {"repeatability_m", 1e-6 * arguments.repeatability_um},
             {"tool_m", finite(own_row(measured, found, berthing_force::mean).tool_m)},
             {"held_tool_m", finite(own_row(measured, found, berthing_force::held).tool_m)},
@@ -150,8 +157,8 @@ std::string step_text(double step_ms, std::int64_t substeps)
 
 void print_table(const measured_arm &measured, const accuracy &found, berthing_force force)
 {
-    std::printf("\nlargest error of the tool in um; %s\n  %8s", force_meanings[static_cast<std::size_t>(force)],
-                "step ms");
+    std::printf("\nlargest error of the tool in um; %s%s\n  %8s", force_meanings[static_cast<std::size_t>(force)],
+                force == own_force(measured) ? ", as the loop does" : "", "step ms");
     for (const char *const name : integrator_names) {
         std::printf(" %20s", name);
     }
@@ -222,8 +229,7 @@ void print_verdict(const measured_arm &measured, const accuracy &found, double r
                 arm.substeps > 1 ? (" in " + std::to_string(arm.substeps) + " substeps").c_str() : "",
                 name_of(static_cast<arm_integrator>(arm.integrator)), repeatability_um);
     constexpr std::array forces = {berthing_force::mean, berthing_force::held, berthing_force::led};
-    constexpr std::array whats = {"the integrator alone", "held over the step, as the loop does",
-                                  "led by half a step"};
+    constexpr std::array whats = {"the integrator alone", "held over the step", "led by half a step"};
     for (std::size_t i = 0; i < forces.size(); i++) {
         const accuracy_row &row = own_row(measured, found, forces[i]);
         const double tool_um = 1e6 * row.tool_m;
@@ -231,7 +237,9 @@ void print_verdict(const measured_arm &measured, const accuracy &found, double r
         if (forces[i] != berthing_force::mean) {
             std::snprintf(force, sizeof force, "%.3g N of %.4g N", row.force_N, found.force_N);
         }
-        std::printf("  %-38s %8.3g um, %s %%; %s, %.3g J of %.4g J\n", whats[i], tool_um,
+        const std::string what =
+            whats[i] + std::string(forces[i] == own_force(measured) ? ", as the loop does" : "");
+        std::printf("  %-38s %8.3g um, %s %%; %s, %.3g J of %.4g J\n", what.c_str(), tool_um,
                     percent_text(100.0 * tool_um / repeatability_um).c_str(), force, row.energy_J, found.energy_J);
     }
     if (!(1e6 * own_row(measured, found, berthing_force::mean).tool_m <= repeatability_um)) {

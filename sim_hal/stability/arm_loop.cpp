@@ -176,24 +176,32 @@ Eigen::MatrixXd arm_loop_matrix(const rig &rig, const arm_config &config, const 
     std::transform(shown.rigs.begin(), shown.rigs.end(), std::back_inserter(axes), axis_of);
     const arm_period period = period_of(arm, config, shown.ways, config_period_s(&rig.firmware));
     const Eigen::Index states = period.transition.rows();
+    const bool is_led = config.force == ARM_FORCE_LED;
     Eigen::Index size = states;
     for (const axis_period &axis : axes) {
-        size += axis.transition.rows();
+        size += axis.transition.rows() + (is_led ? 1 : 0);
     }
     refuse_too_many_states(size);
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
     result.topLeftCorner(states, states) = period.transition;
     Eigen::Index from = states;
+    const double of_now = is_led ? 1.5 : 1.0;
     for (std::size_t i = 0; i < axes.size(); i++) {
         const axis_period &axis = axes[i];
         const auto column = static_cast<Eigen::Index>(i);
         const Eigen::Index count = axis.transition.rows();
-        result.topLeftCorner(states, states) -=
-            period.by_load.col(column) * (axis.load_by_way * period.way.row(column));
-        result.block(0, from, states, count) = -period.by_load.col(column) * axis.load;
+        const Eigen::RowVectorXd load_by_arm = axis.load_by_way * period.way.row(column);
+        result.topLeftCorner(states, states) -= of_now * period.by_load.col(column) * load_by_arm;
+        result.block(0, from, states, count) = -of_now * period.by_load.col(column) * axis.load;
         result.block(from, 0, count, states) = axis.by_way * period.way.row(column);
         result.block(from, from, count, count) = axis.transition;
         from += count;
+        if (is_led) { /* a state more: the load of the tick before */
+            result.block(0, from, states, 1) = 0.5 * period.by_load.col(column);
+            result.block(from, 0, 1, states) = load_by_arm;
+            result.block(from, from - count, 1, count) = axis.load;
+            from++;
+        }
     }
     return result;
 }

@@ -9,9 +9,9 @@ namespace berth
 {
 
 /* One period of the loop as a matrix: the robot displays the tool's way along `direction`, and on the other axes
- * that the rig has; the loads act against it there, held over the period; the arm in between moves in the steps of
- * `config`. Throws input_error for rigs without one-period map and with compensation, which has a model of the
- * manipulator. */
+ * that the rig has; the loads act against it there, over the period as `config` takes them; the arm in between moves
+ * in the steps of `config`. Throws input_error for rigs without one-period map and with compensation, which has a
+ * model of the manipulator. */
 Eigen::MatrixXd arm_loop_matrix(const rig &rig, const arm_config &config, const linear_arm &arm,
                                 const Eigen::VectorXd &direction);
 

@@ -29,10 +29,9 @@ double robot_delay_s(const rig &rig)
 
 double loop_delay_s(const rig &rig)
 {
-    const double period_s = config_period_s(&rig.firmware);
     const double sample_age_s = 1e-9 * static_cast<double>(hardware_period(rig).sample_age_ns());
     return inverse_filter_delay_s(&rig.firmware) + robot_delay_s(rig) + rig.sensor_low_pass_delay_s() +
-           1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + 0.5 * period_s;
+           1e-3 * value_of(rig, "sensor.lag_ms") + sample_age_s + config_force_hold_s(&rig.firmware);
 }
 
 double first_order_damping_limit(const rig &rig)

@@ -35,9 +35,9 @@ def test_the_statement_stands_in_the_report(log, found):
     share = 1e-4 * worst_um / found["repeatability_m"]
     held_um, led_um = 1e6 * found["held_tool_m"], 1e6 * found["led_tool_m"]
     assert (f"At 2.5 ms the worst end-effector error of the integrator alone is {worst_um:.3g} µm, {share:.2g} % of the "
-            f"robot's repeatability of {1e6 * found['repeatability_m']:g} µm; with the force held over the step, as the loop "
-            f"does, it is {held_um:.3g} µm, {1e-4 * held_um / found['repeatability_m']:.0f} %; led by half a step "
-            f"{led_um:.3g} µm, {1e-4 * led_um / found['repeatability_m']:.2g} %.") in page.text
+            f"robot's repeatability of {1e6 * found['repeatability_m']:g} µm; with the force held over the step it "
+            f"is {held_um:.3g} µm, {1e-4 * held_um / found['repeatability_m']:.0f} %; led by half a step, as the "
+            f"loop does, {led_um:.3g} µm, {1e-4 * led_um / found['repeatability_m']:.2g} %.") in page.text
     html = log.with_suffix(".html").read_text()
     assert '<section id="accuracy">' in html and "data:image/png;base64,iVBORw0KGgo" in html
 
