@@ -288,8 +288,7 @@ object_state object_after(const manoeuvre<Space> &task, const object_state &from
                           const tool_motion<Space> &end, double step_s, bool is_gripped,
                           const world_vector<Space> &grip_offset_m)
 {
-    constexpr double fine_s = 1e-4;
-    const int count = std::max(1, static_cast<int>(std::lround(step_s / fine_s)));
+    const int count = std::max(1, static_cast<int>(std::lround(step_s / task.plan.object_step_s)));
     const double h = step_s / count;
     const world_vector<Space> velocity = (end.position_m - begin.position_m) / step_s;
     object_state object = from;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../../hal/rig/rig_file.h"
+#include "../arm/step_accuracy.h"
 
 namespace berth
 {
@@ -45,7 +46,7 @@ struct accuracy_arguments {
     std::vector<std::string> overrides; /* of a rig */
     std::optional<double>
         step_ms; /* else the rig's period, or that of the reference case for an arm without a rig */
-    double repeatability_um = 60.0; /* of the robot: what makers state for arms of 10 to 200 kg payload */
+    double repeatability_um = 1e6 * usual_repeatability_m;
     bool json = false;
 };
 

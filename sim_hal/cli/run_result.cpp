@@ -108,6 +108,17 @@ void print_transfer_behaviour(const rig &rig)
     std::printf("\n");
 }
 
+nlohmann::json accuracy_json(const step_accuracy &accuracy, const rig &rig)
+{
+    const bool is_finite = accuracy.tool_m && std::isfinite(*accuracy.tool_m); /* JSON has no infinity */
+    const std::optional<bool> is_accurate = accuracy.is_accurate();
+    return {{"accurate", is_accurate ? nlohmann::json(*is_accurate) : nlohmann::json()},
+            {"tool_m", is_finite ? nlohmann::json(*accuracy.tool_m) : nlohmann::json()},
+            {"repeatability_m", usual_repeatability_m},
+            {"step_ms", accuracy.step_ms},
+            {"because", accuracy_sentence(accuracy, rig)}};
+}
+
 } // namespace
 
 void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
@@ -165,6 +176,9 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     }
     result.margin = all.margin;
     result.verdict = judge(all);
+    if (has_arm(rig)) {
+        result.accuracy = estimate_accuracy(rig);
+    }
 }
 
 void print_summary(const run_result &result, const rig &rig)
@@ -175,6 +189,9 @@ void print_summary(const run_result &result, const rig &rig)
     }
     print_assumptions(rig);
     print_verdict(result.verdict);
+    if (result.accuracy) {
+        std::printf("  %-14s %s\n", "accuracy", accuracy_sentence(*result.accuracy, rig).c_str());
+    }
     for (const std::string &line : attitude_left_out(rig.firmware.arm)) {
         std::printf("  %-14s %s\n", "", line.c_str());
     }
@@ -244,6 +261,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"state", supervisor_state_name(result.state)},
         {"stop_cause", stop_cause_name(result.cause)},
         {"limit_ticks", limits},
+        {"accuracy", nullptr},
         {"guidance", nullptr},
         {"motors", nullptr},
         {"wheel", nullptr},
@@ -259,6 +277,9 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"version", result.version},
     };
     json.update(answer_json(rig, result.verdict, result.margin));
+    if (result.accuracy) {
+        json["accuracy"] = accuracy_json(*result.accuracy, rig);
+    }
     if (has_arm(rig)) {
         json["guidance"] = result.guidance.as_json(config_period_s(&rig.firmware));
         json["motors"] = result.motors.as_json(config_period_s(&rig.firmware), rig.firmware.arm.joint_count);

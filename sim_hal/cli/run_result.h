@@ -12,6 +12,7 @@
 #include "../../firmware/recorder.h"
 #include "../../firmware/supervisor.h"
 #include "../../hal/rig/rig.h"
+#include "../arm/step_accuracy.h"
 #include "../berth.h"
 #include "energy_report.h"
 #include "guidance_report.h"
@@ -49,9 +50,10 @@ struct run_result {
     uint8_t drive_setup_step = 0;
     uint64_t dropped_records = 0;
     energy_report energy;
-    guidance_report guidance; /* of a rig with an arm */
-    motor_report motors;      /* of the same */
-    wheel_report wheel;       /* of the same */
+    guidance_report guidance;              /* of a rig with an arm */
+    motor_report motors;                   /* of the same */
+    wheel_report wheel;                    /* of the same */
+    std::optional<step_accuracy> accuracy; /* of the same */
     std::string log;
     std::string robot = "null"; /* its preset, see robot_as_text() */
     std::string version;        /* of the program that ran the loop */

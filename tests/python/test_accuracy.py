@@ -1,9 +1,10 @@
 """`berth accuracy`: orders and sizes of the errors of fixed steps."""
 
 import re
+import resource
 
 import pytest
-from conftest import EXIT_INPUT, ROOT, command, one_json_object
+from conftest import EXIT_INPUT, ROOT, command, one_json_object, run_json
 
 INTEGRATORS = ("semi_implicit_euler", "rk4", "implicit_midpoint")
 
@@ -148,8 +149,8 @@ def test_where_substeps_do_not_help_the_loop_has_to_be_faster(tmp_path):
 @pytest.mark.slow
 def test_every_way_that_the_force_may_go_is_told_by_the_robot_s_repeatability(found):
     shown = command("accuracy", "ess").stdout.decode()
-    for words, key in (("the integrator alone", "tool_m"), ("held over the step, as the loop does", "held_tool_m"),
-                       ("led by half a step", "led_tool_m")):
+    for words, key in (("the integrator alone", "tool_m"), ("held over the step", "held_tool_m"),
+                       ("led by half a step, as the loop does", "led_tool_m")):
         [line] = [line for line in shown.splitlines() if line.startswith(f"  {words} ")]
         assert f"{1e6 * found[key]:.3g} um" in line, line
         percent = 100 * found[key] / found["repeatability_m"]
@@ -206,3 +207,92 @@ def test_joints_that_the_manoeuvre_leads_past_their_limits_are_told(found, tmp_p
     done = command("accuracy", file)
     [told] = [line for line in done.stdout.decode().splitlines() if "limits are left out" in line]
     assert re.search(r"a run would keep them: joint 1 turns at 0\.0\d+ rad/s, its rate_limit_rad_per_s is 0\.001$", told)
+
+
+# Of the shipped rigs with an arm; an object of several modes counts with its first.
+ARM_RIGS = {"ess-berthing": (), "ess-pose": (), "ess-berthing-pose": ("--set", "object.modes=1"),
+            "concept-arm-foam": (), "concept-arm-copper": ()}
+WITHIN = 2.0  # the estimate is from the true error to twice as much
+REPEATABILITY_M = 60e-6
+
+
+def with_force(folder, force, integrator="implicit_midpoint"):
+    """The arm of ess-berthing that takes the force in this way, as words of a command."""
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    file = folder / f"{integrator}-{force}.toml"
+    file.write_text(text.replace('integrator = "implicit_midpoint"', f'integrator = "{integrator}"\nforce = "{force}"'))
+    return "--set", f"manipulator.arm={file}"
+
+
+def run_and_truth(rig, folder, *words):
+    """What a run says of its accuracy, and the true error of `berth accuracy` with the force as the loop takes it."""
+    told = run_json(rig, folder, "--no-log", "--set", "run.duration_s=2", *words)["accuracy"]
+    done = command("accuracy", rig, "--json", *words)
+    assert done.returncode == 0, done.stderr.decode()
+    return told, one_json_object(done.stdout)
+
+
+def agrees(told, truth):
+    print(f"estimated {1e6 * told['tool_m']:.4g} um, truly {1e6 * truth['loop_tool_m']:.4g} um")
+    assert truth["loop_tool_m"] / 1.05 <= told["tool_m"] <= WITHIN * truth["loop_tool_m"]
+    assert told["accurate"] is (told["tool_m"] <= REPEATABILITY_M)
+    assert not told["accurate"] or truth["loop_tool_m"] <= REPEATABILITY_M
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rig", ARM_RIGS)
+def test_the_estimate_of_a_shipped_arm_rig_agrees_with_the_true_error(rig, tmp_path):
+    told, truth = run_and_truth(rig, tmp_path, *ARM_RIGS[rig])
+    agrees(told, truth)
+    assert truth["force"] == "led"
+    assert told["accurate"] is True, told["because"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator, force", [("implicit_midpoint", "held"), ("rk4", "held"),
+                                               ("semi_implicit_euler", "held"), ("semi_implicit_euler", "led")])
+def test_the_estimate_agrees_for_every_pairing(integrator, force, tmp_path):
+    agrees(*run_and_truth("ess-berthing", tmp_path, *with_force(tmp_path, force, integrator)))
+
+
+def test_a_run_that_is_not_accurate_is_not_called_so(found, tmp_path):
+    """The force held: five times the repeatability."""
+    words = with_force(tmp_path, "held")
+    told = run_json("ess-berthing", tmp_path, "--no-log", "--set", "run.duration_s=2", *words)["accuracy"]
+    assert found["held_tool_m"] > REPEATABILITY_M and told["accurate"] is False
+    assert found["held_tool_m"] / 1.05 <= told["tool_m"] <= WITHIN * found["held_tool_m"]
+    shown = command("run", "ess-berthing", "--no-log", "--set", "run.duration_s=2", *words).stdout.decode()
+    [line] = [line for line in shown.splitlines() if line.startswith("  accuracy ")]
+    assert "NOT accurate" in line and "the arm's file" in line and told["because"] in line
+    as_shipped = command("run", "ess-berthing", "--no-log", "--set", "run.duration_s=2").stdout.decode()
+    [line] = [line for line in as_shipped.splitlines() if line.startswith("  accuracy ")]
+    assert re.search(r"accuracy +accurate: steps of 2.5 ms ", line)
+
+
+def test_what_cannot_be_told_is_not_called_accurate(tmp_path):
+    """Under gravity the manoeuvre, which is one in orbit, tells nothing; without an arm there is nothing to tell."""
+    text = (ROOT / "sim_hal" / "arms" / "ess-held.toml").read_text()
+    file = tmp_path / "heavy.toml"
+    file.write_text(text.replace("[base]", "[base]\ngravity_m_per_s2 = [0.0, -1.0, 0.0]"))
+    told = run_json("ess", tmp_path, "--no-log", "--set", "run.duration_s=2", "--set", f"manipulator.arm={file}")
+    assert told["accuracy"]["accurate"] is None and told["accuracy"]["tool_m"] is None
+    assert "gravity" in told["accuracy"]["because"]
+    assert run_json("ess", tmp_path, "--no-log", "--set", "run.duration_s=2")["accuracy"] is None
+
+
+def cpu_s(*words):
+    """Of one command, the least of three."""
+    def once():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        assert command(*words).returncode == 0
+        return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    return min(once() for _ in range(3))
+
+
+@pytest.mark.parametrize("rig", ["ess-berthing", "ess-berthing-pose"])
+def test_a_run_with_its_estimate_takes_at_most_three_times_as_long(rig):
+    """All that a run of one second takes is start, prediction and estimate, for the most part."""
+    short_s, long_s = (cpu_s("run", rig, "--no-log", "--set", f"run.duration_s={duration_s}")
+                       for duration_s in (1, 70))
+    print(f"{rig}: start and estimate {short_s:.3f} s, 69 s of running {long_s - short_s:.3f} s")
+    assert short_s < 2.0 * (long_s - short_s)
