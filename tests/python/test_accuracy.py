@@ -245,7 +245,7 @@ def test_the_estimate_of_a_shipped_arm_rig_agrees_with_the_true_error(rig, tmp_p
     told, truth = run_and_truth(rig, tmp_path, *ARM_RIGS[rig])
     agrees(told, truth)
     assert truth["force"] == "led"
-    assert told["accurate"] is True, told["because"]
+    assert told["accurate"] is (rig != "concept-arm-copper"), told["because"]
 
 
 @pytest.mark.slow

@@ -38,14 +38,15 @@ def growth_in(result, period_s):
     return np.log(np.std(late[half:]) / np.std(late[:half])) / (half * period_s)
 
 
-@pytest.mark.parametrize("integrator,substeps", [("semi_implicit_euler", 1), ("semi_implicit_euler", 3), ("rk4", 1),
-                                                 ("implicit_midpoint", 1)])
-def test_in_coarse_steps_it_grows_as_the_eigenvalues_of_its_integrator_say(tmp_path, integrator, substeps):
+@pytest.mark.parametrize("integrator,substeps,force", [
+    ("semi_implicit_euler", 1, "held"), ("semi_implicit_euler", 3, "held"), ("semi_implicit_euler", 1, "led"),
+    ("rk4", 1, "led"), ("implicit_midpoint", 1, "led"), ("implicit_midpoint", 1, "held")])
+def test_in_coarse_steps_it_grows_as_the_eigenvalues_of_its_integrator_say(tmp_path, integrator, substeps, force):
     """At 100 Hz the semi-implicit steps, which know half a step of the future, take an eighth off the growth."""
     text = (RIG_FOLDER.parent / "arms" / "ess.toml").read_text()
     arm = tmp_path / "arm.toml"
     arm.write_text(text.replace('integrator = "implicit_midpoint"',
-                                f'integrator = "{integrator}"\nsubsteps = {substeps}'))
+                                f'integrator = "{integrator}"\nforce = "{force}"\nsubsteps = {substeps}'))
     words = ("--set", f"manipulator.arm={arm}", "--set", "loop.rate_Hz=100", "--set", "robot.dead_time_ms=40")
     expected = one_json_object(command("eigen", "ess", "--json", *words).stdout)["growth_per_s"]
     result = run_json("ess", tmp_path, *words, "--set", "run.duration_s=200", "--set", "manipulator.initial_position_m=0",
