@@ -38,15 +38,15 @@ matrix4 loss_form(const manipulator_config &c, double period_s)
 }
 
 /* What neither stays in an arm nor goes through its port has come from its joints and its satellite: its integrator
- * makes nothing of a held force. */
+ * makes nothing of a constant force. */
 void book_arm_step(energy_account &account)
 {
     const manipulator &now = *account.manipulator;
     energy_sums &sums = account.sums;
     const double way_m = now.position_m - account.position_m;
-    double given_J = account.force_N * way_m;
+    double given_J = now.arm.acting.force_N * way_m;
     for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
-        given_J += account.side_load[i] * (now.arm.side[i] - account.side_begin[i]);
+        given_J += now.arm.acting.side[i] * (now.arm.side[i] - account.side_begin[i]);
     }
     const double stored_J = manipulator_stored_J(&now, 0.0);
     sums.operator_J += stored_J - sums.stored_J + given_J;
@@ -181,7 +181,6 @@ void energy_account_announce(energy_account *account, const operator_command *co
     account->measured_N = measured_N;
     for (int i = 0; now.has_arm && i < SIDE_AXIS_COUNT; i++) {
         account->side_begin[i] = now.arm.side[i];
-        account->side_load[i] = now.arm.side_load[i];
     }
 }
 

@@ -26,7 +26,7 @@ struct energy_sums {
                                 less what its dampers take */
     double dissipated_J;     /* by the manipulator's damping; of an arm: counted there */
     double integrator_J;     /* made by the step: end of the step against the exact solution from the same state */
-    double simulated_port_J; /* the manipulator gave: force held over the tick times the way made in it */
+    double simulated_port_J; /* the manipulator gave: the force that acts over the tick times the way made in it */
     double measured_port_J;  /* the hardware took: measured force times the robot's way, both of the same instant */
     double dead_time_J;      /* made between the ports ... */
     double compensation_J;   /* ... and what compensation made of it: negative, it took. On the way of the force, and
@@ -66,8 +66,7 @@ struct energy_account {
     struct energy_port ports[ENERGY_PORTS_MAX]; /* that of the loop's axis, then those of the robot's further axes */
     uint32_t port_count;
     struct energy_sides measured_sides;
-    double side_begin[SIDE_AXIS_COUNT]; /* pose at the announced step's begin, m or rad, ... */
-    double side_load[SIDE_AXIS_COUNT];  /* ... and the load that is held over it, N or N m */
+    double side_begin[SIDE_AXIS_COUNT]; /* pose at the announced step's begin, m or rad */
 
     /* Symmetric 4 x 4: e' loss e is what is dissipated in a tick, in J, with e = (x - x_op, v, F_op - F, v_op) at
      * its begin, in m, m/s, N. */

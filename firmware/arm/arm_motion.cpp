@@ -27,8 +27,6 @@ struct moving_arm {
     robot_frame<Space> frame;                 /* for the robot's further axes */
     double period_s;
     std::uint32_t motors_at_limit; /* a bit a joint, in the period before */
-    wrench_of<Space> felt;         /* of the hardware, in the tick before ... */
-    bool has_felt;                 /* ... if there was one since the arm rested */
 };
 static_assert(sizeof(moving_arm<plane>) <= ARM_MEMORY_BYTES && sizeof(moving_arm<space>) <= ARM_MEMORY_BYTES,
               "an arm fits into its memory");
@@ -132,7 +130,7 @@ void rest_at(arm_motion &motion, double position_m)
     state.motor_rate().setZero();
     state.motor_rad() = joint_vector(state.link_rad());
     arm.motors_at_limit = 0;
-    arm.has_felt = false;
+    motion.has_measured = 0;
     arm.guide = guidance_at(arm.body, joint_vector(state.motor_rad()));
     arm.guide.home.origin_m -= arm.direction_in_base * position_m;
     arm.way_m = arm.direction.dot(tool_in_world(arm).origin_m) - position_m;
@@ -146,30 +144,32 @@ void take(arm_motion &motion, const arm_order &order, double operator_position_m
     guidance_take(arm.guide, arm.body, order, arm.direction_in_base, operator_position_m);
 }
 
-/* What the hardware does to the tool in the mean over the coming tick. */
-template <class Space>
-wrench_of<Space> over_tick(moving_arm<Space> &arm, const wrench_of<Space> &now, bool leads_force)
+/* What acts over the coming tick, see enum arm_force. */
+void load_with(arm_motion &motion, const arm_load &measured)
 {
-    const wrench_of<Space> before = arm.has_felt ? arm.felt : now;
-    arm.felt = now;
-    arm.has_felt = true;
-    return leads_force ? now + (now - before) * 0.5 : now;
+    const arm_load &before = motion.has_measured ? motion.measured : measured;
+    const double lead_ticks = motion.leads_force ? 0.5 : 0.0;
+    motion.acting.force_N = measured.force_N + lead_ticks * (measured.force_N - before.force_N);
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        motion.acting.side[i] = measured.side[i] + lead_ticks * (measured.side[i] - before.side[i]);
+    }
+    motion.measured = measured;
+    motion.has_measured = 1;
 }
 
 template <class Space>
-void step(arm_motion &motion, const operator_command &command, double force_N)
+void step(arm_motion &motion, const operator_command &command)
 {
     moving_arm<Space> &arm = arm_in<Space>(motion.memory);
     const arm_config &config = *arm.config;
     attitude_control_step(arm.control, config.attitude, arm.period_s, arm.state);
     guidance_step(arm.guide, arm.body, config, arm.period_s, arm.direction_in_base, command.position_m,
                   command.velocity_m_per_s);
-    const wrench_of<Space> measured = {Space::angular::Zero(), arm.direction * -force_N};
-    const wrench_of<Space> asked = {Space::angular::Zero(), arm.direction * command.force_N};
-    const wrench_of<Space> felt =
-        over_tick<Space>(arm, measured - arm.frame.load(motion.side_load), motion.leads_force != 0);
-    const chain_input<Space> input = {asked + felt, arm.control.wheel_torque_N_m, arm.control.thruster_torque_N_m,
-                                      arm.guide.motor_rad, arm.guide.motor_rad_per_s};
+    const wrench_of<Space> push = {Space::angular::Zero(),
+                                   arm.direction * (command.force_N - motion.acting.force_N)};
+    const chain_input<Space> input = {push - arm.frame.load(motion.acting.side), arm.control.wheel_torque_N_m,
+                                      arm.control.thruster_torque_N_m, arm.guide.motor_rad,
+                                      arm.guide.motor_rad_per_s};
     const double step_s = arm.period_s / static_cast<double>(config.substeps);
     arm.motors_at_limit = 0;
     for (int64_t i = 0; i < config.substeps; i++) {
@@ -280,10 +280,15 @@ void arm_motion_take(arm_motion *motion, const arm_order *order, double operator
 
 void arm_motion_step(arm_motion *motion, const operator_command *command, double force_N)
 {
+    struct arm_load measured = {force_N, {}};
+    for (int i = 0; i < SIDE_AXIS_COUNT; i++) {
+        measured.side[i] = motion->side_load[i];
+    }
+    load_with(*motion, measured);
     if (is_planar(motion->memory)) {
-        step<plane>(*motion, *command, force_N);
+        step<plane>(*motion, *command);
     } else {
-        step<space>(*motion, *command, force_N);
+        step<space>(*motion, *command);
     }
 }
 

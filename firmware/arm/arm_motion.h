@@ -11,12 +11,18 @@
 extern "C" {
 #endif
 
-#define ARM_MEMORY_BYTES 9984
+#define ARM_MEMORY_BYTES 9920
 
 /* Where the arm lives: fixed matrices, which C has no name for. */
 union arm_memory {
     double alignment;
     unsigned char bytes[ARM_MEMORY_BYTES];
+};
+
+/* What the robot exerts on the object: along the direction in N, on its further axes in N or N m. */
+struct arm_load {
+    double force_N;
+    double side[SIDE_AXIS_COUNT];
 };
 
 struct arm_motion {
@@ -25,9 +31,11 @@ struct arm_motion {
     double stored_J;     /* kinetic, rotors, springs */
     uint8_t has_sides;   /* the robot has further axes: to be set after the start. Else `side` stays as it is */
     uint8_t leads_force; /* see enum arm_force; to be set after the start */
-    double side[SIDE_AXIS_COUNT]; /* of the tool in the robot's frame since the start: m, or rad */
-    double
-        side_load[SIDE_AXIS_COUNT]; /* what the robot exerts on the object there, for the steps to come: N, or N m */
+    double side[SIDE_AXIS_COUNT];      /* of the tool in the robot's frame since the start: m, or rad */
+    double side_load[SIDE_AXIS_COUNT]; /* as measured there, for the steps to come: N, or N m */
+    struct arm_load acting;            /* over the last step */
+    struct arm_load measured;          /* before it, ... */
+    uint8_t has_measured;              /* ... if there was a step since the arm rested */
     union arm_memory memory;
 };
 

@@ -31,7 +31,8 @@ app_config pendulum_loop(double damping_N_m_s_per_rad)
 
 TEST_CASE("arm in the loop: for small motion a pendulum is the manipulator of one degree of freedom")
 {
-    const app_config with_arm = pendulum_loop(one_joint::damping);
+    app_config with_arm = pendulum_loop(one_joint::damping);
+    with_arm.arm.force = ARM_FORCE_HELD; /* as the manipulator of one degree of freedom takes it */
     app_config plain = with_arm;
     plain.arm.kind = ARM_NONE;
     const auto arm = std::make_unique<manipulator>();

@@ -45,7 +45,8 @@ arm_config one_degree_of_freedom(const manipulator_config &manipulator)
     joint.damping_N_m_s_per_rad = manipulator.damping_N_s_per_m;
     joint.rotor_inertia_kg_m2 = 1e15;
     config.integrator = ARM_RK4;
-    config.substeps = 32; /* as good as exact, which the manipulator of one degree of freedom is */
+    config.substeps = 32;          /* as good as exact, which the manipulator of one degree of freedom is, ... */
+    config.force = ARM_FORCE_HELD; /* ... for a force that is held */
     return config;
 }
 

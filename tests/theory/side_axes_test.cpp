@@ -43,7 +43,8 @@ Eigen::Vector3d random_vector(std::mt19937 &random)
 
 TEST_CASE("side axes: a torque on the tool turns it as a force pushes the manipulator of one degree of freedom")
 {
-    const app_config with_arm = turning_loop();
+    app_config with_arm = turning_loop();
+    with_arm.arm.force = ARM_FORCE_HELD; /* as the manipulator of one degree of freedom takes it */
     app_config plain = with_arm;
     plain.arm.kind = ARM_NONE;
     const auto arm = std::make_unique<manipulator>();
@@ -102,12 +103,23 @@ TEST_CASE("side axes: the energy account books what goes through them")
 {
     app_config config = turning_loop();
     config.arm.joints[0].damping_N_m_s_per_rad = 0.0;
+    double lead_ticks = 0.0;
+    SUBCASE("held")
+    {
+        config.arm.force = ARM_FORCE_HELD;
+    }
+    SUBCASE("led")
+    {
+        config.arm.force = ARM_FORCE_LED;
+        lead_ticks = 0.5;
+    }
     const auto arm = std::make_unique<manipulator>();
     manipulator_start(arm.get(), &config);
     const auto account = std::make_unique<energy_account>();
     energy_account_start(account.get(), &config, arm.get());
     const operator_command rest{};
     double given_J = 0.0;
+    double load_before = 0.0;
     for (int i = 0; i < 4000; i++) {
         double before[SIDE_AXIS_COUNT];
         manipulator_sides(arm.get(), before);
@@ -122,7 +134,9 @@ TEST_CASE("side axes: the energy account books what goes through them")
         manipulator_step(arm.get(), &rest, 0.0);
         double after[SIDE_AXIS_COUNT];
         manipulator_sides(arm.get(), after);
-        given_J += i < 3999 ? load * (after[SIDE_AXIS_RZ] - before[SIDE_AXIS_RZ]) : 0.0;
+        const double acting = load + lead_ticks * (load - load_before);
+        given_J += i < 3999 ? acting * (after[SIDE_AXIS_RZ] - before[SIDE_AXIS_RZ]) : 0.0;
+        load_before = load;
     }
     CHECK(std::abs(given_J) > 0.01);
     CHECK(account->sums.simulated_port_J == doctest::Approx(given_J).epsilon(1e-9));
