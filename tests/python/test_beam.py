@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from conftest import EXIT_INPUT, command, one_json_object, run_json, settings, topic
+from conftest import EXIT_INPUT, ROOT, command, one_json_object, run_json, settings, topic
 from reference_loop import Loop, dead_ticks, simulate
 from scipy.linalg import eigvals
 from scipy.optimize import brentq
@@ -215,9 +215,13 @@ def test_reduction():
     assert errors[-1] < 0.01 * errors[0], errors
 
 
-def test_a_whole_arm_swings_with_all_modes():
-    """With the satellite held the arm ess is the manipulator of the rig but for what its joints' motors do."""
-    done = command("reduce", RIG, "--json", "--direction", "1,0", "--held", "--guided")
+def test_a_whole_arm_swings_with_all_modes(tmp_path):
+    """With the satellite held and the force held over a tick the arm ess is the manipulator of the rig but for what
+    its joints' motors do."""
+    arm_file = tmp_path / "held.toml"
+    text = (ROOT / "sim_hal" / "arms" / "ess.toml").read_text()
+    arm_file.write_text(text.replace('integrator = ', 'force = "held"\nintegrator = '))
+    done = command("reduce", RIG, "--json", "--arm", arm_file, "--direction", "1,0", "--held", "--guided")
     assert done.returncode == 0, done.stderr.decode()
     found = one_json_object(done.stdout)
     arm, beam = found["poses"][0], found["object"]
