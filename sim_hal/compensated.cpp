@@ -10,6 +10,7 @@
 #include "prediction.h"
 #include "stability/compensation_states.h"
 #include "stability/equivalent_loop.h"
+#include "stability/loop_timeline.h"
 #include "stability/physical_parameter.h"
 #include "stability/spectrum.h"
 #include "verdict_words.h"
@@ -123,7 +124,7 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
 {
     const berth::rig held = in_contact(rig);
     const bool is_linear = amplitude_m == 0.0 || effects_of_size(held).empty();
-    if (compensation_is_linear(held) && is_linear) {
+    if (compensation_is_linear(held) && is_linear && !is_time_varying(held)) {
         const double growth_per_s = std::log(spectral_radius_of(held)) / config_period_s(&held.firmware);
         const bool touches = rig.object.kind == object_kind::contact;
         const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;

@@ -2,8 +2,9 @@
  * firmware goes on with what it was told: that is what a margin is for.
  *
  * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none, nor has a
- * loop with play, friction or another effect of size: it is run from a deflection for 20 s, a tool held to the
- * material, and the growth of its swing is bisected, without noise and events. */
+ * loop with play, friction or another effect of size, or one that changes from tick to tick: it is run from a
+ * deflection for 20 s, a tool held to the material, and the growth of its swing is bisected, without noise and
+ * events. */
 #ifndef SIM_HAL_COMPENSATED_H
 #define SIM_HAL_COMPENSATED_H
 

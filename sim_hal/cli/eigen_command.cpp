@@ -262,12 +262,12 @@ int eigen_command(const varying_arguments &arguments)
     refuse_unstated(chosen.rig, arguments.rig);
     const double amplitude_m = chosen_amplitude_m(arguments, chosen.rig);
     tell_left_out(chosen.rig, amplitude_m);
-    const bool is_of_size = compensation_is_on(&chosen.rig.firmware) && amplitude_m > 0.0;
-    if (!compensation_is_linear(chosen.rig) || is_of_size) {
+    const bool varies = is_time_varying(chosen.rig);
+    const bool has_no_exponent = compensation_is_on(&chosen.rig.firmware) && (amplitude_m > 0.0 || varies);
+    if (!compensation_is_linear(chosen.rig) || has_no_exponent) {
         return answer_compensated_growth(chosen.rig, arguments);
     }
-    return is_time_varying(chosen.rig) ? varying_eigen(chosen, amplitude_m, arguments)
-                                       : steady_eigen(chosen, amplitude_m, arguments);
+    return varies ? varying_eigen(chosen, amplitude_m, arguments) : steady_eigen(chosen, amplitude_m, arguments);
 }
 
 } // namespace berth
