@@ -27,7 +27,7 @@ double distance_between(const std::string &word, const std::string &name)
     }
     const std::size_t shared = std::min(word.size(), name.size());
     if (name.compare(0, shared, word, 0, shared) == 0) {
-        return 0.25;
+        return 0.4 / static_cast<double>(1 + shared); /* the longer, the nearer */
     }
     constexpr std::size_t shortest_part = 3;
     if (word.size() >= shortest_part && name.find(word) != std::string::npos) {
