@@ -51,7 +51,7 @@ def test_every_file_that_init_writes_validates_and_gets_a_verdict(tmp_path):
                 assert one_json_object(checked.stdout)["verdict"] in ("stable", "unstable", "undetermined")
 
 
-@pytest.mark.parametrize("sensor, kind", zip((*SENSORS, "one-axis"), OBJECTS))
+@pytest.mark.parametrize("sensor, kind", list(zip((*SENSORS, "one-axis"), OBJECTS)))
 def test_a_file_of_init_runs(sensor, kind, tmp_path):
     file = initialised(tmp_path, "krenn-400hz", sensor, kind)
     done = command("run", file, "--no-log", "--json", *settings(SHORT))

@@ -105,7 +105,8 @@ def test_every_key_and_section_says_what_it_is(schema):
 
 def test_a_key_with_a_unit_in_its_name_states_it(schema):
     """By the last word of the name, not by the program's own table."""
-    ends = {"_m", "_s", "_ms", "_us", "_kg", "_N", "_Hz", "_rad", "_J", "_W", "_ppm", "_m2", "_s2", "_m3", "_frames"}
+    ends = {"_m", "_s", "_ms", "_us", "_kg", "_N", "_Hz", "_rad", "_J", "_W", "_ppm", "_m2", "_s2", "_m3", "_frames",
+            "_ticks"}
     for path, key in [*described(schema), *described(schema["$defs"]["arm"])]:
         name = path.rpartition(".")[2]
         has_unit = any(name.endswith(end) for end in ends) or "_per_" in name
