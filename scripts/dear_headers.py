@@ -13,7 +13,8 @@ from pathlib import Path
 DECOMPOSITIONS = "decompose matrices through sim_hal/solver/decompositions.h and factors.h, which are compiled once"
 # Of each header: where it may stand, and what other files do.
 RULES = {
-    "CLI/*": (["sim_hal/cli/options.h", "sim_hal/cli/usage_error.*", "sim_hal/cli/main.cpp", "sim_hal/far_end/main.cpp",
+    "CLI/*": (["sim_hal/cli/options.h", "sim_hal/cli/usage_error.*", "sim_hal/cli/main.cpp", "sim_hal/cli/command_table.cpp",
+               "sim_hal/cli/completion_command.cpp", "sim_hal/far_end/main.cpp",
                "hal/linux/options.cpp"],
               "declare options in sim_hal/cli/options.h, define them in options.cpp"),
     "nlohmann/json.hpp": (["sim_hal/cli/*", "sim_hal/arm/arm_at_states.cpp", "sim_hal/arm/urdf_model.cpp",

@@ -174,7 +174,7 @@ def facts(log, summary):
         ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
         *prediction(summary),
-        ("frequency", "not measured" if growth is None else f"{summary['frequency_hz']:.4f} Hz", ""),
+        ("frequency", "not measured" if growth is None else f"{summary['frequency_Hz']:.4f} Hz", ""),
         *energy_words(summary, log),
         *margin_fact(summary["margin"]),
         *peak_facts(summary["peak_force"]),

@@ -19,7 +19,7 @@ if grep -q '^VERSION_ID="13"' /etc/os-release; then
 fi
 if [ "$task" != run ]; then
     packages+=(doctest-dev ccache clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        clangd valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium)
+        clangd valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium zsh fish man-db groff-base)
 fi
 if [ "$task" = target ]; then
     packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils rt-tests)

@@ -8,6 +8,7 @@
 #include "../../firmware/arm/sine.h"
 #include "arm_keys.h"
 #include "arm_table.h"
+#include "names.h"
 #include "rig_file.h"
 #include "robot_file.h"
 #include "toml_file.h"
@@ -359,7 +360,8 @@ arm_description load_arm(const std::string &name_or_path)
         for (const auto &shipped : shipped_arms()) {
             names += (names.empty() ? "" : ", ") + std::string(shipped.name);
         }
-        throw input_error(name_or_path + ": no shipped arm has this name (" + names + ") and there is no such file");
+        throw input_error(name_or_path + ": no shipped arm has this name (" + names + ") and there is no such file" +
+                          did_you_mean(names_of_files(shipped_arms()), name_or_path));
     }
     const std::string text = read_arm_file(name_or_path);
     if (const toml::table table = parse_toml(text, name_or_path);

@@ -11,6 +11,7 @@
 #include "given_file.h"
 #include "keys.h"
 #include "knowledge.h"
+#include "names.h"
 #include "orders.h"
 #include "other_files.h"
 #include "robot_file.h"
@@ -305,7 +306,8 @@ rig load_rig(const std::string &name_or_path, const std::vector<std::string> &ov
     }
     if (!looks_like_path(name_or_path) && !std::ifstream(name_or_path)) {
         throw input_error(name_or_path + ": no shipped rig has this name (" + names_of_shipped_rigs() +
-                          ") and there is no such file");
+                          ") and there is no such file" +
+                          did_you_mean(names_of_files(shipped_rigs()), name_or_path));
     }
     rig rig = parse_rig(read_rig_file(name_or_path), name_or_path, overrides, robot);
     if (rig.name.empty()) {

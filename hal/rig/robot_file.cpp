@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "keys.h"
+#include "names.h"
 #include "toml_file.h"
 
 namespace berth
@@ -165,23 +166,6 @@ class preset_reader
     rig scratch_; /* values are checked by setting them */
 };
 
-/* The beginning of a name, in letters of any size, is nearer than all else. */
-std::string nearest_name(const std::string &name)
-{
-    std::string wanted = name;
-    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto to_wanted = [&](const shipped_file &robot) {
-        return wanted == std::string_view(robot.name).substr(0, wanted.size()) ? 0
-                                                                               : edit_distance(wanted, robot.name);
-    };
-    const auto &robots = shipped_robots();
-    return std::min_element(
-               robots.begin(), robots.end(),
-               [&](const shipped_file &a, const shipped_file &b) { return to_wanted(a) < to_wanted(b); })
-        ->name;
-}
-
 } // namespace
 
 robot_preset parse_robot(const std::string &text, const std::string &origin)
@@ -199,9 +183,9 @@ robot_preset load_robot(const std::string &name_or_path)
         }
     }
     if (!looks_like_path(name_or_path) && !std::ifstream(name_or_path)) {
-        throw input_error(name_or_path +
-                          ": no robot preset has this name, and there is no such file; the nearest is " +
-                          nearest_name(name_or_path) + " (berth robots lists them)");
+        throw input_error(
+            name_or_path + ": no robot preset has this name, and there is no such file; the nearest is " +
+            nearest_name(names_of_files(shipped_robots()), name_or_path) + " (berth robots lists them)");
     }
     robot_preset preset = parse_robot(read_file(name_or_path), name_or_path);
     if (preset.name.empty()) {

@@ -10,6 +10,11 @@
 #include "../../hal/rig/rig_file.h"
 #include "../arm/step_accuracy.h"
 
+namespace CLI
+{
+class App;
+}
+
 namespace berth
 {
 
@@ -78,7 +83,8 @@ struct limits_arguments : rig_arguments {
 struct run_arguments : rig_arguments {
     std::string jitter_file;
     std::string profile_file;
-    std::string out_folder = "build/runs";
+    std::string out_folder; /* empty: one of its own, see run_folder.h */
+    std::int64_t keep = 0;  /* newest runs of the rig that stay; 0: all */
     bool no_log = false;
     bool print_config = false;
 };
@@ -95,6 +101,7 @@ struct map_arguments : varying_arguments {
     std::string model = "point";
     int threads = 0; /* 0: one per core */
     bool yes = false;
+    bool picture = false; /* and draw it */
 };
 
 struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
@@ -104,6 +111,26 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
     std::string standstill;
     std::vector<std::string> without;
     std::string out_folder = "build/diagnosis";
+};
+
+struct init_arguments {
+    std::string file;
+    std::string robot;
+    std::string sensor = "one-axis";
+    std::string object = "gripped";
+    bool force = false; /* overwrites a file */
+};
+
+struct compare_arguments {
+    std::string a; /* a log, or the folder of a run */
+    std::string b;
+    std::string page; /* with the curves over each other; empty: none */
+    bool json = false;
+};
+
+struct report_arguments {
+    std::string log;
+    std::string accuracy_file;
 };
 
 struct rths_arguments {
@@ -148,6 +175,13 @@ int reduce_command(const reduce_arguments &arguments);
 int compensate_command(const compensate_arguments &arguments);
 int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);
+int schema_command();
+int completion_command(const CLI::App &app, const std::string &shell);
+int man_command(const CLI::App &app, const std::string &name);
+int init_command(const init_arguments &arguments);
+int check_command(const rig_arguments &arguments);
+int compare_command(const compare_arguments &arguments);
+int report_command(const report_arguments &arguments);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
 int rths_command(const rths_arguments &arguments);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "../../hal/rig/names.h"
 #include "../../hal/rig/rig_file.h"
 
 namespace berth
@@ -48,8 +49,12 @@ std::vector<std::string> compensation_settings(const std::vector<std::string> &n
         const auto found = std::find_if(std::begin(choices), std::end(choices),
                                         [&](const named_settings &known) { return known.name == name; });
         if (found == std::end(choices)) {
+            std::vector<std::string> known;
+            for (const named_settings &one : choices) {
+                known.emplace_back(one.name);
+            }
             throw input_error("--with " + name + ": there is no such compensation; there are " +
-                              compensation_names());
+                              compensation_names() + did_you_mean(known, name));
         }
         settings.insert(settings.end(), found->settings.begin(), found->settings.end());
     }

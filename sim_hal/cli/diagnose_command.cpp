@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/given.h"
+#include "../../hal/rig/units.h"
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
 #include "../stability/arm_loop.h"

@@ -8,6 +8,7 @@
 #include "../stability/spectrum.h"
 #include "amplitude.h"
 #include "bounce_report.h"
+#include "colour.h"
 #include "commands.h"
 #include "compensated_report.h"
 #include "robot_choice.h"
@@ -74,6 +75,11 @@ void print_spectra(const rig &steady, const spectrum &loop, const char *loop_tit
                 coupled_spectrum(steady));
 }
 
+std::string stability_word(bool is_stable)
+{
+    return is_stable ? coloured(stdout, ink::green, "stable") : coloured(stdout, ink::red, "unstable");
+}
+
 /* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
 spectrum print_spectrum(const char *title, const settled_rig &at)
 {
@@ -81,8 +87,7 @@ spectrum print_spectrum(const char *title, const settled_rig &at)
     const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
                 stable.is_null() ? "undetermined (no spring holds manipulator or object: z = 1)"
-                : stable == true ? "stable"
-                                 : "unstable",
+                                 : stability_word(stable == true).c_str(),
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
     return loop;
 }
@@ -143,11 +148,9 @@ void print_exponent(const lyapunov_exponent &exponent, std::int64_t seed, bool h
 {
     const nlohmann::json stable = exponent_stable_json(exponent);
     std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld%s\n",
-                stable.is_null() ? "undetermined"
-                : stable == true ? "stable"
-                                 : "unstable",
-                exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
-                static_cast<long long>(seed), guess_text(has_settled));
+                stable.is_null() ? "undetermined" : stability_word(stable == true).c_str(), exponent.growth_per_s,
+                exponent.ci95_per_s, static_cast<long long>(exponent.ticks), static_cast<long long>(seed),
+                guess_text(has_settled));
 }
 
 void print_robot(const chosen_rig &chosen)

@@ -8,7 +8,9 @@
 
 #include "../../hal/version.h"
 #include "../rths/controller.h"
+#include "colour.h"
 #include "commands.h"
+#include "completion.h"
 #include "options.h"
 #include "usage_error.h"
 
@@ -32,7 +34,7 @@ void refuse_empty_values(CLI::App &app)
 int run(int argc, char **argv)
 {
     CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
-    app.set_version_flag("--version", std::string("berth ") + berth::version());
+    app.set_version_flag("--version", std::string("berth ") + berth::release + " (" + berth::version() + ")");
     app.require_subcommand(1);
     int exit_code = 0;
 
@@ -44,7 +46,7 @@ int run(int argc, char **argv)
                      "operator follows this CSV file (column: --set profile.column=NAME)")
         ->check(berth::is_named("a file needs a name"));
     berth::add_jitter_option(*run_app, run.jitter_file);
-    run_app->add_option("--out", run.out_folder, "folder for the log")->capture_default_str();
+    berth::add_run_folder_options(*run_app, run);
     run_app->add_flag("--no-log", run.no_log, "write no files");
     berth::add_check_options(*run_app, run);
     run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
@@ -157,6 +159,46 @@ int run(int argc, char **argv)
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });
 
+    CLI::App *schema_app =
+        app.add_subcommand("schema", "print the JSON schema of rig files, for editors and programs");
+    schema_app->callback([&] { exit_code = berth::schema_command(); });
+
+    berth::init_arguments init;
+    CLI::App *init_app = app.add_subcommand("init", "write a commented rig file to begin with, and its schema");
+    berth::add_init_options(*init_app, init);
+    init_app->callback([&] { exit_code = berth::init_command(init); });
+
+    berth::rig_arguments checked;
+    CLI::App *check_app = app.add_subcommand(
+        "check", "implausible values of a rig, its delay budget and verdict; exit code 0: plausible and stable, "
+                 "1: not so, 2: the rig cannot be read");
+    berth::add_rig_options(*check_app, checked);
+    check_app->callback([&] { exit_code = berth::check_command(checked); });
+
+    berth::compare_arguments compare;
+    CLI::App *compare_app = app.add_subcommand("compare", "two runs: parameters that differ, and their verdicts");
+    berth::add_compare_options(*compare_app, compare);
+    compare_app->callback([&] { exit_code = berth::compare_command(compare); });
+
+    berth::report_arguments report;
+    CLI::App *report_app = app.add_subcommand("report", "draw a run: LOG.html with plots to zoom, and LOG.png");
+    berth::add_report_options(*report_app, report);
+    report_app->callback([&] { exit_code = berth::report_command(report); });
+
+    std::string shell;
+    CLI::App *completion_app =
+        app.add_subcommand("completion", "print a script that completes berth's commands in a shell");
+    completion_app->add_option("SHELL", shell, "the shell that sources it")
+        ->required()
+        ->check(CLI::IsMember(berth::shells()));
+    completion_app->callback([&] { exit_code = berth::completion_command(app, shell); });
+
+    std::string command;
+    CLI::App *man_app =
+        app.add_subcommand("man", "print the manual page, as `man` reads it: berth man run | man -l -");
+    man_app->add_option("COMMAND", command, "the command that it is about; default: all in a line each");
+    man_app->callback([&] { exit_code = berth::man_command(app, command); });
+
     std::string robot;
     CLI::App *robots_app = app.add_subcommand("robots", "list the robot presets for --robot, or print one");
     robots_app->add_option("NAME", robot, "a robot preset, or the path of a preset file: print it");
@@ -188,7 +230,7 @@ int main(int argc, char **argv)
         }
         return exit_code;
     } catch (const berth::input_error &error) {
-        std::fprintf(stderr, "berth: %s\n", error.what());
+        std::fprintf(stderr, "%s %s\n", berth::coloured(stderr, berth::ink::red, "berth:").c_str(), error.what());
         return exit_usage_or_input;
     } catch (const std::bad_alloc &) {
         std::fprintf(stderr, "berth: not enough memory: ask for fewer points, a shorter run or a shorter record\n");

@@ -16,6 +16,7 @@
 #include "../stability/shared_rows.h"
 #include "atomic_file.h"
 #include "map_report.h"
+#include "python_script.h"
 #include "verdict_report.h"
 
 namespace berth
@@ -368,6 +369,12 @@ int map_command(const map_arguments &arguments)
     atomic_file beside(stem + ".json");
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
+    if (arguments.picture) {
+        const int exit_code = run_script("map_picture.py", {stem + ".csv"});
+        if (exit_code != 0) {
+            return exit_code;
+        }
+    }
     json["csv"] = stem + ".csv";
     json["compute_s"] = taken.count();
     json["compute_cpu_s"] = cpu_taken_s;
@@ -380,8 +387,10 @@ int map_command(const map_arguments &arguments)
     print_assumptions(job.chosen.rig);
     print_map_summary(request, sums, json);
     print_delay_budget(job.chosen.rig);
-    std::printf("map       %s.csv\npicture   .venv/bin/python scripts/map_picture.py %s.csv\n", stem.c_str(),
-                stem.c_str());
+    std::printf("map       %s.csv\n", stem.c_str());
+    if (!arguments.picture) {
+        std::printf("picture   .venv/bin/python scripts/map_picture.py %s.csv\n", stem.c_str());
+    }
     return 0;
 }
 

@@ -5,6 +5,7 @@
 
 #include "../rths/controller.h"
 #include "compensation_choice.h"
+#include "rig_template.h"
 
 namespace berth
 {
@@ -90,6 +91,56 @@ void add_jitter_option(CLI::App &command, std::string &jitter_file)
         ->type_name("FILE");
 }
 
+void add_run_folder_options(CLI::App &command, run_arguments &arguments)
+{
+    CLI::Option *const out =
+        command
+            .add_option("--out", arguments.out_folder,
+                        "folder for the log, which is DIR/RIG.ulg; default: build/runs/RIG/TIME, a "
+                        "folder of its own for each run, and a page of all runs")
+            ->type_name("DIR");
+    command.add_option("--keep", arguments.keep, "without --out: keep the newest N runs of the rig; default: all")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000}).description(""))
+        ->type_name("N")
+        ->excludes(out);
+}
+
+void add_init_options(CLI::App &command, init_arguments &arguments)
+{
+    command.add_option("FILE", arguments.file, "the rig file to write, NAME.toml")->required();
+    command
+        .add_option(
+            "--robot", arguments.robot,
+            "a robot preset (see `berth robots`) or the path of a preset file; default: the robot of the rig ess")
+        ->type_name("NAME");
+    command.add_option("--sensor", arguments.sensor, "the force sensor")
+        ->check(CLI::IsMember(template_sensors()))
+        ->capture_default_str();
+    command.add_option("--object", arguments.object, "what the robot meets")
+        ->check(CLI::IsMember(template_objects()))
+        ->capture_default_str();
+    command.add_flag("--force", arguments.force, "overwrite a file of this name");
+}
+
+void add_compare_options(CLI::App &command, compare_arguments &arguments)
+{
+    const char *const run = "a .ulg file written by `berth run`, or the folder of one run";
+    command.add_option("A", arguments.a, run)->required();
+    command.add_option("B", arguments.b, run)->required();
+    command.add_option("--page", arguments.page, "write a page with the curves of both over each other")
+        ->type_name("FILE.html");
+    command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
+}
+
+void add_report_options(CLI::App &command, report_arguments &arguments)
+{
+    command.add_option("LOG", arguments.log, "a .ulg file written by `berth run`")->required();
+    command
+        .add_option("--accuracy", arguments.accuracy_file,
+                    "what `berth accuracy RIG --json` printed, of a run with an arm")
+        ->type_name("JSON");
+}
+
 void add_varying_options(CLI::App &command, varying_arguments &arguments, const char *ticks)
 {
     add_rig_options(command, arguments);
@@ -132,6 +183,7 @@ void add_map_options(CLI::App &command, map_arguments &arguments)
         ->check(CLI::IsMember({"point", "rig", "tolerances"}).description(""))
         ->type_name("WHAT");
     command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));
+    command.add_flag("--picture", arguments.picture, "draw the map beside its CSV file");
     command.add_flag("--yes", arguments.yes, "go on where a map is very large");
 }
 

@@ -18,6 +18,7 @@
 #include "../stability/arm_loop.h"
 #include "commands.h"
 #include "robot_choice.h"
+#include "run_folder.h"
 #include "run_result.h"
 #include "verdict_report.h"
 
@@ -155,11 +156,11 @@ int run_command(const run_arguments &arguments)
     if (!profile.note().empty()) {
         std::fprintf(stderr, "berth: %s\n", profile.note().c_str());
     }
+    const bool is_kept = !arguments.no_log && arguments.out_folder.empty();
     if (!arguments.no_log) {
-        if (!arguments.out_folder.empty()) {
-            make_folder(arguments.out_folder);
-        }
-        options.log_path = std::filesystem::path(arguments.out_folder) / (rig.name + ".ulg");
+        const std::string folder = is_kept ? make_run_folder(rig.name) : arguments.out_folder;
+        make_folder(folder);
+        options.log_path = std::filesystem::path(folder) / (rig.name + ".ulg");
     }
     const bool shows_progress = !arguments.json && isatty(STDERR_FILENO);
     if (shows_progress) {
@@ -176,6 +177,10 @@ int run_command(const run_arguments &arguments)
     result.log = options.log_path;
     result.robot = robot_as_text(chosen);
     const bool is_logged = arguments.no_log || write_candumps(result);
+    if (is_kept) {
+        keep_run(std::filesystem::path(result.log).parent_path().string(), as_json(result, rig), rig,
+                 arguments.keep);
+    }
     if (arguments.json) {
         print_json(as_json(result, rig));
     } else {

@@ -250,7 +250,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"gripped", result.was_gripped()},
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
-        {"frequency_hz", nullptr},
+        {"frequency_Hz", nullptr},
         {"predicted_growth_per_s", nullptr},
         {"prediction_left_out", nullptr},
         {"why_not_predicted", nullptr},
@@ -288,7 +288,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
     if (result.evidence.growth) {
         json["growth_per_s"] = result.evidence.growth->growth_per_s;
         json["growth_ci95_per_s"] = result.evidence.growth->growth_ci95_per_s;
-        json["frequency_hz"] = result.evidence.growth->frequency_Hz;
+        json["frequency_Hz"] = result.evidence.growth->frequency_Hz;
     }
     if (result.predicted.growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted.growth_per_s;

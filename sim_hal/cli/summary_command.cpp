@@ -3,20 +3,11 @@
 #include "../hil/rig_record.h"
 #include "../log/ulog_reader.h"
 #include "commands.h"
+#include "log_result.h"
 #include "robot_choice.h"
-#include "run_result.h"
 
 namespace berth
 {
-
-namespace
-{
-
-/* What a log tells beside the run's result. */
-struct log_state {
-    bool is_cut = false;
-    std::int64_t missing_ticks = 0; /* not in the log, though the loop ran them */
-};
 
 run_result read_result(const std::string &path, rig &rig, log_state &state)
 {
@@ -61,6 +52,9 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     state.is_cut = log.is_cut();
     return result;
 }
+
+namespace
+{
 
 /* Heights of the free motion's oscillation over the time of the run, and the fitted exponential through them. */
 nlohmann::json envelope_as_json(const run_result &result, double period_s)

@@ -1,9 +1,9 @@
 #include "usage_error.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "../../hal/rig/keys.h"
+#include "../../hal/rig/names.h"
 
 namespace berth
 {
@@ -25,27 +25,12 @@ bool is_one_of(const std::vector<std::string> &names, const std::string &name)
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/* Empty: none is near. What begins with a name, or is its beginning, is nearer than all else. */
-std::string nearest_subcommand(const std::vector<std::string> &names, std::string word)
-{
-    std::transform(word.begin(), word.end(), word.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto to_word = [&](const std::string &name) {
-        const std::size_t shared = std::min(name.size(), word.size());
-        return name.compare(0, shared, word, 0, shared) == 0 ? 0 : edit_distance(word, name);
-    };
-    constexpr std::size_t slips = 2;
-    const auto nearest = std::min_element(names.begin(), names.end(),
-                                          [&](const auto &a, const auto &b) { return to_word(a) < to_word(b); });
-    return to_word(*nearest) <= slips ? *nearest : "";
-}
-
 std::string no_subcommand(const std::vector<std::string> &names, const std::vector<std::string> &words)
 {
     std::string message = words[0] + ": no such subcommand; ";
     if (words.size() > 1 && is_one_of(names, words[1])) {
         message += "it stands first: berth " + words[1] + " " + words[0] + "; ";
-    } else if (const std::string nearest = nearest_subcommand(names, words[0]); !nearest.empty()) {
+    } else if (const std::string nearest = near_name(names, words[0]); !nearest.empty()) {
         message += "did you mean " + nearest + "? ";
     }
     message += "there are";
@@ -79,6 +64,26 @@ std::string wrong_setting(const std::vector<std::string> &words)
     return "";
 }
 
+/* In the order in which they were written, which CLI11 turns round. */
+std::string unexpected(const CLI::App &app)
+{
+    const CLI::App &command = *app.get_subcommands().front();
+    const std::vector<std::string> words = app.remaining(true);
+    std::string message;
+    for (const std::string &word : words) {
+        message += (message.empty() ? "" : " ") + word;
+    }
+    message += std::string(words.size() > 1 ? ": are" : ": is") + " not expected";
+    std::vector<std::string> options;
+    for (const CLI::Option *const option : command.get_options()) {
+        for (const std::string &name : option->get_lnames()) {
+            options.push_back("--" + name);
+        }
+    }
+    const bool is_option = !words.empty() && words[0][0] == '-';
+    return message + (is_option ? did_you_mean(options, words[0].substr(0, words[0].find('='))) : "");
+}
+
 } // namespace
 
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const std::vector<std::string> &words)
@@ -99,7 +104,10 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
         return no_subcommand(names, words);
     }
     const std::string setting = wrong_setting(words);
-    return setting.empty() ? error.what() : setting;
+    if (!setting.empty()) {
+        return setting;
+    }
+    return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app) : error.what();
 }
 
 } // namespace berth

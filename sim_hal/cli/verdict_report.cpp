@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "colour.h"
 #include "gains_report.h"
 #include "short_number.h"
 
@@ -23,11 +24,19 @@ nlohmann::json peak_json(const force_peak &peak)
     return {{"force_N", peak.force_N}, {"at_s", peak.at_s}};
 }
 
+ink ink_of(const stability_verdict &verdict)
+{
+    return !verdict.is_stable ? ink::yellow : *verdict.is_stable ? ink::green : ink::red;
+}
+
 } // namespace
 
 void print_verdict(const stability_verdict &verdict)
 {
-    std::printf(line_format, verdict_name(verdict.kind), verdict.because.c_str());
+    const std::string name = verdict_name(verdict.kind);
+    const std::string padding(name.size() < 14 ? 14 - name.size() : 0, ' ');
+    std::printf("  %s%s %s\n", coloured(stdout, ink_of(verdict), name).c_str(), padding.c_str(),
+                verdict.because.c_str());
     if (!verdict.advice.empty()) {
         std::printf(line_format, "advice", verdict.advice.c_str());
     }

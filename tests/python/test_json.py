@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import RIG_FOLDER, RIGS, ROOT, command, one_json_object, replay_json, run_json, settings, topic
 
-RUN_KEYS = {"growth_per_s", "frequency_hz", "stable", "ticks", "overruns", "peak_force_N", "speed_x_realtime", "log",
+RUN_KEYS = {"growth_per_s", "frequency_Hz", "stable", "ticks", "overruns", "peak_force_N", "speed_x_realtime", "log",
             "config_hash"}
 SHORT = {"run.duration_s": 2.0}
 
@@ -36,7 +36,7 @@ def test_run_of_a_shipped_rig(rig, logs):
 
 def test_no_oscillation_gives_null_and_not_a_number_made_up(tmp_path):
     result = run_json("ess", tmp_path, *settings({"manipulator.initial_position_m": 0.0}))
-    assert result["growth_per_s"] is None and result["frequency_hz"] is None
+    assert result["growth_per_s"] is None and result["frequency_Hz"] is None
     assert result["peak_force_N"] == 0.0
 
 

@@ -78,7 +78,7 @@ def test_commit_configuration_and_hash_are_in_the_log_and_consistent(logs, tmp_p
     result, log = logs("ess", {"robot.dead_time_ms": 13.3, **SHORT})
     info = ULog(str(log)).msg_info_dict
     version = command("--version").stdout.decode().strip()
-    assert version == f"berth {info['ver_sw']}" and result["version"] == info["ver_sw"]
+    assert version == f"berth 1.0.0-rc.1 ({info['ver_sw']})" and result["version"] == info["ver_sw"]
     assert re.fullmatch(r"[0-9a-f]{12}(-dirty)?", info["ver_sw"])
     assert info["berth_config_hash"] == result["config_hash"] == fnv1a_64(info["berth_config"].encode())
     assert re.search(r"^dead_time_ms = 13.3 ", info["berth_config"], re.MULTILINE)

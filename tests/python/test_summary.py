@@ -61,7 +61,7 @@ def test_envelope_lies_on_the_fit(tmp_path):
         expected_m = envelope["fit_height_from_m"] * 2.718281828459045 ** (told["growth_per_s"] * (time_s - start_s))
         assert height_m == pytest.approx(expected_m, rel=0.01)
     half_period_s = (fitted[-1][0] - fitted[0][0]) / (len(fitted) - 1)
-    assert 0.5 / half_period_s == pytest.approx(told["frequency_hz"], rel=1e-3)
+    assert 0.5 / half_period_s == pytest.approx(told["frequency_Hz"], rel=1e-3)
 
 
 def test_cut_log_is_told_up_to_the_cut(tmp_path):
@@ -93,7 +93,7 @@ def test_growth_is_of_motion_without_interruption(tmp_path):
     _, free = run(tmp_path / "free", "ess", [])
     log, limited = run(tmp_path / "limited", "ess", ["limits.velocity_m_per_s=0.03"])
     assert limited["limit_ticks"]["velocity"] > 0
-    assert limited["frequency_hz"] == pytest.approx(free["frequency_hz"], rel=1e-4)
+    assert limited["frequency_Hz"] == pytest.approx(free["frequency_Hz"], rel=1e-4)
     assert limited["growth_per_s"] == pytest.approx(free["growth_per_s"], rel=1e-3)
 
     _, broken = run(tmp_path / "broken", "ess", ["manipulator.stiffness_N_per_m=1e9", "run.duration_s=5"])

@@ -1,0 +1,63 @@
+#include "names.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "keys.h"
+
+namespace berth
+{
+
+namespace
+{
+
+std::string in_small_letters(std::string_view word)
+{
+    std::string small(word);
+    std::transform(small.begin(), small.end(), small.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return small;
+}
+
+/* Between words in small letters. A beginning is nearer than a part, a part nearer than a slip. */
+double distance_between(const std::string &word, const std::string &name)
+{
+    if (word == name) {
+        return 0.0;
+    }
+    const std::size_t shared = std::min(word.size(), name.size());
+    if (name.compare(0, shared, word, 0, shared) == 0) {
+        return 0.4 / static_cast<double>(1 + shared); /* the longer, the nearer */
+    }
+    constexpr std::size_t shortest_part = 3;
+    if (word.size() >= shortest_part && name.find(word) != std::string::npos) {
+        return 0.5;
+    }
+    return static_cast<double>(edit_distance(word, name));
+}
+
+} // namespace
+
+std::string nearest_name(const std::vector<std::string> &names, std::string_view word)
+{
+    const std::string wanted = in_small_letters(word);
+    const auto to_wanted = [&](const std::string &name) { return distance_between(wanted, in_small_letters(name)); };
+    const auto nearest = std::min_element(names.begin(), names.end(),
+                                          [&](const auto &a, const auto &b) { return to_wanted(a) < to_wanted(b); });
+    return nearest == names.end() ? "" : *nearest;
+}
+
+std::string near_name(const std::vector<std::string> &names, std::string_view word)
+{
+    const std::string nearest = nearest_name(names, word);
+    const double slips = std::max(2.0, static_cast<double>(nearest.size()) / 3.0);
+    return distance_between(in_small_letters(word), in_small_letters(nearest)) <= slips ? nearest : "";
+}
+
+std::string did_you_mean(const std::vector<std::string> &names, std::string_view word)
+{
+    const std::string near = near_name(names, word);
+    return near.empty() ? "" : "; did you mean " + near + "?";
+}
+
+} // namespace berth

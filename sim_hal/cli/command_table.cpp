@@ -1,0 +1,100 @@
+#include "command_table.h"
+
+#include <CLI/CLI.hpp>
+#include <sstream>
+
+#include "../../hal/rig/arm_file.h"
+#include "../../hal/rig/keys.h"
+#include "../../hal/rig/names.h"
+#include "../../hal/rig/robot_file.h"
+#include "compensation_choice.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* "one, two" -> its words. */
+std::vector<std::string> split_words(std::string text)
+{
+    for (char &c : text) {
+        c = c == ',' ? ' ' : c;
+    }
+    std::istringstream stream(text);
+    std::vector<std::string> words;
+    for (std::string word; stream >> word;) {
+        words.push_back(word);
+    }
+    return words;
+}
+
+/* A value is put behind: robot.dead_time_ms= */
+std::vector<std::string> known_settings()
+{
+    std::vector<std::string> words;
+    for (const rig_key &key : rig_keys()) {
+        words.push_back(std::string(key.path) + "=");
+    }
+    return words;
+}
+
+/* What names something that the program knows. */
+std::vector<std::string> known_words(const std::string &name)
+{
+    if (name == "RIG" || name == "--rig") {
+        return names_of_files(shipped_rigs());
+    }
+    if (name == "NAME" || name == "--robot") {
+        return names_of_files(shipped_robots());
+    }
+    if (name == "ARM" || name == "--arm") {
+        return names_of_files(shipped_arms());
+    }
+    if (name == "--with") {
+        return split_words(compensation_names());
+    }
+    if (name == "--vary") {
+        return {"elasticity", "mass"};
+    }
+    return name == "--set" ? known_settings() : std::vector<std::string>();
+}
+
+option_entry entry_of(const CLI::Option &option)
+{
+    option_entry entry;
+    entry.name = option.get_positional() ? option.get_name(true) : "--" + option.get_lnames().front();
+    entry.meaning = option.get_description();
+    entry.is_needed = option.get_required();
+    if (option.get_items_expected_max() > 0) {
+        entry.value = option.get_type_name();
+        if (const std::size_t brace = entry.value.find('{'); brace != std::string::npos) { /* "TEXT:{one,two}" */
+            entry.words = split_words(entry.value.substr(brace + 1, entry.value.find('}') - brace - 1));
+            entry.value = "WORD";
+        }
+        entry.value = entry.value.substr(0, entry.value.find(':'));
+    }
+    if (entry.words.empty()) {
+        entry.words = known_words(entry.name);
+    }
+    return entry;
+}
+
+} // namespace
+
+std::vector<command_entry> command_table(const CLI::App &app)
+{
+    std::vector<command_entry> table;
+    for (const CLI::App *const command : app.get_subcommands(nullptr)) {
+        command_entry entry{command->get_name(), command->get_description(), {}};
+        for (const CLI::Option *const option : command->get_options()) {
+            if (option->get_positional() || !option->get_lnames().empty()) {
+                entry.options.push_back(entry_of(*option));
+            }
+        }
+        table.push_back(std::move(entry));
+    }
+    return table;
+}
+
+} // namespace berth

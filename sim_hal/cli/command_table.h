@@ -1,0 +1,37 @@
+/* What the program's commands and options are, as plain structures: completion and man pages are made from them. */
+#ifndef SIM_HAL_CLI_COMMAND_TABLE_H
+#define SIM_HAL_CLI_COMMAND_TABLE_H
+
+#include <string>
+#include <vector>
+
+namespace CLI
+{
+class App;
+}
+
+namespace berth
+{
+
+struct option_entry {
+    std::string name;  /* "--json", or "RIG" of a positional one */
+    std::string value; /* what it takes, as "NAME"; empty: a flag */
+    std::string meaning;
+    std::vector<std::string> words; /* permitted or known values; empty: files */
+    bool is_needed = false;
+
+    bool is_positional() const { return name[0] != '-'; }
+};
+
+struct command_entry {
+    std::string name;
+    std::string meaning;
+    std::vector<option_entry> options;
+};
+
+/* In the order of the program's help. */
+std::vector<command_entry> command_table(const CLI::App &app);
+
+} // namespace berth
+
+#endif

@@ -1,0 +1,140 @@
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "../../hal/rig/keys.h"
+#include "../../hal/rig/units.h"
+#include "commands.h"
+#include "log_result.h"
+#include "python_script.h"
+#include "short_number.h"
+
+namespace berth
+{
+
+namespace
+{
+
+constexpr const char *row_format = "  %-36s %-24s %s\n";
+
+struct compared_run {
+    std::string log;
+    struct rig rig;
+    nlohmann::json result;
+};
+
+struct differing_key {
+    std::string key;
+    std::string a;
+    std::string b;
+};
+
+/* The log in a run's folder, or the path itself. */
+std::string log_of(const std::string &path)
+{
+    std::error_code error;
+    if (!std::filesystem::is_directory(path, error)) {
+        return path;
+    }
+    std::vector<std::string> logs;
+    for (const auto &entry : std::filesystem::directory_iterator(path, error)) {
+        if (entry.path().extension() == ".ulg") {
+            logs.push_back(entry.path().string());
+        }
+    }
+    if (logs.size() != 1) {
+        throw input_error(path + ": holds " + std::to_string(logs.size()) +
+                          " logs; name one .ulg file, or the folder of one run, as build/runs/ess/latest");
+    }
+    return logs.front();
+}
+
+compared_run read_run(const std::string &path)
+{
+    compared_run run{log_of(path), {}, {}};
+    log_state state;
+    const run_result result = read_result(run.log, run.rig, state);
+    run.result = as_json(result, run.rig);
+    return run;
+}
+
+std::vector<differing_key> differences(const rig &a, const rig &b)
+{
+    std::vector<differing_key> found;
+    for (const rig_key &key : rig_keys()) {
+        const std::string of_a = value_text(a, key);
+        const std::string of_b = value_text(b, key);
+        if (of_a != of_b) {
+            found.push_back({std::string(key.path), of_a, of_b});
+        }
+    }
+    if (a.arm_text != b.arm_text) {
+        found.push_back({"manipulator.arm", a.arm_text.empty() ? "none" : "an arm",
+                         b.arm_text.empty()   ? "none"
+                         : a.arm_text.empty() ? "an arm"
+                                              : "another"});
+    }
+    return found;
+}
+
+std::string cell_text(const nlohmann::json &value)
+{
+    return value.is_null()     ? "none"
+           : value.is_number() ? short_number(value.get<double>())
+           : value.is_string() ? value.get<std::string>()
+                               : value.dump();
+}
+
+nlohmann::json as_json(const compared_run &run)
+{
+    nlohmann::json json = {{"log", run.log}, {"rig", run.rig.name}};
+    for (const char *const key :
+         {"verdict", "stable", "growth_per_s", "frequency_Hz", "peak_force_N", "version", "config_hash"}) {
+        json[key] = run.result.at(key);
+    }
+    return json;
+}
+
+nlohmann::json as_json(const std::vector<differing_key> &found)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const differing_key &one : found) {
+        list.push_back({{"key", one.key}, {"unit", unit_text(one.key)}, {"a", one.a}, {"b", one.b}});
+    }
+    return list;
+}
+
+void print_comparison(const compared_run &a, const compared_run &b, const std::vector<differing_key> &found)
+{
+    std::printf("A  %s\nB  %s\n", a.log.c_str(), b.log.c_str());
+    std::printf(row_format, "", "A", "B");
+    const std::pair<const char *, const char *> rows[] = {{"verdict", "verdict"},
+                                                          {"growth (1/s)", "growth_per_s"},
+                                                          {"frequency (Hz)", "frequency_Hz"},
+                                                          {"peak force (N)", "peak_force_N"},
+                                                          {"commit", "version"}};
+    for (const auto &[title, key] : rows) {
+        std::printf(row_format, title, cell_text(a.result.at(key)).c_str(), cell_text(b.result.at(key)).c_str());
+    }
+    std::printf("%s\n", found.empty() ? "no parameter differs" : "parameters that differ");
+    for (const differing_key &one : found) {
+        std::printf(row_format, one.key.c_str(), one.a.c_str(), one.b.c_str());
+    }
+}
+
+} // namespace
+
+int compare_command(const compare_arguments &arguments)
+{
+    const compared_run a = read_run(arguments.a);
+    const compared_run b = read_run(arguments.b);
+    const std::vector<differing_key> found = differences(a.rig, b.rig);
+    if (arguments.json) {
+        print_json({{"a", as_json(a)}, {"b", as_json(b)}, {"differences", as_json(found)}});
+    } else {
+        print_comparison(a, b, found);
+    }
+    return arguments.page.empty() ? 0 : run_script("compare.py", {a.log, b.log, "--out", arguments.page});
+}
+
+} // namespace berth

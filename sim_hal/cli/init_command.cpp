@@ -1,0 +1,48 @@
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "../../hal/rig/rig_file.h"
+#include "atomic_file.h"
+#include "commands.h"
+#include "rig_schema.h"
+#include "rig_template.h"
+
+namespace berth
+{
+
+namespace
+{
+
+void write_and_name(const std::filesystem::path &path, const std::string &text)
+{
+    atomic_file file(path.string());
+    file.write(text);
+    file.finish();
+    std::printf("%s\n", path.c_str());
+}
+
+} // namespace
+
+int init_command(const init_arguments &arguments)
+{
+    const std::filesystem::path path = arguments.file;
+    if (path.extension() != ".toml") {
+        throw input_error(arguments.file + ": a rig file's name must end with .toml");
+    }
+    if (!arguments.force && std::ifstream(path)) {
+        throw input_error(arguments.file + ": is there already, and stays as it is; --force overwrites it");
+    }
+    template_choice choice;
+    choice.name = path.stem().string();
+    choice.object = arguments.object;
+    choice.sensor = arguments.sensor;
+    if (!arguments.robot.empty()) {
+        choice.robot = load_robot(arguments.robot);
+    }
+    write_and_name(path, rig_template(choice));
+    write_and_name(path.parent_path() / rig_schema_file, rig_schema_text());
+    return 0;
+}
+
+} // namespace berth

@@ -1,0 +1,170 @@
+#include "run_folder.h"
+
+#include <algorithm>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "../../hal/rig/keys.h"
+#include "../../hal/rig/rig_file.h"
+#include "atomic_file.h"
+#include "run_index_page.h"
+
+namespace berth
+{
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr const char *record_name = "run.json";
+constexpr const char *latest_name = "latest";
+
+std::string local_time()
+{
+    const std::time_t now = std::time(nullptr);
+    std::tm local{};
+    localtime_r(&now, &local);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H-%M-%S", &local);
+    return text;
+}
+
+/* What the rig has otherwise than a rig that states nothing: enough to say how two runs differ. */
+nlohmann::json settings_of(const rig &of)
+{
+    const rig usual;
+    nlohmann::json settings = nlohmann::json::object();
+    for (const rig_key &key : rig_keys()) {
+        if (const std::string text = value_text(of, key); text != value_text(usual, key)) {
+            settings[std::string(key.path)] = text;
+        }
+    }
+    return settings;
+}
+
+void write_whole(const fs::path &path, const std::string &text)
+{
+    atomic_file file(path.string());
+    file.write(text);
+    file.finish();
+}
+
+std::string as_text(const nlohmann::json &object)
+{
+    return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/* Folders of kept runs below `folder`, oldest first: their names are times. */
+std::vector<fs::path> run_folders(const fs::path &folder)
+{
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (const fs::directory_entry &entry : fs::directory_iterator(folder, error)) {
+        if (!entry.is_symlink(error) && fs::exists(entry.path() / record_name, error)) {
+            found.push_back(entry.path());
+        }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+/* A run's row; null where its record cannot be read. */
+nlohmann::json row_of(const fs::path &folder, const fs::path &root)
+{
+    const nlohmann::json record = nlohmann::json::parse(read_file((folder / record_name).string()), nullptr, false);
+    if (!record.is_object()) {
+        return nullptr;
+    }
+    nlohmann::json row = {
+        {"folder", fs::relative(folder, root).string()}, {"time", folder.filename().string()}, {"report", nullptr}};
+    for (const char *const key : {"rig", "verdict", "growth_per_s", "peak_force_N", "version", "settings"}) {
+        row[key] = record.value(key, nlohmann::json());
+    }
+    std::error_code error;
+    const std::string page = row["rig"].is_string() ? row["rig"].get<std::string>() + ".html" : "";
+    if (!page.empty() && fs::exists(folder / page, error)) {
+        row["report"] = page;
+    }
+    return row;
+}
+
+/* Text of a script: no "</" ends it before its time. */
+std::string within_script(std::string text)
+{
+    for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) {
+        text.replace(at, 2, "<\\/");
+    }
+    return text;
+}
+
+void write_index(const fs::path &root)
+{
+    std::vector<nlohmann::json> rows;
+    std::error_code error;
+    for (const fs::directory_entry &rig : fs::directory_iterator(root, error)) {
+        for (const fs::path &folder : run_folders(rig.path())) {
+            rows.push_back(row_of(folder, root));
+        }
+    }
+    rows.erase(std::remove(rows.begin(), rows.end(), nullptr), rows.end());
+    std::sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) { return a["time"] > b["time"]; });
+    write_whole(root / "index.html",
+                std::string(run_index_head) + "const root = " + within_script(as_text(root.string())) +
+                    ";\nconst runs = " + within_script(as_text(rows)) + ";\n" + run_index_script);
+}
+
+void point_latest(const fs::path &folder)
+{
+    std::error_code error;
+    const fs::path link = folder.parent_path() / latest_name;
+    fs::remove(link, error);
+    fs::create_directory_symlink(folder.filename(), link, error);
+}
+
+} // namespace
+
+std::string make_run_folder(const std::string &rig_name)
+{
+    const std::string time = local_time();
+    const fs::path rig_folder = fs::path(kept_runs) / rig_name;
+    std::error_code error;
+    fs::create_directories(rig_folder, error);
+    for (int number = 1; !error; number++) {
+        const fs::path folder = rig_folder / (time + (number == 1 ? "" : "-" + std::to_string(number)));
+        if (fs::create_directory(folder, error)) {
+            return folder.string();
+        }
+    }
+    throw input_error(rig_folder.string() + ": a folder for the run cannot be made there (" + error.message() +
+                      "); choose another with --out");
+}
+
+void keep_run(const std::string &folder, const nlohmann::json &result, const rig &rig, std::int64_t keep)
+{
+    nlohmann::json record = result;
+    record["settings"] = settings_of(rig);
+    write_whole(fs::path(folder) / record_name, as_text(record) + "\n");
+    point_latest(folder);
+    const fs::path rig_folder = fs::path(folder).parent_path();
+    const std::vector<fs::path> runs = run_folders(rig_folder);
+    const std::size_t kept = keep > 0 ? static_cast<std::size_t>(keep) : runs.size();
+    for (std::size_t i = 0; i + kept < runs.size(); i++) {
+        std::error_code error;
+        fs::remove_all(runs[i], error);
+    }
+    write_index(rig_folder.parent_path());
+}
+
+void refresh_run_index(const std::string &log)
+{
+    std::error_code error;
+    const fs::path folder = fs::canonical(log, error).parent_path();
+    const fs::path root = folder.parent_path().parent_path();
+    if (!error && fs::exists(folder / record_name, error) && fs::exists(root / "index.html", error)) {
+        write_index(fs::relative(root, error));
+    }
+}
+
+} // namespace berth

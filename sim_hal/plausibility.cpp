@@ -1,0 +1,212 @@
+#include "plausibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "../firmware/pi.h"
+
+namespace berth
+{
+
+namespace
+{
+
+/* Up to here a position-controlled industrial robot follows without a large error: the wall of Krenn & Schäfer's
+ * maps, as `berth map` draws it. */
+constexpr double robot_follows_Hz = 5.0;
+
+/* Catalogues of six-axis force sensors of 10 N to 100 kN list 1e5 to 1e9 N/m. */
+constexpr double sensor_softest_N_per_m = 1e5;
+constexpr double sensor_stiffest_N_per_m = 1e9;
+
+/* A sensor that gives way more than a tenth as far as the object shows another object. */
+constexpr double sensor_to_object_least = 10.0;
+
+/* Of the shipped presets the fastest has 1 ms, the slowest 80 ms; twice that is no robot that closes a loop. */
+constexpr double dead_time_longest_ms = 160.0;
+
+/* Ticks in a period of the coupled swing: below 20 the hold alone costs 9 degrees of phase. */
+constexpr double ticks_per_period_least = 20.0;
+
+/* A second-order low-pass at twice the swing's frequency still turns its phase by 43 degrees. */
+constexpr double low_pass_to_swing_least = 2.0;
+
+/* Joints and structures in space: 0.001 to 0.2 are published. */
+constexpr double damping_ratio_largest = 1.0;
+
+constexpr double mass_ratio_largest = 100.0;
+
+std::string in_short(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+double swing_frequency_Hz(double stiffness_N_per_m, double mass_kg)
+{
+    return std::sqrt(stiffness_N_per_m / mass_kg) / (2.0 * pi);
+}
+
+class value_checks
+{
+  public:
+    explicit value_checks(const rig &of) : rig_(of) {}
+
+    std::vector<implausible_value> all()
+    {
+        check_frequencies();
+        check_sensor();
+        check_dead_time();
+        check_damping();
+        check_masses();
+        check_start();
+        return std::move(found_);
+    }
+
+  private:
+    void add(const char *key, std::string what, std::string why, std::string advice)
+    {
+        found_.push_back({key, std::move(what), std::move(why), std::move(advice)});
+    }
+
+    bool has_arm() const { return rig_.firmware.arm.kind != ARM_NONE; }
+
+    /* Of manipulator and object together; of a tool in contact as well. */
+    double swing_Hz() const
+    {
+        return swing_frequency_Hz(rig_.firmware.manipulator.stiffness_N_per_m + rig_.object.stiffness_N_per_m,
+                                  rig_.firmware.manipulator.mass_kg + rig_.object.mass_kg);
+    }
+
+    void check_frequencies()
+    {
+        if (touches_nothing(rig_)) {
+            return;
+        }
+        const double swing = swing_Hz();
+        const bool is_object = rig_.object.stiffness_N_per_m >= rig_.firmware.manipulator.stiffness_N_per_m;
+        const char *const key = is_object ? "object.stiffness_N_per_m" : "manipulator.stiffness_N_per_m";
+        const double stiffness =
+            is_object ? rig_.object.stiffness_N_per_m : rig_.firmware.manipulator.stiffness_N_per_m;
+        if (swing > robot_follows_Hz) {
+            add(key, in_short(stiffness) + " N/m makes manipulator and object swing at " + in_short(swing) + " Hz",
+                "an industrial robot follows up to about " + in_short(robot_follows_Hz) +
+                    " Hz: beyond it, its amplitude and phase are its own, and not the model's",
+                "check the unit (N/mm?); stiffness or mass must give a swing below " + in_short(robot_follows_Hz) +
+                    " Hz");
+        }
+        const double ticks = rig_.firmware.loop.rate_Hz / swing;
+        if (ticks < ticks_per_period_least) {
+            add("loop.rate_Hz",
+                in_short(rig_.firmware.loop.rate_Hz) + " Hz gives " + in_short(ticks) +
+                    " ticks in a period of the swing at " + in_short(swing) + " Hz",
+                "below " + in_short(ticks_per_period_least) + " ticks the held force alone costs 9 degrees of phase",
+                "raise loop.rate_Hz, or lower the stiffness");
+        }
+        if (rig_.sensor.low_pass_order > 0 && rig_.sensor.low_pass_frequency_Hz < low_pass_to_swing_least * swing) {
+            add("sensor.low_pass_frequency_Hz",
+                in_short(rig_.sensor.low_pass_frequency_Hz) + " Hz is near the swing at " + in_short(swing) + " Hz",
+                "a low-pass below " + in_short(low_pass_to_swing_least) +
+                    " times the swing's frequency turns the force's phase by tens of degrees",
+                "raise it, or set sensor.low_pass_order = 0");
+        }
+    }
+
+    void check_sensor()
+    {
+        const double stiffness = rig_.sensor.stiffness_N_per_m;
+        if (stiffness < sensor_softest_N_per_m || stiffness > sensor_stiffest_N_per_m) {
+            add("sensor.stiffness_N_per_m", "is " + in_short(stiffness) + " N/m",
+                "catalogues list force sensors from " + in_short(sensor_softest_N_per_m) + " to " +
+                    in_short(sensor_stiffest_N_per_m) + " N/m",
+                "check the unit (N/mm, N/um?)");
+        }
+        if (!touches_nothing(rig_) && stiffness < sensor_to_object_least * rig_.object.stiffness_N_per_m) {
+            add("sensor.stiffness_N_per_m",
+                in_short(stiffness) + " N/m beside an object of " + in_short(rig_.object.stiffness_N_per_m) + " N/m",
+                "a sensor less than " + in_short(sensor_to_object_least) +
+                    " times as stiff as the object gives way instead of the object",
+                "check both; a stiffer sensor shows the object");
+        }
+    }
+
+    void check_dead_time()
+    {
+        if (rig_.robot.dead_time_ms > dead_time_longest_ms) {
+            add("robot.dead_time_ms", "is " + in_short(rig_.robot.dead_time_ms) + " ms",
+                "the slowest robot of the shipped presets has 80 ms; more than " + in_short(dead_time_longest_ms) +
+                    " ms is no robot that closes a loop",
+                "check the unit (us?); `berth robots` lists what is reported");
+        }
+    }
+
+    void check_ratio(const char *key, double damping_N_s_per_m, double stiffness_N_per_m, double mass_kg)
+    {
+        if (stiffness_N_per_m <= 0.0) {
+            return;
+        }
+        const double ratio = damping_N_s_per_m / (2.0 * std::sqrt(stiffness_N_per_m * mass_kg));
+        if (ratio > damping_ratio_largest) {
+            add(key, in_short(damping_N_s_per_m) + " N s/m is a damping ratio of " + in_short(ratio),
+                "joints and structures have 0.001 to 0.2; beyond 1 nothing swings",
+                "check the unit, or whether it is a damping ratio; a damper of 5 % is " +
+                    in_short(0.1 * std::sqrt(stiffness_N_per_m * mass_kg)) + " N s/m");
+        }
+        if (damping_N_s_per_m == 0.0) {
+            add(key, "is 0", "every joint and structure has some damping, and the verdict hangs on it",
+                "a damper of 1 % is " + in_short(0.02 * std::sqrt(stiffness_N_per_m * mass_kg)) + " N s/m");
+        }
+    }
+
+    /* A tool in contact has a mass of its own beside a damped material: no structure. */
+    void check_damping()
+    {
+        const manipulator_config &manipulator = rig_.firmware.manipulator;
+        if (!has_arm()) {
+            check_ratio("manipulator.damping_N_s_per_m", manipulator.damping_N_s_per_m,
+                        manipulator.stiffness_N_per_m, manipulator.mass_kg);
+        }
+        if (rig_.object.kind == object_kind::gripped) {
+            check_ratio("object.damping_N_s_per_m", rig_.object.damping_N_s_per_m, rig_.object.stiffness_N_per_m,
+                        rig_.object.mass_kg);
+        }
+    }
+
+    void check_masses()
+    {
+        const double ratio = rig_.object.mass_kg / rig_.firmware.manipulator.mass_kg;
+        if (!touches_nothing(rig_) && ratio > mass_ratio_largest) {
+            add("object.mass_kg",
+                in_short(rig_.object.mass_kg) + " kg is " + in_short(ratio) + " times the manipulator's",
+                "beyond " + in_short(mass_ratio_largest) + " times, the simulated manipulator hardly counts",
+                "check both units (g?)");
+        }
+    }
+
+    void check_start()
+    {
+        const double force_N =
+            std::abs(rig_.firmware.manipulator.initial_position_m) * rig_.object.stiffness_N_per_m;
+        const double limit_N = rig_.firmware.sensor_channel.force_limit_N;
+        if (rig_.object.kind == object_kind::gripped && force_N > limit_N) {
+            add("manipulator.initial_position_m",
+                "stretches the object with " + in_short(force_N) + " N at the start",
+                "the loop stops beyond sensor_channel.force_limit_N, " + in_short(limit_N) + " N",
+                "start nearer to 0, or raise the limit");
+        }
+    }
+
+    const rig &rig_;
+    std::vector<implausible_value> found_;
+};
+
+} // namespace
+
+std::vector<implausible_value> implausible_values(const rig &rig)
+{
+    return value_checks(rig).all();
+}
+
+} // namespace berth
