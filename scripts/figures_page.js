@@ -1,11 +1,20 @@
-// Draws every plot of the page; `allDrawn` is kept once all are done.
-"use strict";
+// Draws every plot of the page that is not over time; `allDrawn` is kept once all are done.
 
 const plots = JSON.parse(document.getElementById("plots").textContent);
-const options = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
 
-async function drawAll() {
-  for (const plot of plots) await Plotly.newPlot(plot.id, plot.data, plot.layout, options);
+function figureLayout(plot) {
+  const base = baseLayout(false);
+  const height = NARROW.matches ? Math.min(plot.layout.height, 380) : plot.layout.height;
+  return { ...base, ...plot.layout, height, margin: { ...base.margin, ...plot.layout.margin } };
 }
 
-const allDrawn = drawAll();
+async function drawFigures() {
+  for (const plot of plots) {
+    const node = document.getElementById(plot.id);
+    if (tellIfMissing(node)) continue;
+    const legend = node.parentElement.querySelector(".legend");
+    await drawPlot({ node, legend, traces: () => plot.data, layout: () => figureLayout(plot) });
+  }
+}
+
+const allDrawn = (typeof panelsDrawn === "undefined" ? Promise.resolve() : panelsDrawn).then(drawFigures);
