@@ -37,7 +37,7 @@ def main():
         for figure in figures:
             write_whole(arguments.out / f"{figure.file_stem}.png", build_picture(figure))
         page = arguments.out / "figures.html"
-        content = build_page(figures, found, arguments.rig).encode()
+        content = build_page(figures, found, arguments.rig, page).encode()
         write_whole(page, content)
     except InputError as error:
         print(f"figures: {error}", file=sys.stderr)

@@ -1,11 +1,46 @@
 // Draws every plot of the page that is not over time; `allDrawn` is kept once all are done.
 
 const plots = JSON.parse(document.getElementById("plots").textContent);
+const NO_VALUE = -32768;
+const PLACES = 1000;
+
+// A map as it is packed: where each point lies on the scale of levels. Gives that, and the growth itself.
+function unpack(map) {
+  const bytes = Uint8Array.from(atob(map.places), (c) => c.charCodeAt(0));
+  const whole = new Int16Array(bytes.buffer);
+  const side = (map.levels.length - 1) / 2;
+  const growthAt = (place) => {
+    const i = Math.min(Math.max(Math.floor(place), -side), side - 1) + side;
+    return map.levels[i] + (place + side - i) * (map.levels[i + 1] - map.levels[i]);
+  };
+  const rows = (valueOf) => map.y.map((_, row) => map.x.map((__, column) => {
+    const found = whole[row * map.x.length + column];
+    return found === NO_VALUE ? null : valueOf(found / PLACES);
+  }));
+  return { x: map.x, y: map.y, place: rows((place) => place), growth: rows(growthAt) };
+}
+
+const mapsPlace = document.getElementById("maps");
+const maps = mapsPlace ? JSON.parse(mapsPlace.textContent).map(unpack) : [];
+
+// The traces with the map that they show. A surface is as high as the growth; from above only the colour tells it.
+function withMap(trace) {
+  if (!("map" in trace)) return trace;
+  const { x, y, place, growth } = maps[trace.map];
+  const values = trace.type === "surface" ? { z: growth, surfacecolor: place } : { z: place };
+  const bar = trace.colorbar && (NARROW.matches
+    ? { ...trace.colorbar, orientation: "h", y: -0.22, yanchor: "top", ticktext: trace.colorbar.short,
+      title: { text: "growth (1/s)", side: "bottom" } }
+    : trace.colorbar);
+  return { ...trace, x, y, ...values, customdata: growth, ...(bar ? { colorbar: bar } : {}) };
+}
 
 function figureLayout(plot) {
   const base = baseLayout(false);
-  const height = NARROW.matches ? Math.min(plot.layout.height, 380) : plot.layout.height;
-  return { ...base, ...plot.layout, height, margin: { ...base.margin, ...plot.layout.margin } };
+  const height = NARROW.matches ? Math.min(plot.layout.height, 400) : plot.layout.height;
+  const margin = { ...base.margin, ...plot.layout.margin };
+  if (NARROW.matches && plot.data.some((trace) => trace.colorbar)) margin.b = 110;
+  return { ...base, ...plot.layout, height, margin };
 }
 
 async function drawFigures() {
@@ -13,7 +48,8 @@ async function drawFigures() {
     const node = document.getElementById(plot.id);
     if (tellIfMissing(node)) continue;
     const legend = node.parentElement.querySelector(".legend");
-    await drawPlot({ node, legend, traces: () => plot.data, layout: () => figureLayout(plot) });
+    const isDeep = "scene" in plot.layout;
+    await drawPlot({ node, legend, isDeep, traces: () => plot.data.map(withMap), layout: () => figureLayout(plot) });
   }
 }
 

@@ -10,7 +10,8 @@ import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import numpy as np  # noqa: E402
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator  # noqa: E402
 
-from map_picture import COLOURS, colour_norm, draw_flat  # noqa: E402
+from berth_map import LEVELS_A_SIDE  # noqa: E402
+from map_picture import OWN, WALL, colour_bar, colours, draw_flat  # noqa: E402
 from paper_figures import Contour, Plot, Surface  # noqa: E402
 from report_figure import DASHES as DASHED, STYLE  # noqa: E402
 
@@ -51,57 +52,79 @@ def draw_plot(axes, plot):
 def draw_surface(axes, surface):
     found = surface.map
     x, y, height = surface.every_second()
-    norm = colour_norm(found)
     bottom, top = np.nanmin(height), np.nanmax(height)
-    axes.computed_zorder = False  # matplotlib does not know what hides what: the plane |z| = 1 is its edge
+    axes.computed_zorder = False  # matplotlib does not know what hides what: the plane of the limit is its edge
     corners = [0, 0, -1, -1, 0], [0, -1, -1, 0, 0]
-    axes.plot(x[corners], y[corners], np.ones(5), color="0.4", linewidth=1, zorder=1)
-    axes.plot_surface(x, y, height, facecolors=plt.get_cmap(COLOURS)(norm(height)), rcount=90, ccount=90,
-                      shade=False, linewidth=0, antialiased=False, zorder=2)
+    axes.plot(x[corners], y[corners], np.zeros(5), color="0.4", linewidth=1, zorder=1)
+    shade = 0.5 + 0.5 * found.place_on_scale(height) / (LEVELS_A_SIDE + 1)
+    axes.plot_surface(x, y, height, facecolors=colours()(shade), rcount=60, ccount=60, shade=False, linewidth=0,
+                      antialiased=False, zorder=2)
     wall_x, wall_y = surface.wall()
     if len(wall_x):
         ends = np.array([[bottom], [top]])
         axes.plot_surface(np.tile(wall_x, (2, 1)), np.tile(wall_y, (2, 1)), np.tile(ends, len(wall_x)),
-                          color="#1B7837", alpha=0.4, zorder=3)
-    axes.contour(x, y, height, levels=[1.0], colors="black", linewidths=2, zorder=4)
+                          color=WALL, alpha=0.4, zorder=3)
+    axes.contour(x, y, height, levels=[0.0], colors="black", linewidths=2, zorder=4)
     own = found.told["own"]
-    axes.plot([own["x"]], [own["y"]], [own["spectral_radius"]], "o", color="gold", markeredgecolor="black",
-              markersize=9, zorder=5)
-    axes.set(xlabel="ω/ω_M", ylabel="ζ", zlabel="largest |z|", zlim=(bottom, top))
+    axes.plot([own["x"]], [own["y"]], [own["growth_per_s"]], "o", color=OWN, markeredgecolor="black", markersize=9, zorder=5)
+    axes.set(xlabel="ω/ω_M (1)", ylabel="ζ (1)", zlabel="growth (1/s)", zlim=(bottom, top))
     axes.tick_params(axis="z", pad=6)
-    axes.zaxis.labelpad = 14
-    axes.set_box_aspect((1.15, 1.0, 0.75), zoom=0.92)
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.zaxis.labelpad = axes.yaxis.labelpad = 10
+    axes.set_box_aspect((1.15, 1.0, 0.75), zoom=1.05)
     axes.view_init(elev=28, azim=-125)
 
 
-def draw_contour(figure, axes, contour):
+def draw_contour(axes, contour):
+    """Returns its legend handles by name, and what a colour bar needs."""
     axes.grid(False)
-    low, high = contour.map.colour_range()
-    marks = [*np.linspace(low, 1.0, 6), *(np.linspace(1.0, high, 6)[1:] if high > 1.001 else ())]
-    figure.colorbar(draw_flat(axes, contour.map), ax=axes, label="largest |z|", format="%.3f", ticks=marks)
+    shades, handles = draw_flat(axes, contour.map)
     if contour.before is not None:
         before = contour.before
-        axes.contour(before.x, before.y, before.radius, levels=[1.0], colors="black", linewidths=2, linestyles=":")
+        axes.contour(before.x, before.y, before.measured_growth_per_s(), levels=[0.0], colors="black", linewidths=2,
+                     linestyles=":")
+        handles.append(plt.Line2D([], [], color="black", linewidth=2, linestyle=":", label="limit without compensation"))
     axes.set_title(contour.title, fontsize=11)
+    return {handle.get_label(): handle for handle in handles}, shades
+
+
+def finish_contours(figure, axes, panels, drawn):
+    """One legend and one colour bar for all maps of a figure, and titles that fit where there are several."""
+    named = {label.partition(": growth")[0] if len(panels) > 1 else label: handle
+             for handles, _ in drawn for label, handle in handles.items()}
+    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=6, fontsize=9, frameon=False)
+    if len(panels) > 1:
+        for one in axes:
+            one.set(xlabel="ω/ω_M (1)", ylabel="")
+            one.title.set_wrap(True)
+        axes[0].set_ylabel("damping ratio ζ (1)")
+    colour_bar(figure, axes, panels[-1].map, drawn[-1][1])
 
 
 def build_picture(figure):
     """The PNG of one figure."""
     width_in = {1: 9.0, 2: 14.0, 3: 16.0}[len(figure.panels)]
+    caption = textwrap.wrap(figure.caption, int(12 * width_in))
+    caption_in = 0.2 * len(caption) + 0.15
     with plt.rc_context(STYLE):
-        drawn = plt.figure(figsize=(width_in, HEIGHT_IN), dpi=DOTS_PER_INCH, layout="constrained")
+        whole = plt.figure(figsize=(width_in, HEIGHT_IN + caption_in), dpi=DOTS_PER_INCH, layout="constrained")
+        drawn, foot = whole.subfigures(2, 1, height_ratios=[HEIGHT_IN, caption_in])
+        foot.text(0.5, 0.5, "\n".join(caption), fontsize=10, color="#444444", horizontalalignment="center",
+                  verticalalignment="center")
+        flat = []
         for i, panel in enumerate(figure.panels):
             axes = drawn.add_subplot(1, len(figure.panels), i + 1,
                                      projection="3d" if isinstance(panel, Surface) else None)
             if isinstance(panel, Plot):
                 draw_plot(axes, panel)
             elif isinstance(panel, Contour):
-                draw_contour(drawn, axes, panel)
+                flat.append((axes, panel, draw_contour(axes, panel)))
             else:
                 draw_surface(axes, panel)
+        if flat:
+            finish_contours(drawn, *(list(column) for column in zip(*flat)))
         drawn.suptitle(f"{figure.name}: {figure.title}", fontsize=15, weight="bold")
-        drawn.supxlabel(textwrap.fill(figure.caption, int(13 * width_in)), fontsize=10, color="#444444")
         png = io.BytesIO()
-        drawn.savefig(png, format="png")
-        plt.close(drawn)
+        whole.savefig(png, format="png")
+        plt.close(whole)
     return png.getvalue()

@@ -12,7 +12,7 @@ function coloured(text) {
 }
 
 // Samples are left alone, colour scales too: theirs mean numbers.
-const LEFT_ALONE = new Set(["x", "y", "z", "colorscale", "customdata"]);
+const LEFT_ALONE = new Set(["x", "y", "z", "surfacecolor", "colorscale", "customdata"]);
 
 function themed(value, key) {
   if (LEFT_ALONE.has(key)) return value;
@@ -87,23 +87,34 @@ function fillLegend(plot) {
 
 const allPlots = [];
 
+function tracesShown(plot) {
+  return themed(plot.traces()).map((trace, i) => ({ ...trace, visible: !plot.hiddenTraces.has(i) }));
+}
+
 function drawAgain(plot) {
-  const traces = themed(plot.traces()).map((trace, i) => ({ ...trace, visible: !plot.hiddenTraces.has(i) }));
-  return Plotly.react(plot.node, traces, themed(plot.layout()), OPTIONS);
+  return Plotly.react(plot.node, tracesShown(plot), themed(plot.layout()), OPTIONS);
+}
+
+// From nothing: a change of the screen moves colour bars and margins, which plotly does not take back.
+async function drawNew(plot) {
+  fillLegend(plot);
+  await Plotly.newPlot(plot.node, tracesShown(plot), themed(plot.layout()), OPTIONS);
+  if (plot.onRelayout) plot.node.on("plotly_relayout", plot.onRelayout);
 }
 
 // `traces` and `layout` are functions, since both depend on the screen; `legend` is a list element.
-async function drawPlot(plot) {
+function drawPlot(plot) {
   plot.hiddenTraces = new Set();
   allPlots.push(plot);
-  fillLegend(plot);
-  await Plotly.newPlot(plot.node, themed(plot.traces()), themed(plot.layout()), OPTIONS);
-  plot.node.tabIndex = -1;
+  return drawNew(plot);
 }
 
+// One after another, and once more if the screen has changed meanwhile.
+let drawing = Promise.resolve();
 function drawAllAgain() {
-  for (const plot of allPlots) fillLegend(plot);
-  return Promise.all(allPlots.map(drawAgain));
+  drawing = drawing.then(async () => {
+    for (const plot of allPlots) await (plot.isDeep ? drawAgain(plot) : drawNew(plot)); // 3-D ones share few contexts
+  });
 }
 
 NARROW.addEventListener("change", drawAllAgain);

@@ -125,9 +125,9 @@ async function makePanel(panel) {
   panel.shown = panel.range || data.shown;
   for (const curve of panel.curves) curve.values = decode(curve.samples, Float32Array);
   panels.push(panel);
-  panel.view = { node: panel.plot, legend: panel.legend, traces: () => tracesOf(panel), layout: () => layoutOf(panel) };
+  panel.view = { node: panel.plot, legend: panel.legend, traces: () => tracesOf(panel), layout: () => layoutOf(panel),
+    onRelayout: (change) => onRelayout(panel, change) };
   await drawPlot(panel.view);
-  panel.plot.on("plotly_relayout", (change) => onRelayout(panel, change));
 }
 
 // The time range that a change asks for; undefined if it concerns something else.
