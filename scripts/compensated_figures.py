@@ -18,7 +18,7 @@ METHODS = {
     "extrapolation of order 1": ({"extrapolation.order": 1}, "40x30", ()),
     "prediction": (PREDICTION, "60x45", ()),
     "prediction, model wrong": (PREDICTION, "28x21", ("--model", "tolerances")),
-    "identification, model wrong": (IDENTIFICATION, "14x11", ("--model", "tolerances")),
+    "identification, model wrong": (IDENTIFICATION, "11x9", ("--model", "tolerances")),
     "passivity": (PASSIVITY, "28x21", ()),
     "energy tank": (TANK, "20x15", ()),
 }

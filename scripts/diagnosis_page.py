@@ -10,7 +10,7 @@ import diagnosis_stability as stability
 import diagnosis_words as words
 from diagnosis_data import profile, spectrum
 from figures_page import plot_place
-from page_data import AXIS, VERDICT_CLASSES, Page, filled, script_safe, shared_parts, with_gaps
+from page_data import AXIS, VERDICT_CLASSES, Page, filled, layered, script_safe, shared_parts, with_gaps
 from report_signals import COMMAND, MANIPULATOR, ROBOT
 
 BEFORE, AFTER, MEASURED, FLOOR = ROBOT, MANIPULATOR, "#222222", "#009E73"
@@ -164,7 +164,7 @@ def layout(x_title, y_title, **more):
 
 def line_trace(x, y, name, colour, dash="solid"):
     return {"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(), "name": name,
-            "line": {"color": colour, "width": 2, "dash": dash}}
+            "line": {"color": colour, "dash": dash}}
 
 
 def band_trace(found, factor, x_factor, name, colour):
@@ -183,7 +183,7 @@ def position_plot(block, unit, factor):
             if chosen.any():
                 found = profile(block.position_m[chosen], error[chosen])
                 traces.append(line_trace(found.at / 1e-3, found.mean / factor, f"{part}, {way}", colour, dash))
-    return {"title": "Mean error over position", "data": traces, "layout": layout("position (mm)", f"error ({unit})")}
+    return {"title": "Mean error over position", "data": layered(traces), "layout": layout("position (mm)", f"error ({unit})")}
 
 
 def velocity_plot(block, unit, factor):
@@ -192,7 +192,7 @@ def velocity_plot(block, unit, factor):
         found = profile(block.velocity_m_per_s, error)
         traces += [band_trace(found, factor, 1e-3, f"{part}, 10 to 90 %", colour),
                    line_trace(found.at / 1e-3, found.mean / factor, f"{part}, mean", colour)]
-    return {"title": "Error over velocity", "data": traces, "layout": layout("velocity (mm/s)", f"error ({unit})")}
+    return {"title": "Error over velocity", "data": layered(traces), "layout": layout("velocity (mm/s)", f"error ({unit})")}
 
 
 def spectrum_plot(block, unit, factor):
@@ -202,7 +202,7 @@ def spectrum_plot(block, unit, factor):
                                                  ("extended", found.after, AFTER, "solid"),
                                                  ("floor", found.floor, FLOOR, "dot"))]
     axis = {"type": "log", "exponentformat": "power"}
-    return {"title": "Spectrum of the error", "data": traces,
+    return {"title": "Spectrum of the error", "data": layered(traces),
             "layout": layout("frequency (Hz)", f"error ({unit}/√Hz)", x={"type": "log", "dtick": 1}, y=axis)}
 
 
@@ -224,9 +224,9 @@ def ranking_plot(block):
               shared | {"x": [100.0 * share for share, _ in shares], "name": "share explained",
                         "text": [text for _, text in shares], "xaxis": "x2",
                         "textposition": ["auto" if share > 0.0 else "outside" for share, _ in shares]}]
-    made = layout("BIC better by (1)", "", x={"domain": [0.0, 0.47], "nticks": 5}, y={"automargin": True, "ticks": ""},
+    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.47], "nticks": 5}, y={"automargin": True, "ticks": ""},
                   height=max(300, 130 + 26 * len(ranking)))
-    made["xaxis2"] = AXIS | {"title": {"text": "share explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108], "nticks": 5}
+    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108], "nticks": 5}
     return {"title": "Candidates" + (" by round" if rounds > 1 else ""), "data": traces, "layout": made}
 
 

@@ -125,6 +125,6 @@ def build_picture(figure):
             finish_contours(drawn, *(list(column) for column in zip(*flat)))
         drawn.suptitle(f"{figure.name}: {figure.title}", fontsize=15, weight="bold")
         png = io.BytesIO()
-        whole.savefig(png, format="png")
+        whole.canvas.print_png(png)  # savefig() would lay out and draw everything twice
         plt.close(whole)
     return png.getvalue()

@@ -118,7 +118,8 @@ class Page:
         return self.curve(*with_gaps(signal.time_s, signal.values, self.period_s), trace, only_s)
 
     def add(self, name, title, note, curves, layout, height_px=300, **more):
-        self.panels.append({"name": name, "title": title, "note": note, "curves": layered(curves), "layout": layout,
+        layered([curve["trace"] for curve in curves])
+        self.panels.append({"name": name, "title": title, "note": note, "curves": curves, "layout": layout,
                             "height": height_px, "bars": [], "linked": True} | more)
 
     def add_signals(self, name, title, note, found, axis_title, unit, layout=None, **more):
@@ -168,12 +169,12 @@ class Page:
         return f"The page is thinned: outside of the part that it opens on, {of_all}. The log holds all."
 
 
-def layered(curves):
+def layered(traces):
     """Lines that lie on each other stay visible: each is narrower than the one below it."""
-    lines = [curve["trace"]["line"] for curve in curves if "line" in curve["trace"]]
+    lines = [trace["line"] for trace in traces if "line" in trace]
     for i, line in enumerate(lines):
         line.setdefault("width", round(1.6 + 0.9 * (len(lines) - 1 - i), 1))
-    return curves
+    return traces
 
 
 def script_safe(text):
