@@ -16,11 +16,11 @@ TANK = {"passivity.action": "tank"}
 # grids are as coarse as keeps the shares within 3 points of those on grids of twice as many points.
 METHODS = {
     "extrapolation of order 1": ({"extrapolation.order": 1}, "40x30", ()),
-    "prediction": (PREDICTION, "60x45", ()),
-    "prediction, model wrong": (PREDICTION, "28x21", ("--model", "tolerances")),
+    "prediction": (PREDICTION, "48x36", ()),
+    "prediction, model wrong": (PREDICTION, "24x18", ("--model", "tolerances")),
     "identification, model wrong": (IDENTIFICATION, "11x9", ("--model", "tolerances")),
-    "passivity": (PASSIVITY, "28x21", ()),
-    "energy tank": (TANK, "20x15", ()),
+    "passivity": (PASSIVITY, "24x18", ()),
+    "energy tank": (TANK, "18x14", ()),
 }
 STYLES = {"without": (OPERATOR, "points"), "extrapolation of order 1": (REPORTED, "points"),
           "prediction": (MANIPULATOR, "points"), "prediction, model wrong": (MANIPULATOR, "ring"),

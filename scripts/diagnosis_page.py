@@ -224,9 +224,9 @@ def ranking_plot(block):
               shared | {"x": [100.0 * share for share, _ in shares], "name": "share explained",
                         "text": [text for _, text in shares], "xaxis": "x2",
                         "textposition": ["auto" if share > 0.0 else "outside" for share, _ in shares]}]
-    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.47], "nticks": 5}, y={"automargin": True, "ticks": ""},
+    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.45], "nticks": 3, "tickangle": 0}, y={"automargin": True, "ticks": ""},
                   height=max(300, 130 + 26 * len(ranking)))
-    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108], "nticks": 5}
+    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.55, 1.0], "range": [0, 108], "tickvals": [0, 50, 100]}
     return {"title": "Candidates" + (" by round" if rounds > 1 else ""), "data": traces, "layout": made}
 
 

@@ -23,15 +23,20 @@ function unpack(map) {
 const mapsPlace = document.getElementById("maps");
 const maps = mapsPlace ? JSON.parse(mapsPlace.textContent).map(unpack) : [];
 
+// On a phone the colours stand below the map, with every third level.
+function barBelow(bar) {
+  const side = (bar.tickvals.length - 1) / 2;
+  const shown = bar.tickvals.map((_, i) => i).filter((i) => [0, 2, side, 2 * side - 2, 2 * side].includes(i));
+  return { ...bar, orientation: "h", y: -0.24, yanchor: "top", title: { text: "growth (1/s)", side: "bottom" },
+    tickvals: shown.map((i) => bar.tickvals[i]), ticktext: shown.map((i) => bar.short[i]) };
+}
+
 // The traces with the map that they show. A surface is as high as the growth; from above only the colour tells it.
 function withMap(trace) {
   if (!("map" in trace)) return trace;
   const { x, y, place, growth } = maps[trace.map];
   const values = trace.type === "surface" ? { z: growth, surfacecolor: place } : { z: place };
-  const bar = trace.colorbar && (NARROW.matches
-    ? { ...trace.colorbar, orientation: "h", y: -0.22, yanchor: "top", ticktext: trace.colorbar.short,
-      title: { text: "growth (1/s)", side: "bottom" } }
-    : trace.colorbar);
+  const bar = trace.colorbar && (NARROW.matches ? barBelow(trace.colorbar) : trace.colorbar);
   return { ...trace, x, y, ...values, customdata: growth, ...(bar ? { colorbar: bar } : {}) };
 }
 

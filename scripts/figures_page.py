@@ -59,6 +59,15 @@ def curve_trace(curve):
     return trace | {"mode": "lines", "line": {"color": curve.colour, "width": 2, "dash": DASHES[curve.style]}}
 
 
+def apart(values, times=1.5):
+    """Those of rising values that are so many times the one before: on a logarithmic axis their names need room."""
+    kept = [float(values[0])]
+    for value in values[1:]:
+        if value >= times * kept[-1]:
+            kept.append(float(value))
+    return kept
+
+
 def plot_of(plot, _maps):
     x_axis = {"title": {"text": plot.x_title}} | AXIS
     y_axis = {"title": {"text": plot.y_title}} | AXIS
@@ -67,7 +76,7 @@ def plot_of(plot, _maps):
     if plot.y_range:
         y_axis["range"] = plot.y_range
     if plot.is_log_x:
-        x_axis |= {"type": "log", "tickvals": plot.curves[-1].x.tolist()}
+        x_axis |= {"type": "log", "tickvals": apart(plot.curves[-1].x)}
     if plot.is_equal:
         y_axis |= {"scaleanchor": "x", "constrain": "domain"}
         x_axis |= {"constrain": "domain"}

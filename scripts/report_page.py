@@ -133,7 +133,7 @@ def height_range(height_mm, used):
 def height_ticks(low, high):
     """An axis from one power of ten to another: labels at whole powers, or where plotly likes them if there are too few."""
     decades = high - low
-    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {}
+    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {"dtick": "D2"} if decades > 0.7 else {}
     return {"range": [low, high], "exponentformat": "power"} | ticks
 
 
