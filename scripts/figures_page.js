@@ -40,12 +40,20 @@ function withMap(trace) {
   return { ...trace, x, y, ...values, customdata: growth, ...(bar ? { colorbar: bar } : {}) };
 }
 
+// A phone has no room for the whole title of an axis.
+function shortened(axis) {
+  const text = axis.title.text.replace(/ of the coupled system( without dead time)?/, "");
+  return { ...axis, title: { ...axis.title, text } };
+}
+
 function figureLayout(plot) {
   const base = baseLayout(false);
+  const axes = Object.entries(plot.layout).filter(([name]) => NARROW.matches && /^[xy]axis/.test(name));
+  const named = Object.fromEntries(axes.map(([name, axis]) => [name, shortened(axis)]));
   const height = NARROW.matches ? Math.min(plot.layout.height, 400) : plot.layout.height;
   const margin = { ...base.margin, ...plot.layout.margin };
   if (NARROW.matches && plot.data.some((trace) => trace.colorbar)) margin.b = 110;
-  return { ...base, ...plot.layout, height, margin };
+  return { ...base, ...plot.layout, ...named, height, margin };
 }
 
 async function drawFigures() {

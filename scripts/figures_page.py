@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from berth_map import LEVELS_A_SIDE, level_text
-from map_picture import FAULT, HATCH, NOT_POSSIBLE, OWN, SHADES, WALL
+from map_picture import FAULT, HATCH, NOT_POSSIBLE, OWN, SHADES, WALL, grown
 from page_data import AXIS, filled, script_safe, shared_parts
 from paper_figures import Contour, Plot, Surface
 
@@ -16,7 +16,7 @@ MARKERS = {"points": {"symbol": "circle", "size": 7}, "star": {"symbol": "star",
 DASHES = {"line": "solid", "dash": "dash", "dot": "dot"}
 BLACK = "#000000"
 POINTS_A_SIDE_MAX = 121  # of a map: what a plot of this size shows
-HATCHES_A_SIDE_MAX = 40
+HATCHES_WIDE, HATCHES_HIGH = 64, 48
 PLACES = 1000  # to which a level of the scale is divided, for 16 bits
 
 
@@ -106,21 +106,33 @@ def hover_of(found):
 
 def named_line(name, line):
     """An entry of the legend for what has none of its own."""
-    return {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": name, "line": line}
+    return {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": name, "line": line, "swatch": "map"}
 
 
-def fault_marks(found):
-    """Hatches where a fault ended the run."""
-    step = -(-max(found.x.shape) // HATCHES_A_SIDE_MAX)
-    faulted = found.is_faulted[::step, ::step]
-    if not faulted.any():
+def hatched_places(found):
+    """Places of strokes that hatch the gaps which faulted points leave: less than a point away from one of them."""
+    rows, columns = found.x.shape
+    row, column = (grid.ravel() for grid in np.meshgrid(np.linspace(0, rows - 1, HATCHES_HIGH),
+                                                        np.linspace(0, columns - 1, HATCHES_WIDE), indexing="ij"))
+    faulted = np.argwhere(found.is_faulted)
+    away = np.abs(row[:, None] - faulted[:, 0]) + np.abs(column[:, None] - faulted[:, 1])
+    inside = away.min(axis=1) < 0.9
+    return (np.interp(column[inside], np.arange(columns), found.x[0]),
+            np.interp(row[inside], np.arange(rows), found.y[:, 0]))
+
+
+def fault_traces(found):
+    """Where a fault ended the run: a ground that the map lies on, and hatches."""
+    if not found.is_faulted.any():
         return []
-    x, y = (grid[::step, ::step][faulted] for grid in (found.x, found.y))
-    marker = {"symbol": "line-ne", "size": 9, "color": HATCH, "line": {"color": HATCH, "width": 1.5}}
-    ground = {"symbol": "square", "size": 12, "color": FAULT}
-    shared = {"type": "scatter", "mode": "markers", "x": shortened(x), "y": shortened(y), "hoverinfo": "skip"}
-    return [shared | {"marker": ground, "showlegend": False},
-            shared | {"marker": marker, "name": "a fault ended the run", "swatch": "hatch"}]
+    ground = np.where(grown(found.is_faulted) & ~found.is_impossible, 1.0, np.nan)
+    rows = [[None if np.isnan(value) else value for value in row] for row in ground]
+    x, y = hatched_places(found)
+    marker = {"symbol": "line-ne", "size": 9, "color": HATCH, "line": {"color": HATCH, "width": 1.4}}
+    return [{"type": "heatmap", "x": shortened(found.x[0]), "y": shortened(found.y[:, 0]), "z": rows, "showscale": False,
+             "hoverinfo": "skip", "colorscale": [[0, FAULT], [1, FAULT]], "zmin": 0, "zmax": 1},
+            {"type": "scatter", "mode": "markers", "x": shortened(x), "y": shortened(y), "hoverinfo": "skip",
+             "marker": marker, "name": "a fault ended the run", "swatch": "hatch"}]
 
 
 def frequency_axis(found):
@@ -139,7 +151,7 @@ def contour_plot(contour, maps):
     told = found.told
     line = {"color": "#111111", "width": 2.5}
     limit = {"start": 0.0, "end": 0.0, "size": 1.0}
-    traces = fault_marks(found)
+    traces = fault_traces(found)
     traces += [{"type": "contour", "map": maps.number(found), "zmin": -REACH, "zmax": REACH,
                 "colorscale": colour_scale(), "name": "limit of stability", "showlegend": False,
                 "contours": {"coloring": "heatmap"} | limit, "line": line, "hovertemplate": hover_of(found),
@@ -153,7 +165,7 @@ def contour_plot(contour, maps):
     x, y = Surface(found).wall()
     if len(x):
         traces.append({"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(),
-                       "name": f"wall, {told['wall_Hz']:g} Hz", "line": {"color": WALL, "width": 2.5, "dash": "dash"}})
+                       "name": f"wall, {told['wall_Hz']:g} Hz", "line": {"color": WALL, "width": 2.5, "dash": "dash"}, "swatch": "map"})
     own = told["own"]
     traces.append({"type": "scatter", "mode": "markers", "x": [own["x"]], "y": [own["y"]], "name": told["rig"],
                    "marker": {"color": OWN, "size": 11, "line": {"color": "#111111", "width": 1.5}},
@@ -195,7 +207,7 @@ def surface_plot(surface, maps):
                    "hovertemplate": f"growth {own['growth_per_s']:.4g} /s<extra>{found.told['rig']}</extra>"})
     axis = {"gridcolor": "#CCCCCC", "backgroundcolor": "rgba(0,0,0,0)"}
     scene = {"xaxis": axis | {"title": {"text": "ω/ω_M (1)"}}, "yaxis": axis | {"title": {"text": "ζ (1)"}},
-             "zaxis": axis | {"title": {"text": "growth (1/s)"}, "range": [bottom, top]},
+             "zaxis": axis | {"title": {"text": "growth (1/s)"}, "range": [bottom, top], "nticks": 5},
              "aspectmode": "manual", "aspectratio": {"x": 1.15, "y": 1.0, "z": 0.7},
              "camera": {"eye": {"x": -1.35, "y": -1.55, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}}}
     return {"title": "", "data": traces,

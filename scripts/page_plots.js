@@ -48,6 +48,7 @@ function svg(name, attributes, parent) {
 function swatch(trace) {
   const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
   const marker = trace.marker || {};
+  if (trace.swatch === "map") svg("rect", { width: 26, height: 12, fill: "#D9D9D9" }, picture); // dark lines, light maps
   if (trace.swatch === "hatch") {
     for (const x of [2, 8, 14, 20]) svg("line", { x1: x, y1: 11, x2: x + 5, y2: 1, stroke: marker.color, "stroke-width": 1.5 }, picture);
   } else if (trace.fill) {

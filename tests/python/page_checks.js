@@ -34,7 +34,11 @@
   }
   for (const element of document.querySelectorAll("svg text")) {
     if (!element.textContent.trim() || !element.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
-    add(element, element.getBoundingClientRect(), element.textContent);
+    const box = element.getBoundingClientRect();
+    const frame = element.closest("svg").getBoundingClientRect();
+    if (box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
+      wrong.push(`"${element.textContent}" is cut off`);
+    add(element, box, element.textContent);
   }
   texts.sort((a, b) => a.top - b.top);
   texts.forEach((one, i) => {

@@ -116,6 +116,7 @@ def test_the_checks_can_fail(failing, tmp_path):
     """Each fault that is put on a page is told."""
     faults = {"wider than the screen": "document.querySelector('h1').style.width = '2000px'",
               "lies on": "document.querySelector('h1').style.marginBottom = '-40px'",
+              "is cut off": "Plotly.relayout(panels[0].plot, {'xaxis.title.text': 'time '.repeat(80) + '(s)'})",
               "has no unit": "Plotly.relayout(panels[0].plot, {'yaxis.title.text': 'position'})",
               "traces are drawn": "document.querySelector('.scatterlayer').replaceChildren()",
               "there is no plot": "document.querySelector('#panels').replaceChildren()"}
