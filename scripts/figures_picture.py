@@ -57,7 +57,7 @@ def draw_surface(axes, surface):
     corners = [0, 0, -1, -1, 0], [0, -1, -1, 0, 0]
     axes.plot(x[corners], y[corners], np.zeros(5), color="0.4", linewidth=1, zorder=1)
     shade = 0.5 + 0.5 * found.place_on_scale(height) / (LEVELS_A_SIDE + 1)
-    axes.plot_surface(x, y, height, facecolors=colours()(shade), rcount=60, ccount=60, shade=False, linewidth=0,
+    axes.plot_surface(x, y, height, facecolors=colours()(shade), rcount=45, ccount=45, shade=False, linewidth=0,
                       antialiased=False, zorder=2)
     wall_x, wall_y = surface.wall()
     if len(wall_x):

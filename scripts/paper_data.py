@@ -69,13 +69,16 @@ def amplitude_ratio(log):
 
 
 class PaperData:
-    """All measurements of one case, by the host command `berth`. Interfaces are SLOW, FAST and HALF."""
+    """All measurements of one case, by the host command `berth`. Interfaces are SLOW, FAST and HALF. `concept`: that
+    of another case, which is the same for all."""
 
-    def __init__(self, berth, case=Case(), grid=GRID, wall_grid=WALL_GRID):
+    def __init__(self, berth, case=Case(), grid=GRID, wall_grid=WALL_GRID, concept=None):
         self.berth = berth
         self.case = case
         self.grid = grid
         self.wall_grid = wall_grid
+        if concept is not None:
+            self.concept = concept
 
     def ask(self, subcommand, interface, values=None):
         """What a subcommand says of the case at an interface, with more overrides."""
