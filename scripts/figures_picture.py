@@ -15,7 +15,11 @@ from map_picture import OWN, WALL, colour_bar, colours, draw_flat  # noqa: E402
 from paper_figures import Contour, Plot, Surface  # noqa: E402
 from report_figure import DASHES as DASHED, STYLE  # noqa: E402
 
-HEIGHT_IN, DOTS_PER_INCH = 6.0, 110
+HEIGHT_IN, DOTS_PER_INCH = 6.2, 110
+# Edges in inches, by hand: matplotlib's constrained layout costs as much as all the rest. Maps have an axis on top, and a
+# colour bar on the right; other plots have the legend below the axis.
+LEFT_IN, BAR_IN, BAR_GAP_IN = 0.85, 0.18, 0.25
+EDGES_IN = {True: {"right": 2.0, "top": 1.15, "bottom": 0.95}, False: {"right": 0.35, "top": 0.85, "bottom": 1.4}}
 DASHES = {"line": DASHED["solid"], "dash": DASHED["dash"], "dot": DASHED["dot"]}
 MARKERS = {"points": {"marker": "o", "markersize": 5}, "star": {"marker": "*", "markersize": 13},
            "ring": {"marker": "o", "markersize": 10, "markerfacecolor": "none", "markeredgewidth": 1.8}}
@@ -88,33 +92,43 @@ def draw_contour(axes, contour):
     return {handle.get_label(): handle for handle in handles}, shades
 
 
-def finish_contours(figure, axes, panels, drawn):
+def finish_contours(whole, axes, panels, drawn, places):
     """One legend and one colour bar for all maps of a figure, and titles that fit where there are several."""
     named = {label.partition(": growth")[0] if len(panels) > 1 else label: handle
              for handles, _ in drawn for label, handle in handles.items()}
-    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=6, fontsize=9, frameon=False)
+    whole.legend(named.values(), named.keys(), loc="lower center", bbox_to_anchor=(0.5, places["foot"]), ncols=6, fontsize=9,
+                 frameon=False)
     if len(panels) > 1:
         for one in axes:
             one.set(xlabel="ω/ω_M (1)", ylabel="")
-            one.title.set_wrap(True)
         axes[0].set_ylabel("damping ratio ζ (1)")
-    colour_bar(figure, axes, panels[-1].map, drawn[-1][1])
+    width_in = whole.get_figwidth()
+    bar = whole.add_axes([places["right"] + BAR_GAP_IN / width_in, places["bottom"], BAR_IN / width_in,
+                          places["top"] - places["bottom"]])
+    colour_bar(whole, panels[-1].map, drawn[-1][1], cax=bar)
+
+
+def places_in(width_in, height_in, caption_in, has_map):
+    """Edges of the plots and of the caption, as shares of the picture."""
+    edges = EDGES_IN[has_map]
+    return {"left": LEFT_IN / width_in, "right": 1.0 - edges["right"] / width_in, "top": 1.0 - edges["top"] / height_in,
+            "bottom": (caption_in + edges["bottom"]) / height_in, "foot": caption_in / height_in}
 
 
 def build_picture(figure):
     """The PNG of one figure."""
     width_in = {1: 9.0, 2: 14.0, 3: 16.0}[len(figure.panels)]
     caption = textwrap.wrap(figure.caption, int(12 * width_in))
-    caption_in = 0.2 * len(caption) + 0.15
+    caption_in = 0.2 * len(caption) + 0.2
+    height_in = HEIGHT_IN + caption_in
+    places = places_in(width_in, height_in, caption_in, any(isinstance(panel, Contour) for panel in figure.panels))
     with plt.rc_context(STYLE):
-        whole = plt.figure(figsize=(width_in, HEIGHT_IN + caption_in), dpi=DOTS_PER_INCH, layout="constrained")
-        drawn, foot = whole.subfigures(2, 1, height_ratios=[HEIGHT_IN, caption_in])
-        foot.text(0.5, 0.5, "\n".join(caption), fontsize=10, color="#444444", horizontalalignment="center",
-                  verticalalignment="center")
+        whole = plt.figure(figsize=(width_in, height_in), dpi=DOTS_PER_INCH)
+        grid = whole.add_gridspec(1, len(figure.panels), wspace=0.22,
+                                  **{edge: places[edge] for edge in ("left", "right", "top", "bottom")})
         flat = []
         for i, panel in enumerate(figure.panels):
-            axes = drawn.add_subplot(1, len(figure.panels), i + 1,
-                                     projection="3d" if isinstance(panel, Surface) else None)
+            axes = whole.add_subplot(grid[0, i], projection="3d" if isinstance(panel, Surface) else None)
             if isinstance(panel, Plot):
                 draw_plot(axes, panel)
             elif isinstance(panel, Contour):
@@ -122,9 +136,11 @@ def build_picture(figure):
             else:
                 draw_surface(axes, panel)
         if flat:
-            finish_contours(drawn, *(list(column) for column in zip(*flat)))
-        drawn.suptitle(f"{figure.name}: {figure.title}", fontsize=15, weight="bold")
+            finish_contours(whole, *(list(column) for column in zip(*flat)), places)
+        whole.suptitle(f"{figure.name}: {figure.title}", fontsize=15, weight="bold", y=1.0 - 0.15 / height_in)
+        whole.text(0.5, 0.5 * places["foot"], "\n".join(caption), fontsize=10, color="#444444", horizontalalignment="center",
+                   verticalalignment="center")
         png = io.BytesIO()
-        whole.canvas.print_png(png)  # savefig() would lay out and draw everything twice
+        whole.canvas.print_png(png)  # savefig() would draw everything twice
         plt.close(whole)
     return png.getvalue()

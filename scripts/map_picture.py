@@ -134,9 +134,9 @@ def draw_flat(axes, found):
     return shades, handles + shaded
 
 
-def colour_bar(figure, axes, found, shades):
-    """Levels as growth, and as the time in which the motion doubles or halves."""
-    bar = figure.colorbar(shades, ax=axes, spacing="uniform", ticks=np.arange(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1),
+def colour_bar(figure, found, shades, **where):
+    """Levels as growth, and as the time in which the motion doubles or halves. `where`: ax or cax."""
+    bar = figure.colorbar(shades, **where, spacing="uniform", ticks=np.arange(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1),
                           label="growth (1/s), and time to double or halve (s)")
     bar.ax.set_yticklabels([level_text(level) for level in found.levels_per_s()], fontsize=9)
 
@@ -146,7 +146,7 @@ def draw(found, picture):
     told = found.told
     figure, axes = plt.subplots(figsize=(9, 6.2), constrained_layout=True)
     shades, handles = draw_flat(axes, found)
-    colour_bar(figure, axes, found, shades)
+    colour_bar(figure, found, shades, ax=axes)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     names = found.names()
     what = f"{told['vary']} of the object varied" if told["vary"] else f"{names[0]} and {names[1]} varied"
