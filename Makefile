@@ -29,8 +29,7 @@ map: setup
 #:                     build/figures and build/figures/ess-paper
 figures: setup
 	@$(MAKE) all
-	@$(PYTHON) scripts/figures.py
-	@$(PYTHON) scripts/figures.py --rig ess-paper --plain --out build/figures/ess-paper
+	@$(PYTHON) scripts/figures.py --beside ess-paper
 
 #: make diagnose       what a rig file gets wrong: RECORD=log RIG=file, or a built-in example; report in
 #:                     build/diagnosis

@@ -16,7 +16,7 @@ import numpy as np
 from berth_log import InputError
 from berth_program import Berth
 from paper_case import CASES, FAST, HALF, SLOW, Case, assumptions_of
-from paper_data import RATES_HZ, SUBSTEPS, WIDE_LOW_PASS_HZ, PaperData
+from paper_data import ADDED_SAMPLES, RATES_HZ, SUBSTEPS, WIDE_LOW_PASS_HZ, PaperData
 
 WALL_HZ = 5.0  # up to where the paper's robot is an ideal transmitter
 
@@ -81,8 +81,8 @@ def eigenvalues(data):
         step = data.steps[rig]
         claims.append(Claim(
             "2", "Every further sample of dead time adds one eigenvalue", figure,
-            yes_or_no((np.diff(counts) == 1).all()),
-            f"{counts[0]} eigenvalues, with 1, 2 ... {len(counts) - 1} samples of {step['period_ms']:g} ms more: "
+            yes_or_no(counts == [counts[0] + added for added in ADDED_SAMPLES]),
+            f"{counts[0]} eigenvalues, with 1, 2 ... {ADDED_SAMPLES[-1]} samples of {step['period_ms']:g} ms more: "
             f"{counts[1]}, {counts[2]} ... {counts[-1]}", {"counts": counts}))
     return claims
 

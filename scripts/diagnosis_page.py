@@ -1,23 +1,20 @@
-"""The report of a diagnosis as one HTML page that opens without a network: time series that zoom together and keep
-every sample of a usual record, and plots of the errors over position, velocity and frequency."""
+"""The report of a diagnosis as one HTML page that opens without a network: time series that zoom together, and plots of
+the errors over position, velocity and frequency. See page_data for the samples that it holds."""
 import html
 import json
 import tomllib
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 import diagnosis_stability as stability
 import diagnosis_words as words
 from diagnosis_data import profile, spectrum
-from report_page import AXIS, HERE, Page, filled, script_safe, with_gaps
+from figures_page import plot_place
+from page_data import AXIS, VERDICT_CLASSES, Page, filled, layered, script_safe, shared_parts, with_gaps
 from report_signals import COMMAND, MANIPULATOR, ROBOT
 
 BEFORE, AFTER, MEASURED, FLOOR = ROBOT, MANIPULATOR, "#222222", "#009E73"
 CHOSEN, OTHER, RIVAL = MANIPULATOR, "#BBBBBB", COMMAND
-# A record of up to a minute and a half at 400 Hz keeps every sample; of longer ones each curve keeps fewer points,
-# so that the page stays below 10 MB.
-WHOLE_ROWS_MAX, LONG_SAMPLES_MAX = 36_000, 14_000
 PARTS = (("as given", "before"), ("re-tuned", "retuned"), ("extended", "after"), ("floor", "floor"))
 
 
@@ -30,7 +27,8 @@ def table(head, rows, name="", marked=()):
     def line(cells, tag, attributes=""):
         return f"<tr{attributes}>{''.join(cell(one, tag) for one in cells)}</tr>"
     body = "\n".join(line(cells, "td", ' class="at-fault"' if i in marked else "") for i, cells in enumerate(rows))
-    return f'<table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n</table>'
+    return (f'<div class="wide"><table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n'
+            f"</table></div>")
 
 
 def number(text, of):
@@ -138,7 +136,7 @@ def add_block(page, block):
     def curve(values, factor, unit, name, colour, dash="solid"):
         time_s, drawn = with_gaps(block.time_s, values / factor, block.period_s)
         trace = {"type": "scatter", "mode": "lines", "name": name,
-                 "line": {"color": colour, "width": 1.5, "dash": dash}, "hovertemplate": f"%{{y:.6~g}} {unit}"}
+                 "line": {"color": colour, "dash": dash}, "hovertemplate": f"%{{y:.6~g}} {unit}"}
         return page.curve(time_s, drawn, trace)
 
     unit, factor = shown_unit(block)
@@ -159,18 +157,14 @@ def add_block(page, block):
              {"yaxis": AXIS | {"title": {"text": f"error ({unit})"}}, "shapes": floor}, height_px=260)
 
 
-def layout(title, x_title, y_title, **more):
+def layout(x_title, y_title, **more):
     return {"xaxis": AXIS | {"title": {"text": x_title}} | more.pop("x", {}),
-            "yaxis": AXIS | {"title": {"text": y_title}} | more.pop("y", {}),
-            "title": {"text": title, "font": {"size": 15}, "xref": "paper", "x": 0, "yref": "paper", "y": 1,
-                      "yanchor": "bottom", "pad": {"b": 10}},
-            "height": 450, "margin": {"l": 70, "r": 20, "t": 64, "b": 130}, "hovermode": "closest",
-            "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom"}} | more
+            "yaxis": AXIS | {"title": {"text": y_title}} | more.pop("y", {}), "height": 340, "hovermode": "closest"} | more
 
 
 def line_trace(x, y, name, colour, dash="solid"):
     return {"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(), "name": name,
-            "line": {"color": colour, "width": 2, "dash": dash}}
+            "line": {"color": colour, "dash": dash}}
 
 
 def band_trace(found, factor, x_factor, name, colour):
@@ -189,8 +183,7 @@ def position_plot(block, unit, factor):
             if chosen.any():
                 found = profile(block.position_m[chosen], error[chosen])
                 traces.append(line_trace(found.at / 1e-3, found.mean / factor, f"{part}, {way}", colour, dash))
-    return {"data": traces, "layout": layout("Mean error over position", "position (mm)",
-                                             f"error ({unit})")}
+    return {"title": "Mean error over position", "data": layered(traces), "layout": layout("position (mm)", f"error ({unit})")}
 
 
 def velocity_plot(block, unit, factor):
@@ -199,7 +192,7 @@ def velocity_plot(block, unit, factor):
         found = profile(block.velocity_m_per_s, error)
         traces += [band_trace(found, factor, 1e-3, f"{part}, 10 to 90 %", colour),
                    line_trace(found.at / 1e-3, found.mean / factor, f"{part}, mean", colour)]
-    return {"data": traces, "layout": layout("Error over velocity", "velocity (mm/s)", f"error ({unit})")}
+    return {"title": "Error over velocity", "data": layered(traces), "layout": layout("velocity (mm/s)", f"error ({unit})")}
 
 
 def spectrum_plot(block, unit, factor):
@@ -209,8 +202,8 @@ def spectrum_plot(block, unit, factor):
                                                  ("extended", found.after, AFTER, "solid"),
                                                  ("floor", found.floor, FLOOR, "dot"))]
     axis = {"type": "log", "exponentformat": "power"}
-    return {"data": traces, "layout": layout("Spectrum of the error", "frequency (Hz)", f"error ({unit}/√Hz)",
-                                             x={"type": "log", "dtick": 1}, y=axis)}
+    return {"title": "Spectrum of the error", "data": layered(traces),
+            "layout": layout("frequency (Hz)", f"error ({unit}/√Hz)", x={"type": "log", "dtick": 1}, y=axis)}
 
 
 def ranking_plot(block):
@@ -231,11 +224,10 @@ def ranking_plot(block):
               shared | {"x": [100.0 * share for share, _ in shares], "name": "share explained",
                         "text": [text for _, text in shares], "xaxis": "x2",
                         "textposition": ["auto" if share > 0.0 else "outside" for share, _ in shares]}]
-    made = layout("Candidates" + (" by round" if rounds > 1 else ""), "BIC better by", "",
-                  x={"domain": [0.0, 0.47]}, y={"automargin": True, "ticks": ""},
+    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.45], "nticks": 3, "tickangle": 0}, y={"automargin": True, "ticks": ""},
                   height=max(300, 130 + 26 * len(ranking)))
-    made["xaxis2"] = AXIS | {"title": {"text": "share explained (%)"}, "domain": [0.53, 1.0], "range": [0, 108]}
-    return {"data": traces, "layout": made}
+    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.55, 1.0], "range": [0, 108], "tickvals": [0, 50, 100]}
+    return {"title": "Candidates" + (" by round" if rounds > 1 else ""), "data": traces, "layout": made}
 
 
 def block_plots(block):
@@ -247,7 +239,7 @@ def block_plots(block):
 
 def section(block, plots):
     title = words.BLOCKS[block.name][0].capitalize()
-    divisions = "\n".join(f'<div class="plot" id="{plot["id"]}"></div>' for plot in plots)
+    divisions = "\n".join(plot_place(plot["id"], plot["title"]) for plot in plots)
     none = "" if block.told["ranking"] else '<p class="note">No candidates were ranked here.</p>'
     return (f'<section id="{block.name}">\n<h2>{title}: what the error depends on</h2>\n{none}'
             f'<div class="panels">\n{divisions}\n</div>\n</section>')
@@ -300,13 +292,13 @@ def version_words(diagnosis):
     return text
 
 
-def build_page(diagnosis, found):
-    """The page as text; `found` is its Stability."""
+def build_page(diagnosis, found, path):
+    """The page as text, for a file at `path`; `found` is its Stability."""
     told = diagnosis.told
     main = diagnosis.main_block
     blocks = [main, *(block for block in diagnosis.blocks if block is not main)]
     rows = max(len(block.time_s) for block in blocks)
-    page = Page(samples_max=WHOLE_ROWS_MAX if rows <= WHOLE_ROWS_MAX else LONG_SAMPLES_MAX)
+    page = Page(main.period_s)
     plots = {}
     for block in blocks:
         add_block(page, block)
@@ -314,32 +306,26 @@ def build_page(diagnosis, found):
     word, colour = words.VERDICTS[told["verdict"]]
     name = tomllib.loads(diagnosis.given.read_text(encoding="utf-8")).get("name", "")
     records = ", ".join(one["path"].rsplit("/", 1)[-1] for one in told["inputs"] if one["role"] == "record")
-    styles = [(HERE / f"{style}_page.css").read_text(encoding="utf-8")
-              for style in ("report", "figures", "diagnosis")]
-    return filled("diagnosis_page.html", {
+    data = page.data(min(float(block.time_s[0]) for block in blocks), max(float(block.time_s[-1]) for block in blocks))
+    return filled("diagnosis_page.html", shared_parts(path, ("figures_page.css", "diagnosis_page.css"),
+                                                      ("report_page.js", "figures_page.js")) | {
         "title": html.escape(name or "rig"),
         "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),
         "verdict": html.escape(word),
-        "verdict_colour": colour,
+        "verdict_class": VERDICT_CLASSES[colour],
         "headline": html.escape(words.headline(diagnosis)),
         "details": "\n".join(f"<li>{html.escape(line)}</li>" for line in words.details(diagnosis)),
         "blocks": blocks_table(diagnosis),
         "causes": causes_tables(diagnosis),
         "visible": visible_table(diagnosis),
-        "thinned": f"The record is long: of every {page.coarsest} rows the lowest and the highest are shown."
-                   if page.coarsest > 1 else "Zoomed in, every row is drawn.",
+        "thinned": page.thinning_words().replace("The log", "series.csv"),
         "sections": "\n".join(section(block, plots[block.name]) for block in blocks),
         "stability": html.escape(stability.sentence(found)),
         "limits": limits_table(found),
         "experiment": experiment_section(diagnosis),
         "inputs": inputs_table(diagnosis),
         "versions": html.escape(version_words(diagnosis)),
-        "style": "".join(styles),
-        "plotly": get_plotlyjs(),
-        "data": page.data(min(float(block.time_s[0]) for block in blocks),
-                          max(float(block.time_s[-1]) for block in blocks)),
+        "data": data,
         "plots": script_safe(json.dumps([plot for one in plots.values() for plot in one], separators=(",", ":"),
                                         allow_nan=False)),
-        "panels_script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
-        "plots_script": script_safe((HERE / "figures_page.js").read_text(encoding="utf-8")),
     })

@@ -10,8 +10,8 @@ import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import diagnosis_words as words  # noqa: E402
 from diagnosis_data import profile, spectrum  # noqa: E402
 from diagnosis_page import AFTER, BEFORE, CHOSEN, FLOOR, MEASURED, OTHER, RIVAL, shown_unit  # noqa: E402
+from page_data import with_gaps  # noqa: E402
 from report_figure import DOTS_PER_INCH, HEIGHT_PX, STYLE, WIDTH_PX, empty, legend_above  # noqa: E402
-from report_page import with_gaps  # noqa: E402
 
 CANDIDATES_MAX = 8
 LEFT, RIGHT = 0.03, 0.975  # shares of the picture

@@ -28,7 +28,7 @@ def main():
         diagnosis = read_diagnosis(arguments.folder)
         with tempfile.TemporaryDirectory() as folder:
             found = measure(diagnosis, Berth(folder, arguments.berth))
-        reports = {"report.html": build_page(diagnosis, found).encode(), "report.png": build_picture(diagnosis)}
+        reports = {"report.html": build_page(diagnosis, found, arguments.folder / "report.html").encode(), "report.png": build_picture(diagnosis)}
         for name, content in reports.items():
             path = arguments.folder / name
             write_whole(path, content)

@@ -2,9 +2,8 @@
 import math
 
 from diagnosis_data import smallest_visible
+from page_data import UNSURE
 from report_signals import BAD, GOOD
-
-UNSURE = "#8A5A00"
 
 BLOCKS = {"manipulator": ("manipulator", "from operator and force to the command"),
           "robot": ("robot", "from the command to its position"),

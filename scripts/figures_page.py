@@ -1,30 +1,54 @@
-"""The figures of the paper as one HTML page that opens without a network: plots can be zoomed, surfaces rotated."""
+"""The figures of the paper as one HTML page that opens without a network: plots can be zoomed, surfaces rotated. A map
+that several plots show is in the page once."""
 import base64
 import html
 import json
-from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
+from berth_map import LEVELS_A_SIDE, level_text
+from map_picture import FAULT, HATCH, NOT_POSSIBLE, OWN, SHADES, WALL, grown
+from page_data import AXIS, filled, script_safe, shared_parts
 from paper_figures import Contour, Plot, Surface
-from report_page import AXIS, filled, script_safe
 
-HERE = Path(__file__).resolve().parent
 MARKERS = {"points": {"symbol": "circle", "size": 7}, "star": {"symbol": "star", "size": 14},
            "ring": {"symbol": "circle-open", "size": 12, "line": {"width": 2}}}
 DASHES = {"line": "solid", "dash": "dash", "dot": "dot"}
-BLACK, WALL, OWN = "#000000", "#1B7837", "#FFD700"
-BLUE_TO_WHITE = ("#053061", "#4393C3", "#D1E5F0", "#F7F7F7")
-WHITE_TO_RED = ("#F7F7F7", "#FDDBC7", "#D6604D", "#67001F")
+BLACK = "#000000"
+POINTS_A_SIDE_MAX = 121  # of a map: what a plot of this size shows
+HATCHES_WIDE, HATCHES_HIGH = 64, 48
+PLACES = 1000  # to which a level of the scale is divided, for 16 bits
 
 
-def encoded(values):
-    """An array as plotly reads it: 32-bit numbers in base64."""
-    values = np.asarray(values)
-    content = np.ascontiguousarray(values, "<f4").tobytes()
-    found = {"dtype": "f4", "bdata": base64.b64encode(content).decode()}
-    return found | ({"shape": f"{values.shape[0]}, {values.shape[1]}"} if values.ndim == 2 else {})
+class Maps:
+    """The maps of a page: where each point lies on the scale of its levels, as 16-bit numbers in base64."""
+
+    def __init__(self):
+        self.kept = []  # the maps themselves, so that the same one is found again
+        self.packed = []
+
+    def number(self, found):
+        """Place of a map in `packed`."""
+        for i, kept in enumerate(self.kept):
+            if kept is found:
+                return i
+        x, y, growth_per_s = (thinned_map(grid) for grid in (found.x, found.y, found.measured_growth_per_s()))
+        place = found.place_on_scale(growth_per_s)
+        whole = np.where(np.isnan(place), -2**15, np.rint(PLACES * place)).astype("<i2")
+        self.kept.append(found)
+        self.packed.append({"x": shortened(x[0]), "y": shortened(y[:, 0]), "levels": found.levels_per_s().tolist(),
+                            "places": base64.b64encode(whole.tobytes()).decode()})
+        return len(self.kept) - 1
+
+
+def thinned_map(grid):
+    """Every so many rows and columns, so that a plot shows the rest."""
+    step = -(-max(grid.shape) // POINTS_A_SIDE_MAX)
+    return grid[::step, ::step]
+
+
+def shortened(values):
+    return [float(f"{value:.7g}") for value in values]
 
 
 def curve_trace(curve):
@@ -35,7 +59,16 @@ def curve_trace(curve):
     return trace | {"mode": "lines", "line": {"color": curve.colour, "width": 2, "dash": DASHES[curve.style]}}
 
 
-def plot_of(plot):
+def apart(values, times=1.5):
+    """Those of rising values that are so many times the one before: on a logarithmic axis their names need room."""
+    kept = [float(values[0])]
+    for value in values[1:]:
+        if value >= times * kept[-1]:
+            kept.append(float(value))
+    return kept
+
+
+def plot_of(plot, _maps):
     x_axis = {"title": {"text": plot.x_title}} | AXIS
     y_axis = {"title": {"text": plot.y_title}} | AXIS
     if plot.x_range:
@@ -43,92 +76,124 @@ def plot_of(plot):
     if plot.y_range:
         y_axis["range"] = plot.y_range
     if plot.is_log_x:
-        x_axis |= {"type": "log", "tickvals": plot.curves[-1].x.tolist()}
+        x_axis |= {"type": "log", "tickvals": apart(plot.curves[-1].x)}
     if plot.is_equal:
         y_axis |= {"scaleanchor": "x", "constrain": "domain"}
         x_axis |= {"constrain": "domain"}
-    layout = {"xaxis": x_axis, "yaxis": y_axis, "height": 490,
-              "title": {"text": plot.title, "font": {"size": 15}, "xref": "paper", "x": 0, "yref": "paper", "y": 1,
-                        "yanchor": "bottom", "pad": {"b": 10}},
-              "legend": {"orientation": "h", "y": -0.22, "yanchor": "top"}, "showlegend": len(plot.curves) > 1,
-              "margin": {"l": 70, "r": 20, "t": 64, "b": 110}}
-    return {"data": [curve_trace(curve) for curve in plot.curves], "layout": layout}
+    return {"title": plot.title, "data": [curve_trace(curve) for curve in plot.curves],
+            "layout": {"xaxis": x_axis, "yaxis": y_axis, "height": 380, "hovermode": "closest"}}
 
 
-def colours_of(found):
-    """Stable and unstable side each use their half of the colours, white at 1."""
-    low, high = found.colour_range()
-    middle = (1.0 - low) / (high - low)
-    places = [*np.linspace(0.0, middle, 4), *np.linspace(middle, 1.0, 4)]
-    return low, high, [list(pair) for pair in zip(places, BLUE_TO_WHITE + WHITE_TO_RED)]
+def colour_scale():
+    """The shades, evenly."""
+    return [[i / (len(SHADES) - 1), shade] for i, shade in enumerate(SHADES)]
+
+
+def colour_bar(found):
+    ticks = list(range(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1))
+    return {"title": {"text": "growth (1/s), and time to double or halve (s)", "side": "right"}, "tickvals": ticks,
+            "ticktext": [level_text(level) for level in found.levels_per_s()], "thickness": 14, "outlinewidth": 0,
+            "short": [f"{level:+g}".replace("-", "−") if level else "0" for level in found.levels_per_s()]}
+
+
+REACH = LEVELS_A_SIDE + 0.5  # of the colours
 
 
 def hover_of(found):
-    return (f"{found.names()[0]} %{{x:.4f}}<br>{found.names()[1]} %{{y:.4f}}<br>largest |z| %{{z:.6f}}"
+    return (f"{found.names()[0]} %{{x:.4f}}<br>{found.names()[1]} %{{y:.4f}}<br>growth %{{customdata:.3g}} /s"
             "<extra></extra>")
 
 
-def contour_plot(contour):
+def named_line(name, line):
+    """An entry of the legend for what has none of its own."""
+    return {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": name, "line": line, "swatch": "map"}
+
+
+def hatched_places(found):
+    """Places of strokes that hatch the gaps which faulted points leave: less than a point away from one of them."""
+    rows, columns = found.x.shape
+    row, column = (grid.ravel() for grid in np.meshgrid(np.linspace(0, rows - 1, HATCHES_HIGH),
+                                                        np.linspace(0, columns - 1, HATCHES_WIDE), indexing="ij"))
+    faulted = np.argwhere(found.is_faulted)
+    away = np.abs(row[:, None] - faulted[:, 0]) + np.abs(column[:, None] - faulted[:, 1])
+    inside = away.min(axis=1) < 0.9
+    return (np.interp(column[inside], np.arange(columns), found.x[0]),
+            np.interp(row[inside], np.arange(rows), found.y[:, 0]))
+
+
+def fault_traces(found):
+    """Where a fault ended the run: a ground that the map lies on, and hatches."""
+    if not found.is_faulted.any():
+        return []
+    ground = np.where(grown(found.is_faulted) & ~found.is_impossible, 1.0, np.nan)
+    rows = [[None if np.isnan(value) else value for value in row] for row in ground]
+    x, y = hatched_places(found)
+    marker = {"symbol": "line-ne", "size": 9, "color": HATCH, "line": {"color": HATCH, "width": 1.4}}
+    return [{"type": "heatmap", "x": shortened(found.x[0]), "y": shortened(found.y[:, 0]), "z": rows, "showscale": False,
+             "hoverinfo": "skip", "colorscale": [[0, FAULT], [1, FAULT]], "zmin": 0, "zmax": 1},
+            {"type": "scatter", "mode": "markers", "x": shortened(x), "y": shortened(y), "hoverinfo": "skip",
+             "marker": marker, "name": "a fault ended the run", "swatch": "hatch"}]
+
+
+def frequency_axis(found):
+    """The coupled system's frequency in Hz, on top of its ratio."""
+    manipulator_Hz = found.told["manipulator_Hz"]
+    low, high = manipulator_Hz * found.x.min(), manipulator_Hz * found.x.max()
+    step = next(step for step in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if (high - low) / step < 9)
+    ticks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
+    return AXIS | {"overlaying": "x", "side": "top", "matches": "x", "tickvals": (ticks / manipulator_Hz).tolist(),
+                   "ticktext": [f"{tick:g}" for tick in ticks], "showgrid": False, "zeroline": False,
+                   "title": {"text": "frequency of the coupled system (Hz)"}}
+
+
+def contour_plot(contour, maps):
     found = contour.map
-    low, high, scale = colours_of(found)
     told = found.told
-    room = 0.06 * (high - low)  # for a number
-    above = np.linspace(1.0, high, 5).tolist() if high - 1.0 > 4 * room else [1.0]
-    marks = ([low] if 1.0 - low > room else []) + above
-    traces = [{"type": "contour", "x": encoded(found.x[0]), "y": encoded(found.y[:, 0]), "z": encoded(found.radius),
-               "zmin": low, "zmax": high, "colorscale": scale, "name": "limit of stability, |z| = 1",
-               "contours": {"coloring": "heatmap", "start": 1.0, "end": 1.0, "size": 1.0},
-               "line": {"color": BLACK, "width": 2.5}, "hovertemplate": hover_of(found),
-               "colorbar": {"title": {"text": "largest |z|", "side": "right"}, "tickformat": ".3f",
-                            "tickvals": marks}},
-              {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": "limit of stability, |z| = 1",
-               "line": {"color": BLACK, "width": 2.5}}]
+    line = {"color": "#111111", "width": 2.5}
+    limit = {"start": 0.0, "end": 0.0, "size": 1.0}
+    traces = fault_traces(found)
+    traces += [{"type": "contour", "map": maps.number(found), "zmin": -REACH, "zmax": REACH,
+                "colorscale": colour_scale(), "name": "limit of stability", "showlegend": False,
+                "contours": {"coloring": "heatmap"} | limit, "line": line, "hovertemplate": hover_of(found),
+                "colorbar": colour_bar(found)},
+               named_line("limit of stability", line)]
     if contour.before is not None:
-        before = contour.before
-        line = {"color": BLACK, "width": 2, "dash": "dot"}
-        x, y, height = (grid[::4, ::4] for grid in (before.x, before.y, before.radius))  # fine enough for a line
-        traces.append({"type": "contour", "x": encoded(x[0]), "y": encoded(y[:, 0]), "z": encoded(height),
-                       "showscale": False, "showlegend": False, "hoverinfo": "skip", "line": line,
-                       "contours": {"coloring": "none", "start": 1.0, "end": 1.0, "size": 1.0}})
-        traces.append({"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": "without compensation",
-                       "line": line})
+        dotted = {"color": "#111111", "width": 2, "dash": "dot"}
+        traces += [{"type": "contour", "map": maps.number(contour.before), "showscale": False, "showlegend": False,
+                    "hoverinfo": "skip", "line": dotted, "contours": {"coloring": "none"} | limit},
+                   named_line("without compensation", dotted)]
     x, y = Surface(found).wall()
     if len(x):
         traces.append({"type": "scatter", "mode": "lines", "x": x.tolist(), "y": y.tolist(),
-                       "name": f"wall, {told['wall_Hz']:g} Hz",
-                       "line": {"color": WALL, "width": 2.5, "dash": "dash"}})
+                       "name": f"wall, {told['wall_Hz']:g} Hz", "line": {"color": WALL, "width": 2.5, "dash": "dash"}, "swatch": "map"})
     own = told["own"]
     traces.append({"type": "scatter", "mode": "markers", "x": [own["x"]], "y": [own["y"]], "name": told["rig"],
-                   "marker": {"color": OWN, "size": 11, "line": {"color": BLACK, "width": 1.5}},
-                   "hovertemplate": f"largest |z| {own['spectral_radius']:.9f}<extra>{told['rig']}</extra>"})
-    axes = {f"{axis}axis": AXIS | {"title": {"text": title}, "range": [float(grid.min()), float(grid.max())],
-                                   "showgrid": False, "zeroline": False}
-            for axis, title, grid in zip("xy", found.titles(), (found.x, found.y))}
-    layout = axes | {"legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
-                     "margin": {"l": 70, "r": 10, "t": 72, "b": 60}, "height": 540, "plot_bgcolor": "#E4E4E4"}
-    if contour.title:
-        layout |= {"title": {"text": contour.title, "font": {"size": 15}, "xref": "paper", "x": 0, "y": 0.93,
-                             "yanchor": "top"},
-                   "legend": {"orientation": "h", "y": -0.16, "yanchor": "top"},
-                   "margin": layout["margin"] | {"b": 130}}
-    return {"data": traces, "layout": layout}
+                   "marker": {"color": OWN, "size": 11, "line": {"color": "#111111", "width": 1.5}},
+                   "hovertemplate": f"growth {own['growth_per_s']:.4g} /s<extra>{told['rig']}</extra>"})
+    layout = {f"{axis}axis": AXIS | {"title": {"text": title}, "range": [float(grid.min()), float(grid.max())],
+                                     "showgrid": False, "zeroline": False}
+              for axis, title, grid in zip("xy", found.titles(), (found.x, found.y))}
+    if found.has_frequency_axis:
+        layout["xaxis2"] = frequency_axis(found)
+        traces.append({"type": "scatter", "x": [None], "y": [None], "xaxis": "x2", "showlegend": False, "hoverinfo": "skip"})
+    return {"title": contour.title, "data": traces,
+            "layout": layout | {"height": 460, "plot_bgcolor": NOT_POSSIBLE, "hovermode": "closest", "margin": {"t": 56}}}
 
 
-def surface_plot(surface):
+def surface_plot(surface, maps):
     found = surface.map
-    low, high, scale = colours_of(found)
-    x, y, height = surface.every_second()
+    height = surface.every_second()[2]
     bottom, top = float(np.nanmin(height)), float(np.nanmax(height))
     flat = {"type": "surface", "showscale": False, "hoverinfo": "skip", "contours": {"x": {"highlight": False},
                                                                                      "y": {"highlight": False},
                                                                                      "z": {"highlight": False}}}
-    ends = [[float(grid.min()), float(grid.max())] for grid in (x, y)]
-    traces = [{"type": "surface", "x": encoded(x[0]), "y": encoded(y[:, 0]), "z": encoded(height), "cmin": low,
-               "cmax": high, "colorscale": scale, "showscale": False, "hovertemplate": hover_of(found),
+    ends = [[float(grid.min()), float(grid.max())] for grid in (found.x, found.y)]
+    traces = [{"type": "surface", "map": maps.number(found), "cmin": -REACH, "cmax": REACH,
+               "colorscale": colour_scale(), "showscale": False, "hovertemplate": hover_of(found),
                "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.05},
-               "contours": {"z": {"show": True, "start": 1.0, "end": 1.0 + 1e-9, "size": 1.0, "color": BLACK,
+               "contours": {"z": {"show": True, "start": 0.0, "end": 1e-9, "size": 1.0, "color": BLACK,
                                   "width": 8}}},
-              flat | {"x": ends[0], "y": ends[1], "z": [[1.0, 1.0], [1.0, 1.0]], "opacity": 0.35,
+              flat | {"x": ends[0], "y": ends[1], "z": [[0.0, 0.0], [0.0, 0.0]], "opacity": 0.35,
                       "colorscale": [[0, "#888888"], [1, "#888888"]]}]
     wall_x, wall_y = surface.wall()
     if len(wall_x):
@@ -137,17 +202,25 @@ def surface_plot(surface):
                               "colorscale": [[0, WALL], [1, WALL]]})
     own = found.told["own"]
     traces.append({"type": "scatter3d", "mode": "markers", "x": [own["x"]], "y": [own["y"]],
-                   "z": [own["spectral_radius"]], "name": found.told["rig"], "showlegend": False,
-                   "marker": {"color": OWN, "size": 7, "line": {"color": BLACK, "width": 2}},
-                   "hovertemplate": f"largest |z| {own['spectral_radius']:.9f}<extra>{found.told['rig']}</extra>"})
-    scene = {"xaxis": {"title": {"text": "ω/ω_M"}}, "yaxis": {"title": {"text": "ζ"}},
-             "zaxis": {"title": {"text": "largest |z|"}, "range": [bottom, top]},
+                   "z": [own["growth_per_s"]], "name": found.told["rig"], "showlegend": False,
+                   "marker": {"color": OWN, "size": 7, "line": {"color": "#111111", "width": 2}},
+                   "hovertemplate": f"growth {own['growth_per_s']:.4g} /s<extra>{found.told['rig']}</extra>"})
+    axis = {"gridcolor": "#CCCCCC", "backgroundcolor": "rgba(0,0,0,0)"}
+    scene = {"xaxis": axis | {"title": {"text": "ω/ω_M (1)"}}, "yaxis": axis | {"title": {"text": "ζ (1)"}},
+             "zaxis": axis | {"title": {"text": "growth (1/s)"}, "range": [bottom, top], "nticks": 5},
              "aspectmode": "manual", "aspectratio": {"x": 1.15, "y": 1.0, "z": 0.7},
-             "camera": {"eye": {"x": -1.25, "y": -1.45, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.12}}}
-    return {"data": traces, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "height": 540}}
+             "camera": {"eye": {"x": -1.35, "y": -1.55, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}}}
+    return {"title": "", "data": traces,
+            "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "height": 460}}
 
 
 DRAWN = {Plot: plot_of, Contour: contour_plot, Surface: surface_plot}
+
+
+def plot_place(name, title):
+    """Where the page's script draws one plot: its title, its legend, the plot."""
+    heading = f"<h3>{html.escape(title)}</h3>" if title else ""
+    return f'<div class="figure-panel">{heading}<ul class="legend"></ul><div class="plot" id="{name}"></div></div>'
 
 
 def claim_lines(claims):
@@ -162,7 +235,8 @@ def claim_lines(claims):
 
 def section(figure, claims):
     own = [claim for claim in claims if claim.figure == figure.name]
-    panels = "\n".join(f'<div class="plot" id="{figure.file_stem}-{i}"></div>' for i in range(len(figure.panels)))
+    panels = "\n".join(plot_place(f"{figure.file_stem}-{i}", getattr(panel, "title", ""))
+                       for i, panel in enumerate(figure.panels))
     return (f'<section id="{figure.file_stem}">\n<h2>{html.escape(figure.name)} · {html.escape(figure.title)}</h2>\n'
             f'<div class="panels">\n{panels}\n</div>\n<p class="caption">{html.escape(figure.caption)}</p>\n'
             f'<ul class="claims">\n{claim_lines(own)}\n</ul>\n</section>')
@@ -180,13 +254,12 @@ COMPENSATED = ('Below the paper\'s figures stand the same <a href="#compensated"
                '</a>.')
 
 
-def build_page(figures, claims, rig):
-    """The page as text; `rig`: of the case that the figures are about."""
-    plots = [{"id": f"{figure.file_stem}-{i}"} | DRAWN[type(panel)](panel)
+def build_page(figures, claims, rig, path):
+    """The page as text, for a file at `path`; `rig`: of the case that the figures are about."""
+    maps = Maps()
+    plots = [{"id": f"{figure.file_stem}-{i}"} | DRAWN[type(panel)](panel, maps)
              for figure in figures for i, panel in enumerate(figure.panels)]
-    style = [(HERE / name).read_text(encoding="utf-8") for name in ("report_page.css", "figures_page.css")]
-    return filled("figures_page.html", {
-        "style": "".join(style),
+    return filled("figures_page.html", shared_parts(path, ("figures_page.css",), ("figures_page.js",)) | {
         "rig": html.escape(rig),
         "compensated": COMPENSATED if any(figure.file_stem == "compensated" for figure in figures) else "",
         "met": str(sum(claim.met for claim in claims)),
@@ -194,6 +267,5 @@ def build_page(figures, claims, rig):
         "rows": summary_rows(figures, claims),
         "sections": "\n".join(section(figure, claims) for figure in figures),
         "plots": script_safe(json.dumps(plots, separators=(",", ":"), allow_nan=False)),
-        "script": script_safe((HERE / "figures_page.js").read_text(encoding="utf-8")),
-        "plotly": get_plotlyjs(),
+        "maps": script_safe(json.dumps(maps.packed, separators=(",", ":"), allow_nan=False)),
     })

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""How late threads woke, as a table and as the picture labs are used to: linear x, logarithmic y.
+"""How late threads woke, as a table and as a picture: the histogram that labs are used to (logarithmic y), and
+beside it the percentiles.
 
   jitter_plot.py build/jitter/berth.json build/jitter/cyclictest.json    writes build/jitter/berth.png
 
@@ -18,6 +19,12 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
+from report_figure import STYLE  # noqa: E402
+from report_signals import COMMAND, MANIPULATOR, OBJECT, REPORTED, ROBOT  # noqa: E402
+
+COLOURS = (MANIPULATOR, COMMAND, OBJECT, REPORTED)  # of ours; the first of others is ROBOT's
+TAIL_FROM = 10  # times the 99th percentile
+SHARES_DRAWN = (0.5, 0.9, 0.99, 0.999, 0.9999, 1.0)
 SHARES = (0.5, 0.99, 0.999, 0.9999)
 OURS = {"wake_up": "wake-up", "execution": "execution", "tick_to_wire": "tick to wire", "force_age": "force age"}
 
@@ -76,16 +83,64 @@ def print_table(histograms):
         print(f"{one.name:14s}{one.count:9d}{one.least_us:9.1f}{one.mean_us:9.1f}{percentiles}{one.most_us:9.1f}")
 
 
-def draw(path, histograms):
-    figure, axes = plt.subplots(figsize=(9, 5), layout="constrained")
-    for one in histograms:
+def machine_words(path):
+    """The machine and how the loop ran on it, as the file tells."""
+    told = json.loads(path.read_text())
+    system = told.get("sysinfo", {})
+    words = []
+    if system:
+        is_realtime = system.get("realtime") or "PREEMPT_RT" in system.get("version", "")
+        words.append(f"{system.get('nodename', 'unknown machine')}: {system.get('sysname')} {system.get('release')} "
+                     f"{system.get('machine')}, {'real-time' if is_realtime else 'no real-time'} kernel")
+    ours = told.get("berth")
+    if ours:
+        words.append(f"{ours['real_time']}; period {ours['interval_us']} µs; {ours['overruns']} overruns in "
+                     f"{ours['wake_up']['count']} ticks; {told.get('start_time', '')}")
+    return words
+
+
+def draw_histogram(axes, histograms, colours):
+    """The first is ours and the widest, so that one that lies on it leaves it visible."""
+    for i, (one, colour) in enumerate(zip(histograms, colours)):
         axes.stairs([one.bins.get(us, 0) for us in range(max(one.bins) + 1)], range(max(one.bins) + 2), baseline=0.5,
-                    label=f"{one.name}: max {one.most_us:.0f} us")
-    axes.set(yscale="log", xlabel="time, us", ylabel="count in 1 us", xlim=(0, None), ylim=(0.5, None))
-    axes.grid(alpha=0.3)
-    axes.legend()
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
+                    color=colour, linewidth=max(1.2, 2.6 - 0.5 * i), label=f"{one.name}, {one.count} times")
+    axes.set(yscale="log", xlabel="time (µs)", ylabel="count in 1 µs (1)", xlim=(0, None), ylim=(0.5, None),
+             title="Histogram")
+    if any(one.most_us > TAIL_FROM * one.percentile_us(0.99) for one in histograms):
+        axes.set(xscale="log", xlim=(1, None))  # else the tail squeezes all others into one line
+
+
+def draw_percentiles(axes, histograms, colours):
+    """One step a nine, so that the rare ones are as wide as the usual ones."""
+    places = range(len(SHARES_DRAWN))
+    for one, colour in zip(histograms, colours):
+        times_us = [max(0.1, one.percentile_us(share)) for share in SHARES_DRAWN]
+        axes.plot(places, times_us, "o-", color=colour, linewidth=1.6, markersize=5)
+    for i, (one, colour) in enumerate(zip(histograms[:1] + histograms[-1:] if len(histograms) > 1 else histograms,
+                                          (colours[0], colours[-1]))):
+        for place, share in zip(places, SHARES_DRAWN):
+            axes.annotate(f"{one.percentile_us(share):.0f}", (place, max(0.1, one.percentile_us(share))), (0, -15 if i else 7),
+                          textcoords="offset points", horizontalalignment="center", fontsize=9.5, color=colour)
+    axes.set(yscale="log", xlabel="share of all times (%)", ylabel="time (µs)", title="Percentiles",
+             xlim=(-0.4, len(SHARES_DRAWN) - 0.6))
+    axes.margins(y=0.14)
+    axes.set_xticks(places, ["max" if share == 1.0 else f"{100 * share:g}" for share in SHARES_DRAWN])
+
+
+def draw(path, first, others, machine):
+    """`first`: the histograms of our file, wake-up first; `others`: of the files beside it."""
+    colours = [*COLOURS[:len(first)], *([ROBOT, *COLOURS[1:], *COLOURS][:len(others)])]
+    histograms = first + others
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6.4), layout="constrained", width_ratios=[1.25, 1])
+        draw_histogram(left, histograms, colours)
+        draw_percentiles(right, histograms, colours)
+        beside = f", beside {others[0].name}" if others else ""
+        figure.suptitle(f"How late the loop woke{beside}\n\n", fontsize=16, weight="bold", horizontalalignment="left", x=0.012)
+        figure.text(0.012, 0.945, "\n".join(machine), fontsize=10.5, color="#444444", verticalalignment="top")
+        figure.legend(loc="outside lower center", ncols=3)
+        figure.savefig(path, dpi=120)
+        plt.close(figure)
 
 
 def main():
@@ -105,7 +160,7 @@ def main():
     for other in others:
         print(f"largest {first[0].name} to {other[0].name}: {first[0].most_us / max(other[0].most_us, 1):.2f}")
     picture = given.out or given.file[0].with_suffix(".png")
-    draw(picture, histograms)
+    draw(picture, first, histograms[len(first):], machine_words(given.file[0]))
     print(picture)
     return 0
 

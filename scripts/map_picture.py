@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws a map written by `berth map`: largest |z|, the limit of stability, the robot's wall, the rig itself.
+"""Draws a map written by `berth map`: growth of the motion, the limit of stability, the robot's wall, the rig itself.
 
   map_picture.py build/maps/ess-elasticity.csv     writes build/maps/ess-elasticity.png
 """
@@ -13,18 +13,21 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.colors import TwoSlopeNorm  # noqa: E402
+from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
-from berth_map import read_map  # noqa: E402
+from berth_map import LEVELS_A_SIDE, level_text, read_map  # noqa: E402
 
-COLOURS = "RdBu_r"  # stable blue, unstable red
+# Stable blue, unstable red, each from pale to dark; even the palest is told from paper and from its counterpart.
+SHADES = ("#053061", "#2166AC", "#4393C3", "#7DB6D8", "#B5D6E8", "#DCEAF2", "#FBE3D4", "#F5BFA2", "#E68B6C", "#D6604D",
+          "#B2182B", "#67001F")
+NOT_POSSIBLE, FAULT, HATCH = "#D9D9D9", "#E9DCE4", "#8E3B6F"
+WALL, OWN = "#1B5E20", "#FFD700"
 
 
-def colour_norm(found):
-    """Stable and unstable side each use their half of the colours, however much one outdoes the other."""
-    low, high = found.colour_range()
-    return TwoSlopeNorm(1.0, low, high)
+def colours():
+    """The shades as matplotlib reads them."""
+    return LinearSegmentedColormap.from_list("growth", SHADES)
 
 
 def draw_band(axes, found):
@@ -54,50 +57,97 @@ def draw_varying(axes, found):
                              + ("lost" if lost >= 0 else "gained"))]
 
 
-def draw_flat(axes, found):
-    """The map as filled contours; returns what a colour bar needs."""
-    x, y, told = found.x, found.y, found.told
-    axes.set_facecolor("white")
-    axes.patch.set(hatch="////", edgecolor="0.8", linewidth=0)  # shows where there is no value
+def grown(mask):
+    """A mask with its neighbours: shades end at the points beside a gap, which leaves a seam."""
+    wide = np.pad(mask, 1)
+    rows, columns = mask.shape
+    return np.any([wide[i:i + rows, j:j + columns] for i in range(3) for j in range(3)], axis=0)
 
-    norm = colour_norm(found)
-    levels = np.concatenate([np.linspace(norm.vmin, 1.0, 16)[:-1], np.linspace(1.0, norm.vmax, 16)])
-    filled = axes.contourf(x, y, found.radius, levels=levels, norm=norm, cmap=COLOURS, extend="both")
 
+def draw_shades(axes, found):
+    """Growth by colour, one shade a level; what has none is grey or hatched, never white. Legend handles, and what a
+    colour bar needs."""
+    x, y = found.x, found.y
     handles = []
-    if np.nanmin(found.radius) < 1.0 < np.nanmax(found.radius):
-        axes.contour(x, y, found.radius, levels=[1.0], colors="black", linewidths=2)
+    axes.set_facecolor(NOT_POSSIBLE)
+    levels = np.arange(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1)
+    place = found.place_on_scale(found.measured_growth_per_s())
+    shades = axes.contourf(x, y, place, levels=levels, cmap=colours(), vmin=-LEVELS_A_SIDE - 1, vmax=LEVELS_A_SIDE + 1,
+                           extend="both")
+    if found.is_faulted.any():
+        half_x, half_y = 0.5 * np.ptp(x) / (x.shape[1] - 1), 0.5 * np.ptp(y) / (y.shape[0] - 1)
+        edges_x = np.append(x[0] - half_x, x[0, -1] + half_x)
+        edges_y = np.append(y[:, 0] - half_y, y[-1, 0] + half_y)
+        faulted = np.ma.masked_where(~grown(found.is_faulted) | found.is_impossible, np.ones(x.shape))
+        plt.rcParams["hatch.linewidth"] = 0.8
+        axes.pcolor(edges_x, edges_y, faulted, cmap=LinearSegmentedColormap.from_list("fault", [FAULT, FAULT]),
+                    hatch="////", edgecolor=HATCH, linewidth=0, zorder=0.5)
+        handles.append(Patch(facecolor=FAULT, edgecolor=HATCH, hatch="////", linewidth=0, label="a fault ended the run"))
+    if found.is_impossible.any():
+        handles.append(Patch(facecolor=NOT_POSSIBLE, label="not possible"))
+    return handles, shades
+
+
+def draw_wall(axes, found):
+    """How fast the robot can move; legend handles."""
+    if not np.nanmin(found.is_below_wall) < np.nanmax(found.is_below_wall):
+        return []
+    heights, level = found.is_below_wall, 0.5
+    if found.told["vary"]:  # known between the points, too
+        heights, level = found.damped_frequency_Hz(), found.told["wall_Hz"]
+    axes.contour(found.x, found.y, heights, levels=[level], colors=WALL, linewidths=1.5, linestyles="--")
+    return [plt.Line2D([], [], color=WALL, linestyle="--", label=f"wall: damped frequency {found.told['wall_Hz']:g} Hz")]
+
+
+def draw_axes(axes, found):
+    """Both titles, and a physical axis on top where x is a ratio."""
+    axes.set(xlim=(found.x.min(), found.x.max()), ylim=(found.y.min(), found.y.max()))
+    axes.set(**dict(zip(("xlabel", "ylabel"), found.titles())))
+    if found.has_frequency_axis:
+        manipulator_Hz = found.told["manipulator_Hz"]
+        top = axes.secondary_xaxis("top", functions=(lambda ratio: ratio * manipulator_Hz, lambda f: f / manipulator_Hz))
+        top.set_xlabel("frequency of the coupled system (Hz)")
+
+
+def draw_flat(axes, found):
+    """The map from above; returns what a colour bar needs, and legend handles."""
+    told = found.told
+    growth_per_s = found.measured_growth_per_s()
+    shaded, shades = draw_shades(axes, found)
+    handles = []
+    if np.nanmin(growth_per_s) < 0.0 < np.nanmax(growth_per_s):
+        axes.contour(found.x, found.y, growth_per_s, levels=[0.0], colors="black", linewidths=2)
         at = "" if found.lower is None else f" at {told['robot']['dead_time_ms']:g} ms"
-        handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability, |z| = 1{at}"))
+        handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability{at}"))
     if found.lower is not None:
         handles += draw_band(axes, found)
     if found.growth_varying_per_s is not None:
         handles += draw_varying(axes, found)
-    if np.nanmin(found.is_below_wall) < np.nanmax(found.is_below_wall):
-        heights, level = found.is_below_wall, 0.5
-        if told["vary"]:  # known between the points, too
-            heights, level = found.damped_frequency_Hz(), told["wall_Hz"]
-        axes.contour(x, y, heights, levels=[level], colors="darkgreen", linewidths=1.5, linestyles="--")
-        handles.append(plt.Line2D([], [], color="darkgreen", linestyle="--",
-                                  label=f"wall: damped eigenfrequency {told['wall_Hz']:g} Hz"))
+    handles += draw_wall(axes, found)
     if found.own_is_inside():
         own = told["own"]
-        axes.plot(own["x"], own["y"], "o", color="gold", markeredgecolor="black", markersize=9, zorder=5)
-        handles.append(plt.Line2D([], [], linestyle="", marker="o", color="gold", markeredgecolor="black",
-                                  label=f"{told['rig']}: |z| = {own['spectral_radius']:.6f}"))
-    if not np.isfinite(found.radius).all():
-        handles.append(Patch(facecolor="white", edgecolor="0.8", hatch="////", label="not possible"))
-    axes.legend(handles=handles, loc="upper right", fontsize=9, frameon=True, framealpha=0.85)
-    axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
-    axes.set(**dict(zip(("xlabel", "ylabel"), found.titles())))
-    return filled
+        axes.plot(own["x"], own["y"], "o", color=OWN, markeredgecolor="black", markersize=9, zorder=5)
+        growth = f"{own['growth_per_s']:+.3g} /s".replace("-", "−")
+        handles.append(plt.Line2D([], [], linestyle="", marker="o", color=OWN, markeredgecolor="black",
+                                  label=f"{told['rig']}: growth {growth}"))
+    draw_axes(axes, found)
+    return shades, handles + shaded
+
+
+def colour_bar(figure, found, shades, **where):
+    """Levels as growth, and as the time in which the motion doubles or halves. `where`: ax or cax."""
+    bar = figure.colorbar(shades, **where, spacing="uniform", ticks=np.arange(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1),
+                          label="growth (1/s), and time to double or halve (s)")
+    bar.ax.set_yticklabels([level_text(level) for level in found.levels_per_s()], fontsize=9)
 
 
 def draw(found, picture):
     """One picture of one map."""
     told = found.told
-    figure, axes = plt.subplots(figsize=(8, 5.5), constrained_layout=True)
-    figure.colorbar(draw_flat(axes, found), ax=axes, label="largest |z| of the one-period map", format="%.5f")
+    figure, axes = plt.subplots(figsize=(9, 6.2), constrained_layout=True)
+    shades, handles = draw_flat(axes, found)
+    colour_bar(figure, found, shades, ax=axes)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     names = found.names()
     what = f"{told['vary']} of the object varied" if told["vary"] else f"{names[0]} and {names[1]} varied"
     robot = f" on {told['robot']['preset']}" if told.get("robot") else ""

@@ -40,12 +40,12 @@ class Plot:
 
 @dataclass(frozen=True)
 class Surface:
-    """A map as a surface over its axes, with the plane |z| = 1 and the wall."""
+    """A map as a surface over its axes, with the plane of no growth and the wall."""
     map: Map
 
     def every_second(self):
         """x, y and height at every second point of the map, which is fine enough for a surface."""
-        return [grid[::2, ::2] for grid in (self.map.x, self.map.y, self.map.radius)]
+        return [grid[::2, ::2] for grid in (self.map.x, self.map.y, self.map.measured_growth_per_s())]
 
     def wall(self):
         """x and y of the wall along the map; nothing where it lies outside."""
@@ -111,7 +111,7 @@ def amplitude(data):
                   f"{ROBOT['robot.transfer_frequency_Hz']} Hz and damping ratio "
                   f"{ROBOT['robot.transfer_damping_ratio']}. Measured points lie up to 0.05 % below the closed "
                   "form: the robot moves on straight lines between setpoints, 400 times a second.", [
-                      Plot("", "frequency (Hz)", "amplitude ratio", [
+                      Plot("", "frequency (Hz)", "amplitude ratio (1)", [
                           Curve("closed form: |G_R|", ROBOT_COLOUR, f, robot_amplitude(f)),
                           Curve("straight line that fits best", OPERATOR, found.frequency_Hz, found.line(), "dot"),
                           Curve("closed form with inverse filter", MANIPULATOR, f, filtered_amplitude(f)),
@@ -163,7 +163,7 @@ def z_plane(told, zoomed, loop_label="loop with dead time"):
         inside = np.ones(len(z), bool) if not zoomed else np.abs(z - centre) < 1.5 * reach
         return Curve(label, colour, z.real[inside], z.imag[inside], style)
 
-    return Plot(title, "Re z", "Im z", [
+    return Plot(title, "Re z (1)", "Im z (1)", [
         Curve("unit circle", OPERATOR, np.cos(angle), np.sin(angle)),
         curve(loop_label, ROBOT_COLOUR, loop, "points"),
         curve("manipulator alone", MANIPULATOR, alone, "star"),
@@ -178,7 +178,7 @@ def eigenvalues(data, name, rig, rate):
                   f"{CASES[rig]}. Beside the slow mode there are eigenvalues of the object on the sensor spring, of "
                   "the low-pass, and of the setpoints and samples on their way.",
                   [z_plane(data.spectra[rig], False), z_plane(data.spectra[rig], True),
-                   Plot("claim 2", "dead time added (ms)", "number of eigenvalues",
+                   Plot("claim 2", "dead time added (ms)", "number of eigenvalues (1)",
                         [Curve("eigenvalues", ROBOT_COLOUR, added_ms, np.array(counts), "points"),
                          Curve("one a sample", OPERATOR, added_ms, counts[0] + np.array(ADDED_SAMPLES), "dot")])])
 
@@ -186,10 +186,11 @@ def eigenvalues(data, name, rig, rate):
 def stable_area(data, name, rig, vary):
     found = data.maps[rig, vary]
     told = found.told
-    caption = (f"{CASES[rig]}. Height: the largest |z| of the loop. Black: limit of stability. "
+    caption = (f"{CASES[rig]}. Height: growth of the loop's motion; the paper has |z|, its factor a period. Black: limit "
+               "of stability. "
                + (f"Green: the robot's wall at {told['wall_Hz']:g} Hz, damped. " if vary == "elasticity" else
                   f"The wall of {told['wall_Hz']:g} Hz is far beyond an object without mass. ")
-               + f"Gold: {told['rig']}. Left out: objects that would take a negative stiffness, damping or mass.")
+               + f"Gold: {told['rig']}. Grey: objects that would take a negative stiffness, damping or mass.")
     return Figure(name, f"Area of stable simulations ({vary} variation)", caption,
                   [Surface(found), Contour(found)])
 
@@ -209,7 +210,7 @@ def refinement(data):
                   f"{data.case.rig} with an object {STIFF_TIMES} times as stiff, which grows. Left: the manipulator takes "
                   "more and more steps a tick, and the growth converges to that of the exact step. Right: the whole loop ticks faster and "
                   "faster with dead times as they are. Below 0 the loop would be stable.",
-                  [Plot("steps of the manipulator", "steps a tick", "growth (1/s)", steps, is_log_x=True,
+                  [Plot("steps of the manipulator", "steps a tick (1)", "growth (1/s)", steps, is_log_x=True,
                         y_range=(0.0, highest)),
                    Plot("ticks of the loop", "rate (Hz)", "growth (1/s)", rates, is_log_x=True,
                         y_range=(0.0, highest))])

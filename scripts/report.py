@@ -30,10 +30,9 @@ def main():
     try:
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
-        page = build_page(log, summary, accuracy_of(log, arguments.accuracy), sweeps_of(log, arguments.berth))
-        reports = {".html": page.encode(), ".png": build_figure(log, summary)}
-        for suffix, content in reports.items():
-            path = arguments.log.with_suffix(suffix)
+        page = arguments.log.with_suffix(".html")
+        text = build_page(log, summary, page, accuracy_of(log, arguments.accuracy), sweeps_of(log, arguments.berth))
+        for path, content in ((page, text.encode()), (page.with_suffix(".png"), build_figure(log, summary))):
             write_whole(path, content)
             print(f"{path} ({len(content) / 1e6:.1f} MB)")
     except InputError as error:

@@ -1,34 +1,32 @@
 // Draws the panels and links their time axes. A curve is drawn with the lowest and highest sample of each stretch as
-// long as the screen could not show more, and with every sample once the visible part is short enough.
-"use strict";
+// long as the screen could not show more, and with every sample of the page once the visible part is short enough.
 
-const POINTS_MAX = 4000;
+const POINTS_MAX = 2800;
 const PRINT_WIDTH_PX = 700;
 
 const data = JSON.parse(document.getElementById("data").textContent);
+const KINDS = { u2: Uint16Array, u4: Uint32Array };
 
 function decode(text, Type) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return new Type(bytes.buffer);
 }
 
-function decodeClock(clock) {
-  if ("samples" in clock) {
-    const samples = decode(clock.samples, Float64Array);
-    return { count: samples.length, at: (i) => samples[i] };
-  }
-  return { count: clock.count, at: (i) => clock.start + i * clock.step };
+function timesOf(clock) {
+  if ("samples" in clock) return decode(clock.samples, Float64Array);
+  let steps = 0;
+  return Float64Array.from(decode(clock.deltas, KINDS[clock.kind]), (delta) => clock.start + clock.step * (steps += delta));
 }
 
-const clocks = data.clocks.map(decodeClock);
+const clocks = data.clocks.map(timesOf);
 
 // Index of the first sample at or after time_s.
-function firstFrom(clock, time_s) {
+function firstFrom(times, time_s) {
   let low = 0;
-  let high = clock.count;
+  let high = times.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (clock.at(middle) < time_s) low = middle + 1;
+    if (times[middle] < time_s) low = middle + 1;
     else high = middle;
   }
   return low;
@@ -50,28 +48,33 @@ function extremesOf(values, from, to) {
 
 // What of a curve to draw between two times: one sample beyond either end, so that the line leaves the plot.
 function visible(curve, [from_s, to_s]) {
-  const clock = clocks[curve.clock];
-  const first = Math.max(0, firstFrom(clock, from_s) - 1);
-  const end = Math.min(clock.count, firstFrom(clock, to_s) + 1);
+  const times = clocks[curve.clock];
+  const first = Math.max(0, firstFrom(times, from_s) - 1);
+  const end = Math.min(times.length, firstFrom(times, to_s) + 1);
   const stretch = end - first > POINTS_MAX ? Math.ceil((2 * (end - first)) / POINTS_MAX) : 1;
   const x = [];
   const y = [];
   for (let i = first; i < end; i += stretch) {
     const picked = stretch === 1 ? [i] : extremesOf(curve.values, i, Math.min(i + stretch, end));
     for (const j of picked) {
-      x.push(clock.at(j));
+      x.push(times[j]);
       y.push(Number.isNaN(curve.values[j]) ? null : curve.values[j]);
     }
   }
   return { x, y };
 }
 
-// The bars of a band: one trace, each bar from its start to its end.
-function barTrace(bars) {
+// The bars of a band: one trace, each bar from its start to its end. A label is written where the bar is long enough.
+function barTrace(panel) {
+  const [from_s, to_s] = panel.shown;
+  const width_px = panel.plot.clientWidth - 100;
+  const isRoomy = (b) => ((Math.min(b.end, to_s) - Math.max(b.start, from_s)) / (to_s - from_s)) * width_px > 8 * b.label.length;
+  const bars = panel.bars.map((b) => ({ ...b, from: Math.max(b.start, from_s), to: Math.min(b.end, to_s) }))
+    .filter((b) => b.to > b.from);
   return {
-    type: "bar", orientation: "h",
-    base: bars.map((b) => b.start), x: bars.map((b) => b.end - b.start), y: bars.map((b) => b.row),
-    text: bars.map((b) => b.label), textposition: "inside", insidetextanchor: "middle", textangle: 0,
+    type: "bar", orientation: "h", name: "", showlegend: false,
+    base: bars.map((b) => b.from), x: bars.map((b) => b.to - b.from), y: bars.map((b) => b.row),
+    text: bars.map((b) => (isRoomy(b) ? b.label : "")), textposition: "inside", insidetextanchor: "middle", textangle: 0,
     insidetextfont: { color: "#111111" },
     marker: { color: bars.map((b) => b.colour), line: { color: bars.map((b) => b.colour), width: 1 } },
     customdata: bars.map((b) => [b.label, b.start, b.end]),
@@ -79,44 +82,52 @@ function barTrace(bars) {
   };
 }
 
-// Ranges are copied, since plotly changes the arrays that it is given.
+const hasSecondAxis = data.panels.some((panel) => panel.linked && "yaxis2" in panel.layout);
+const BAND_FROM = 110; // px: names of the rows stand there, so all panels begin there
+
+function tracesOf(panel) {
+  const traces = panel.curves.map((curve) => ({ ...curve.trace, ...visible(curve, panel.shown) }));
+  if (panel.bars.length) traces.push(barTrace(panel));
+  return traces;
+}
+
 function layoutOf(panel) {
+  const base = baseLayout("yaxis2" in panel.layout);
+  if (!NARROW.matches) base.margin = { ...base.margin, l: BAND_FROM, r: hasSecondAxis ? 74 : 20 };
+  if (NARROW.matches && panel.bars.length) base.margin.l = 84;
+  const yaxis = { ...panel.layout.yaxis };
+  if (NARROW.matches && yaxis.categoryarray) {
+    yaxis.tickvals = yaxis.categoryarray;
+    yaxis.ticktext = yaxis.categoryarray.map((row) => row.replace(" ", "<br>"));
+  }
   return {
-    height: panel.height,
-    margin: { l: 128, r: 80, t: 34, b: 44 },
-    font: { family: "system-ui, Segoe UI, Liberation Sans, DejaVu Sans, sans-serif", size: 13, color: "#222" },
-    hovermode: "x unified", dragmode: "zoom",
-    legend: { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom" },
-    showlegend: true,
-    ...panel.layout,
-    yaxis: { ...panel.layout.yaxis, automargin: false },
-    xaxis: { ...data.axis, title: { text: "time (s)" }, range: [...panel.whole], hoverformat: ".6~g" },
+    ...base, height: NARROW.matches ? Math.min(panel.height, 260) : panel.height, hovermode: "x unified", ...panel.layout,
+    yaxis,
+    xaxis: { ...data.axis, title: { text: "time (s)" }, range: [...panel.shown], hoverformat: ".6~g",
+      nticks: NARROW.matches ? 6 : 12 },
   };
 }
 
 const panels = [];
 
-function makePanel(panel) {
+async function makePanel(panel) {
   const section = document.createElement("section");
   section.className = "panel";
   section.id = panel.name;
-  const title = section.appendChild(document.createElement("h2"));
-  title.textContent = panel.title;
-  const note = section.appendChild(document.createElement("p"));
-  note.textContent = panel.note;
+  section.appendChild(document.createElement("h2")).textContent = panel.title;
+  section.appendChild(document.createElement("p")).textContent = panel.note;
+  panel.legend = section.appendChild(document.createElement("ul"));
+  panel.legend.className = "legend";
   panel.plot = section.appendChild(document.createElement("div"));
   document.getElementById("panels").appendChild(section);
 
   panel.whole = panel.range || data.range;
+  panel.shown = panel.range || data.shown;
   for (const curve of panel.curves) curve.values = decode(curve.samples, Float32Array);
-  const traces = panel.curves.map((curve) => ({ ...curve.trace, ...visible(curve, panel.whole) }));
-  if (panel.bars.length) traces.push(barTrace(panel.bars));
-  Plotly.newPlot(panel.plot, traces, layoutOf(panel), {
-    displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-    toImageButtonOptions: { format: "svg", filename: panel.name },
-  });
-  panel.plot.on("plotly_relayout", (change) => onRelayout(panel, change));
   panels.push(panel);
+  panel.view = { node: panel.plot, legend: panel.legend, traces: () => tracesOf(panel), layout: () => layoutOf(panel),
+    onRelayout: (change) => onRelayout(panel, change) };
+  await drawPlot(panel.view);
 }
 
 // The time range that a change asks for; undefined if it concerns something else.
@@ -130,22 +141,29 @@ function rangeOf(panel, change) {
 let isLinking = false;
 
 function show(panel, range) {
-  const drawn = panel.curves.map((curve) => visible(curve, range));
-  const traces = panel.curves.map((_, i) => i);
-  if (traces.length === 0) return Plotly.relayout(panel.plot, { "xaxis.range": [...range] });
-  return Plotly.update(panel.plot, { x: drawn.map((d) => d.x), y: drawn.map((d) => d.y) }, { "xaxis.range": [...range] }, traces);
+  panel.shown = [...range];
+  return drawAgain(panel.view);
+}
+
+function tellRange(range) {
+  const place = document.getElementById("range");
+  if (place) place.textContent = `${Number(range[0].toPrecision(5))} to ${Number(range[1].toPrecision(5))} s`;
+}
+
+async function showAll(range, only) {
+  isLinking = true;
+  try {
+    await Promise.all((only || panels.filter((panel) => panel.linked)).map((panel) => show(panel, range)));
+    if (!only) tellRange(range);
+  } finally {
+    isLinking = false;
+  }
 }
 
 async function onRelayout(panel, change) {
   const range = rangeOf(panel, change);
   if (isLinking || !range) return;
-  isLinking = true;
-  try {
-    const others = panel.linked ? panels.filter((p) => p.linked && p !== panel) : [];
-    await Promise.all([panel, ...others].map((p) => show(p, [...range])));
-  } finally {
-    isLinking = false;
-  }
+  await showAll([...range], panel.linked ? undefined : [panel]);
 }
 
 // Paper is narrower than the screen and shows what is folded away.
@@ -154,6 +172,19 @@ function fitTo(width_px) {
   for (const details of document.querySelectorAll("details")) details.open = Boolean(width_px);
 }
 
-data.panels.forEach(makePanel);
-window.addEventListener("beforeprint", () => fitTo(PRINT_WIDTH_PX));
-window.addEventListener("afterprint", () => fitTo(0));
+async function drawPanels() {
+  if (tellIfMissing(document.getElementById("panels"))) return;
+  for (const panel of data.panels) await makePanel(panel);
+  tellRange(data.shown);
+  const isPart = data.shown[0] > data.range[0] || data.shown[1] < data.range[1];
+  const part = document.getElementById("part");
+  if (part) {
+    part.hidden = !isPart;
+    part.addEventListener("click", () => showAll(data.shown));
+    document.getElementById("whole").addEventListener("click", () => showAll(data.range));
+  }
+  window.addEventListener("beforeprint", () => fitTo(PRINT_WIDTH_PX));
+  window.addEventListener("afterprint", () => fitTo(0));
+}
+
+const panelsDrawn = drawPanels();

@@ -1,12 +1,8 @@
-"""The HTML report: one file that opens without a network. Signals go into it whole, as 32-bit numbers in base64; the
-page's own script draws as many of them as the screen can show, and every sample once zoomed in."""
-import base64
+"""The HTML report of a run: verdict, margin, advice and delay budget, then the signals over time. It opens on the part
+that matters, and without a network; its plots need the script file that all pages share, see page_data."""
 import html
-import json
-from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 import report_accuracy
 import report_arm
@@ -14,92 +10,10 @@ import report_delay
 import report_reduction
 import report_signals as signals
 import report_words as told
+from page_data import AXIS, VERDICT_CLASSES, Page, filled, script_safe, shared_parts
 
-HERE = Path(__file__).resolve().parent
-
-# Samples that a page keeps of one signal. Longer runs are thinned out to the lowest and highest of each stretch.
-SAMPLES_MAX = 60_000
 # Stretches that a row of the state band may have before close ones are drawn as one.
 BARS_PER_ROW_MAX = 400
-
-AXIS = {"gridcolor": "#E6E6E6", "zeroline": True, "zerolinecolor": "#CCCCCC", "linecolor": "#999999",
-        "ticks": "outside", "tickcolor": "#999999", "showline": True}
-
-
-def encoded(values, kind):
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
-
-
-def thinned(time_s, values, samples_max=SAMPLES_MAX):
-    """At most `samples_max` samples: the lowest and the highest of each stretch, in their order. Also the length of a
-    stretch, 1 if all samples are there."""
-    stretch = -(-len(values) // (samples_max // 2)) if len(values) > samples_max else 1
-    if stretch == 1:
-        return time_s, values, 1
-    whole = len(values) // stretch * stretch
-    blocks = values[:whole].reshape(-1, stretch)
-    first = np.arange(0, whole, stretch)
-    picked = np.unique(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1),
-                                       np.arange(whole, len(values)))))
-    return time_s[picked], values[picked], stretch
-
-
-def with_gaps(time_s, values, period_s):
-    """A NaN where samples are missing, so that no line is drawn across."""
-    gaps = np.flatnonzero(np.diff(time_s) > 1.5 * period_s) + 1
-    return np.insert(time_s, gaps, time_s[gaps] - 0.5 * period_s), np.insert(values, gaps, np.nan)
-
-
-class Page:
-    """Collects what the page's script needs."""
-
-    def __init__(self, log=None, samples_max=SAMPLES_MAX):
-        self.log = log
-        self.samples_max = samples_max
-        self.clocks = []  # time axes, shared between signals
-        self.panels = []
-        self.coarsest = 1
-
-    def clock(self, time_s):
-        """Place of a time axis in `clocks`; evenly spaced ones need no samples."""
-        clock = {"samples": encoded(time_s, "<f8")}
-        if len(time_s) > 1:
-            step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
-            if np.abs(np.diff(time_s) - step_s).max() < 1e-9:
-                clock = {"start": time_s[0], "step": step_s, "count": len(time_s)}
-        if clock not in self.clocks:
-            self.clocks.append(clock)
-        return self.clocks.index(clock)
-
-    def curve(self, time_s, values, trace):
-        """Adds the samples to a plotly trace."""
-        time_s, values, stretch = thinned(time_s, values, self.samples_max)
-        self.coarsest = max(self.coarsest, stretch)
-        return {"clock": self.clock(time_s), "samples": encoded(values, "<f4"), "trace": trace}
-
-    def curve_of(self, signal, unit):
-        line = {"color": signal.colour, "width": 1.6, "dash": signal.dash}
-        if signal.is_step:
-            line["shape"] = "hv"
-        trace = {"type": "scatter", "mode": "lines", "name": signal.label, "line": line,
-                 "hovertemplate": f"%{{y:.6~g}} {unit}"}
-        if signal.is_second_axis:
-            trace["yaxis"] = "y2"
-        time_s, values = with_gaps(signal.time_s, signal.values, self.log.period_s)
-        return self.curve(time_s, values, trace)
-
-    def add(self, name, title, note, curves, layout, height_px=300, **more):
-        self.panels.append({"name": name, "title": title, "note": note, "curves": curves, "layout": layout,
-                            "height": height_px, "bars": [], "linked": True} | more)
-
-    def add_signals(self, name, title, note, found, axis_title, unit, layout=None, **more):
-        layout = {"yaxis": AXIS | {"title": {"text": axis_title}}} | (layout or {})
-        self.add(name, title, note, [self.curve_of(signal, unit) for signal in found], layout, **more)
-
-    def data(self, start_s, end_s):
-        """What the page's script reads, as JSON that can stand in a script element."""
-        data = {"clocks": self.clocks, "panels": self.panels, "axis": AXIS, "range": [start_s, end_s]}
-        return script_safe(json.dumps(data, separators=(",", ":"), allow_nan=False))
 
 
 def rest_shapes(log):
@@ -109,8 +23,7 @@ def rest_shapes(log):
              "line": {"width": 0}, "layer": "below"} for start, end in stretches[:50]]
 
 
-def add_positions(page):
-    log = page.log
+def add_positions(page, log):
     layout = {"shapes": rest_shapes(log), "annotations": []}
     note = "Grey: the supervisor does not let the robot move."
     if log.is_contact:
@@ -125,11 +38,17 @@ def add_positions(page):
                      height_px=360)
 
 
-def add_forces(page):
+def add_following(page, log):
+    page.add_signals("following", "Following error",
+                     "Command less position of the robot, at the same tick: what the dead time and the robot leave.",
+                     signals.following(log), "command − robot (mm)", "mm", {"shapes": rest_shapes(log)}, height_px=220)
+
+
+def add_forces(page, log):
     page.add_signals("forces", "Forces",
                      "The sensor spring, what the sensor makes of it, and what the loop works with, after the delay "
                      "of the sensor. All are drawn as they were at the ticks; the spring's force also jumps between.",
-                     signals.forces(page.log), "force (N)", "N", {"shapes": rest_shapes(page.log)})
+                     signals.forces(log), "force (N)", "N", {"shapes": rest_shapes(log)})
 
 
 def second_axis(title):
@@ -137,9 +56,8 @@ def second_axis(title):
                               "tickmode": "auto"}}
 
 
-def add_sides(page):
+def add_sides(page, log):
     """The robot's axes beside that of the loop."""
-    log = page.log
     shapes = {"shapes": rest_shapes(log)}
     panels = (("side-ways", "Pose: ways beside the direction", signals.sides(log, False), "way (mm)", "mm", shapes),
               ("side-turns", "Pose: turns", signals.sides(log, True), "turn (mrad)", "mrad", shapes),
@@ -151,19 +69,18 @@ def add_sides(page):
                              layout)
 
 
-def add_energy(page):
-    found = signals.energies(page.log)
+def add_energy(page, log):
+    found = signals.energies(log)
     if found:
         page.add_signals("energy", "Energy",
                          "Sums since the loop began to run, and what is stored in the manipulator. Between the force that "
                          "the loop uses and the motion that the robot makes lies the dead time: what it makes comes "
                          "from nowhere.",
-                         found, "energy (J)", "J", {"shapes": rest_shapes(page.log)})
+                         found, "energy (J)", "J", {"shapes": rest_shapes(log)})
 
 
-def add_compensation(page):
+def add_compensation(page, log):
     """What goes on in the units that are switched on."""
-    log = page.log
     shapes = {"shapes": rest_shapes(log)}
 
     panels = (
@@ -188,8 +105,7 @@ def add_compensation(page):
             page.add_signals(name, title, note, found, axis_title, unit, layout)
 
 
-def add_dead_time(page):
-    log = page.log
+def add_dead_time(page, log):
     found = signals.dead_time(log)
     if found is None:
         return
@@ -198,7 +114,7 @@ def add_dead_time(page):
              "ayref": "y", "text": "", "arrowhead": 2, "arrowwidth": 2, "arrowcolor": "#333333"}
     label = {"x": found.robot_s, "y": found.level_mm, "xanchor": "left", "yanchor": "top", "xshift": 8,
              "text": f"<b>{late_ms:.2f} ms</b>", "showarrow": False, "font": {"size": 14},
-             "bgcolor": "rgba(255,255,255,0.8)"}
+             "bgcolor": "#FFFFFFCC"}
     page.add_signals("dead-time", "Dead time: command and robot",
                      f"Where the command is fastest, the robot passes the same place {late_ms:.2f} ms later "
                      f"(configured dead time: {log.config['robot']['dead_time_ms']:g} ms). This plot has its own "
@@ -217,7 +133,7 @@ def height_range(height_mm, used):
 def height_ticks(low, high):
     """An axis from one power of ten to another: labels at whole powers, or where plotly likes them if there are too few."""
     decades = high - low
-    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {}
+    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {"dtick": "D2"} if decades > 0.7 else {}
     return {"range": [low, high], "exponentformat": "power"} | ticks
 
 
@@ -265,8 +181,7 @@ def merged(bars, shortest_gap_s):
     return result
 
 
-def add_band(page):
-    log = page.log
+def add_band(page, log):
     rows = {}
     for bar in signals.bars(log):
         rows.setdefault(bar.row, []).append(bar)
@@ -284,28 +199,25 @@ def add_band(page):
               "uniformtext": {"mode": "hide", "minsize": 10}}, height_px=80 + 30 * len(rows), bars=bars)
 
 
-def add_health(page):
-    log = page.log
-    lateness_us = 1e-3 * np.max(log.tick["woke_ns"] - log.tick["scheduled_ns"])
-    second = AXIS | {"title": {"text": "lateness (µs)"}, "overlaying": "y", "side": "right", "showgrid": False,
-                     "rangemode": "tozero", "tickmode": "auto"}
-    if lateness_us == 0:
-        second["range"] = [0, 1]
-    page.add_signals("timing", "Loop health: timing",
-                     "How long ago the force that each tick uses arrived, and how late the loop woke "
-                     + ("(never: the simulation owns the time)." if lateness_us == 0 else "after its due time."),
-                     signals.timing(log), "", "",
-                     {"yaxis": AXIS | {"title": {"text": "force age (ms)"}, "rangemode": "tozero"},
-                      "yaxis2": second}, height_px=240)
-    found = signals.counts(log)
-    highest = max(signal.values[-1] for signal in found)
-    axis = AXIS | {"title": {"text": "total (1)"}, "rangemode": "tozero", "tickformat": "~d"}
-    if highest == 0:
-        axis["range"] = [0, 1]
-        axis["nticks"] = 2
-    page.add_signals("counts", "Loop health: missed ticks and lost frames",
-                     "There were none." if highest == 0 else "Totals since the start.", found, "", "",
-                     {"yaxis": axis}, height_px=220)
+def add_health(page, log):
+    """How old the force was and how late the loop woke; totals of what went wrong, if anything did."""
+    found = signals.timing(log)
+    is_ever_late = len(found) > 1
+    missed = signals.counts(log)
+    layout = {"yaxis": AXIS | {"title": {"text": "force age (ms)"}, "rangemode": "tozero"}}
+    if is_ever_late:
+        layout |= second_axis("lateness (µs)")
+        layout["yaxis2"]["rangemode"] = "tozero"
+    note = "How long ago the force that each tick uses arrived. "
+    note += "Lateness is the time from when a tick was due to when the loop woke. " if is_ever_late else \
+        "The loop never woke late. "
+    if not missed:
+        note += "No tick was missed, no frame was rejected, lost or in error."
+    page.add_signals("timing", "Loop health", note, found, "", "", layout, height_px=240)
+    if missed:
+        page.add_signals("counts", "Missed ticks and lost frames", "Totals since the start.", missed, "", "",
+                         {"yaxis": AXIS | {"title": {"text": "total (1)"}, "rangemode": "tozero", "tickformat": "~d"}},
+                         height_px=220)
 
 
 def config_table(log, assumed):
@@ -323,50 +235,56 @@ def config_table(log, assumed):
     return "\n".join(lines)
 
 
+def told_list(found):
+    return "\n".join(f"<dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd>" for name, value in found)
+
+
 def fact_tiles(found):
     return "\n".join(f'<div class="fact"><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd>'
                      f'<dd class="remark">{html.escape(remark)}</dd></div>' for name, value, remark in found)
 
 
-def script_safe(text):
-    """Text that cannot end the script element it stands in."""
-    return text.replace("</", "<\\/")
+def span(log):
+    """First and last moment of the log in s."""
+    if len(log.tick_s) == 0:
+        return 0.0, 0.0
+    return float(log.tick_s[0]), float(log.tick_s[-1] + log.period_s)
 
 
-def filled(template, parts):
-    """A template of this folder with @@name@@ replaced by parts[name]."""
-    pieces = (HERE / template).read_text(encoding="utf-8").split("@@")
-    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+def fill(page, log, summary):
+    """All panels of a run that has ticks."""
+    add_positions(page, log)
+    add_following(page, log)
+    add_forces(page, log)
+    add_dead_time(page, log)
+    add_energy(page, log)
+    add_envelope(page, summary)
+    add_sides(page, log)
+    add_compensation(page, log)
+    add_band(page, log)
+    add_health(page, log)
 
 
-def build_page(log, summary, accuracy=None, sweeps=None):
-    """The whole page as text. `accuracy`: what `berth accuracy` found of the run's arm, see report_accuracy; `sweeps`: what
-    `berth reduce` found of it, see report_reduction."""
-    page = Page(log)
+def build_page(log, summary, path, accuracy=None, sweeps=None):
+    """The whole page as text, for a file at `path`. `accuracy`: what `berth accuracy` found of the run's arm, see
+    report_accuracy; `sweeps`: what `berth reduce` found of it, see report_reduction."""
+    whole_s = span(log)
+    shown_s = signals.part_that_matters(log, summary)
+    page = Page(log.period_s, None if shown_s == whole_s else shown_s)
     if len(log.tick_s):
-        add_positions(page)
-        add_dead_time(page)
-        add_forces(page)
-        add_sides(page)
-        add_energy(page)
-        add_compensation(page)
-        add_envelope(page, summary)
-        add_band(page)
-        add_health(page)
+        fill(page, log, summary)
+    data = page.data(*whole_s)
     verdict = told.verdict(log, summary)
-    notes = list(verdict.notes)
-    if page.coarsest > 1:
-        notes.append(f"The run is long: of every {page.coarsest} samples the lowest and the highest are shown.")
-    end_s = float(log.tick_s[-1] + log.period_s) if len(log.tick_s) else 0.0
-    start_s = float(log.tick_s[0]) if len(log.tick_s) else 0.0
-    parts = {
+    notes = [*verdict.notes, page.thinning_words()]
+    parts = shared_parts(path, ("report_arm.css",), ("report_page.js", "report_arm.js")) | {
         "title": html.escape(log.config["name"]),
         "description": html.escape(log.config["description"]),
         "verdict": html.escape(verdict.word),
-        "verdict_colour": verdict.colour,
-        "alarm": f'<strong class="alarm">{html.escape(verdict.alarm)}</strong>' if verdict.alarm else "",
+        "verdict_class": VERDICT_CLASSES[verdict.colour],
+        "alarm": f'<span class="alarm">{html.escape(verdict.alarm)}</span>' if verdict.alarm else "",
         "sentence": html.escape(verdict.sentence),
-        "notes": "\n".join(f"<li>{html.escape(note)}</li>" for note in notes),
+        "told": told_list(told.margin_and_advice(log, summary)),
+        "notes": "\n".join(f"<li>{html.escape(note)}</li>" for note in notes if note),
         "facts": fact_tiles(told.facts(log, summary)),
         "delay": report_delay.section(summary["delay_budget"]),
         "config": config_table(log, summary["assumed"]),
@@ -374,13 +292,9 @@ def build_page(log, summary, accuracy=None, sweeps=None):
         "version": html.escape(log.version),
         "log": html.escape(log.path.name),
         "replay": html.escape(f"build/berth replay {log.path}"),
-        "style": (HERE / "report_page.css").read_text(encoding="utf-8"),
-        "data": page.data(start_s, end_s),
-        "script": script_safe((HERE / "report_page.js").read_text(encoding="utf-8")),
+        "data": data,
         "accuracy": report_accuracy.section(accuracy),
         "reduction": report_reduction.section(log, sweeps),
         "arm": script_safe(report_arm.scene(log)),
-        "arm_script": script_safe((HERE / "report_arm.js").read_text(encoding="utf-8")),
-        "plotly": get_plotlyjs(),
     }
     return filled("report_page.html", parts)

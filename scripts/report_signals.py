@@ -72,6 +72,16 @@ def command_and_robot(log):
     return signals
 
 
+def following(log):
+    """Command less robot in mm, at each tick: the robot's true position, or the reported one where that is not known."""
+    command_mm = 1e3 * log.tick["command_position_m"]
+    if not log.rig:
+        return [Signal("command − robot, as reported", REPORTED, log.tick_s,
+                       command_mm - 1e3 * log.tick["robot_position_m"])]
+    robot_mm = np.interp(log.tick_s, log.rig_s, 1e3 * log.rig["robot_position_m"])
+    return [Signal("command − robot", ROBOT, log.tick_s, command_mm - robot_mm)]
+
+
 def forces(log):
     """Forces in N, from the sensor spring to the manipulator."""
     tick, rig = log.tick, log.rig
@@ -188,23 +198,26 @@ def believed_dead_time(log):
 
 
 def timing(log):
-    """Age of the newest force frame in ms, and on a second axis how late the loop woke in us."""
+    """Age of the newest force frame in ms, and on a second axis how late the loop woke in us, if it ever did."""
     tick = log.tick
     lateness_us = 1e-3 * (tick["woke_ns"] - tick["scheduled_ns"])
     age_ms = 1e-6 * tick["force_frame_age_ns"]
-    return [Signal("age of the newest force frame", MANIPULATOR, log.tick_s, age_ms, is_step=True),
-            Signal("woke late by (right axis)", ROBOT, log.tick_s, lateness_us, "dot", is_second_axis=True)]
+    found = [Signal("age of the newest force frame", MANIPULATOR, log.tick_s, age_ms, is_step=True)]
+    if lateness_us.any():
+        found.append(Signal("lateness of the wake-up (right axis)", ROBOT, log.tick_s, lateness_us, "dot",
+                            is_second_axis=True))
+    return found
 
 
 def counts(log):
-    """Totals of what went wrong on the way."""
+    """Totals of what went wrong on the way; none where nothing did."""
     tick = log.tick
     totals = (("missed ticks", ROBOT, "solid", np.cumsum(tick["missed_ticks"], dtype=np.int64)),
               ("rejected frames", COMMAND, "dash", tick["rejected_frames"]),
               ("lost frames", MANIPULATOR, "dot", tick["lost_frames"]),
               ("error frames", REPORTED, "solid", tick["error_frames"]))
     return [Signal(f"{name}: {total[-1]}", colour, log.tick_s, total.astype(float), dash, is_step=True)
-            for name, colour, dash, total in totals]
+            for name, colour, dash, total in totals if total[-1] > 0]
 
 
 def bars(log):
@@ -240,6 +253,26 @@ def lively_until(log):
     end_s = log.tick_s[-1] + log.period_s
     lively = np.flatnonzero(distance > 0.01 * distance.max())
     return min(1.1 * log.tick_s[lively[-1]], end_s) if lively.size else end_s
+
+
+# Before a stop: so many doublings of the motion are of interest, and so many seconds at least. After it: a share of that.
+DOUBLINGS_SHOWN, BEFORE_STOP_MIN_S, AFTER_STOP_SHARE = 10, 1.0, 0.25
+WHOLE_FROM_SHARE = 0.8  # of the run: a part that is longer is no part
+
+
+def part_that_matters(log, summary):
+    """(from, to) in s: what led to the stop of a loop that was stopped, else the motion until it has died down."""
+    if len(log.tick_s) == 0:
+        return 0.0, 0.0
+    start_s, end_s = float(log.tick_s[0]), float(log.tick_s[-1] + log.period_s)
+    state, since_s, _ = stretches(log.tick["state"], log.tick_s, log.period_s)[-1]
+    from_s, to_s = start_s, float(lively_until(log))
+    if name_of(STATES, state) in ("fault", "holding"):
+        doubling_s = summary["doubling_time_s"]
+        before_s = since_s - start_s if doubling_s is None else max(BEFORE_STOP_MIN_S, DOUBLINGS_SHOWN * doubling_s)
+        from_s = max(start_s, float(since_s) - before_s)
+        to_s = min(end_s, float(since_s) + AFTER_STOP_SHARE * max(BEFORE_STOP_MIN_S, float(since_s) - from_s))
+    return (start_s, end_s) if to_s - from_s > WHOLE_FROM_SHARE * (end_s - start_s) else (from_s, to_s)
 
 
 def not_running(log):

@@ -98,10 +98,22 @@ def margin_words(margin):
     return ", ".join(part for part in (dead_time, f"modulus {margin['modulus']:.4f}") if part)
 
 
+def margin_and_advice(log, summary):
+    """(name, words): how far the loop is from its limit, and what to change; what is not known is left out."""
+    found = []
+    margin = margin_words(summary["margin"])
+    if margin:
+        found.append(("Margin", margin))
+    elif summary["stable"] is False:
+        found.append(("Margin", "none: the loop is beyond its limit"))
+    if summary["advice"]:
+        found.append(("Advice", summary["advice"].replace(": -", ": −")))
+    return found
+
+
 def verdict(log, summary):
     """The run's verdict as `berth run` tells it, and what has to be known beside it."""
-    notes = [f"Advice: {summary['advice']}."] if summary["advice"] else []
-    notes += [note for note in (stop_sentence(log, summary),) if note]
+    notes = [note for note in (stop_sentence(log, summary),) if note]
     if summary["limit_ticks"] and any(summary["limit_ticks"].values()):
         notes.append(f"Limits acted (ticks): {limit_words(summary)}.")
     if summary["motors"] and summary["motors"]["limit_ticks"]:

@@ -1,6 +1,7 @@
 """A page in headless Chromium, by the browser's own debugging protocol: JSON texts that end in a zero byte, over two
 pipes. No clock is bent and none is waited for: a question is answered when the page has the answer."""
 
+import base64
 import json
 import os
 import select
@@ -62,6 +63,22 @@ class Browser:
         answer = self.next_message(lambda message: message.get("id") == question["id"])
         assert "error" not in answer, (method, answer["error"])
         return answer["result"]
+
+    def look(self, width_px, scheme):
+        """Opens the page again on a screen of this width, light or dark. A narrow one is a phone: touched, no mouse."""
+        self.ask("Emulation.setDeviceMetricsOverride", width=width_px, height=900, deviceScaleFactor=1,
+                 mobile=width_px < 600)
+        self.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        self.events.clear()
+        self.ask("Page.reload")
+        self.wait_for("Page.loadEventFired")
+
+    def picture(self, path):
+        """The whole page as a PNG."""
+        width, height = self.evaluate("[innerWidth, document.documentElement.scrollHeight]")
+        clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
+        found = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)
+        path.write_bytes(base64.b64decode(found["data"]))
 
     def evaluate(self, script):
         """The value of an expression in the page; a promise is waited for."""

@@ -14,7 +14,7 @@ import claims as claims_module  # noqa: E402
 from berth_program import Berth  # noqa: E402
 from loop_matrix import Loop, coupled_rigs, loop_matrices  # noqa: E402
 from paper_case import FAST, HALF, RIGS, SLOW, Case, assumptions_of  # noqa: E402
-from paper_data import ROBOT, PaperData  # noqa: E402
+from paper_data import ADDED_SAMPLES, ROBOT, PaperData  # noqa: E402
 from paper_search import RANGES, Search  # noqa: E402
 
 LOOPS = {FAST: dict(rate_Hz=400, T_R=17.5e-3, T_S=2.5e-3), SLOW: dict(rate_Hz=50, T_R=40e-3, T_S=20e-3),
@@ -93,7 +93,7 @@ def test_claim_1_two_passive_systems_go_unstable_through_dead_time_and_the_objec
 def test_claim_2_every_further_sample_of_dead_time_adds_one_eigenvalue(rig, figure, claims, data):
     claim = the(claims, "2", figure)
     loop = LOOPS[rig]
-    for added, count in enumerate(claim.values["counts"]):
+    for added, count in zip(ADDED_SAMPLES, claim.values["counts"], strict=True):
         matrix = loop_matrices(Loop(**{**loop, "T_R": loop["T_R"] + added / loop["rate_Hz"]}))[0]
         assert len(matrix) == count
     expected = np.linalg.eigvals(loop_matrices(Loop(**loop))[0])

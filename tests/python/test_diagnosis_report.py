@@ -10,9 +10,9 @@ import scipy.signal
 from browser import Browser
 from conftest import EXIT_DONE, command
 from known_faults import BACKLASH_m, FAULTS, RATE_Hz, SEED, made, place_in, report, told, write_record  # noqa: F401
-from test_report import Page
+from test_report import Page, is_beside
 
-SIZE_MAX_BYTES = 10e6
+SIZE_MAX_BYTES = 1e6
 SIZES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "kN": 1e3, "N": 1.0, "mN": 1e-3, "µN": 1e-6}
 
 
@@ -233,7 +233,7 @@ def test_every_plot_is_drawn_in_a_browser(made, tmp_path):
     assert traces == {"robot-signals": 3, "robot-errors": 2}
     for name, panel in seen["panels"].items():
         assert panel["lines"] == panel["traces"] and panel["height"] > 200, (name, panel)
-        assert min(panel["points"]) > 2000
+        assert min(panel["points"]) > 1000
     wanted = {"robot-position": 4, "robot-velocity": 4, "robot-spectrum": 3}
     ranking = told(folder)["blocks"][0]["ranking"]
     if ranking:
@@ -243,8 +243,8 @@ def test_every_plot_is_drawn_in_a_browser(made, tmp_path):
         marks = 2 * len(ranking) if name.endswith("ranking") else wanted[name]
         assert plot["marks"] >= marks and plot["height"] > 250 and plot["width"] > 300, (name, plot)
     assert verdict != "named" or ranking
-    for span, points in zoomed:  # all zoom together, and show every row
-        assert span == [5, 6] and points == pytest.approx(RATE_Hz, abs=3)
+    for span, points in zoomed:  # all zoom together, and show what the page holds there
+        assert span == [5, 6] and 50 < points < RATE_Hz + 3
 
 
 def test_drawn_errors_are_those_of_the_record(made):
@@ -256,14 +256,21 @@ def test_drawn_errors_are_those_of_the_record(made):
     panel = next(panel for panel in page.data["panels"] if panel["name"] == "robot-errors")
     unit = re.search(r"error \((.*)\)", panel["layout"]["yaxis"]["title"]["text"])[1]
     rows = np.rint(time_s * RATE_Hz).astype(int)
-    assert len(rows) > 0.9 * len(error_m)
     late = rows > 2 * RATE_Hz
+    assert late.sum() > 1000
     assert np.allclose(SIZES[unit] * drawn[late], error_m[rows[late]], atol=1e-9)
+    assert SIZES[unit] * drawn[late].max() == pytest.approx(error_m[rows[late][0]:rows[-1]].max(), abs=1e-9)
     assert np.sqrt(np.mean(after**2)) <= 1.01 * np.sqrt(np.mean(drawn**2))  # as fits weigh it: about 0
-    measured, given, extended = (page.curve("robot-signals", name)[1]
-                                 for name in ("measured", "simulated, rig as given", "simulated, extended"))
-    assert np.allclose(1e-3 * (measured - given), SIZES[unit] * drawn, atol=1e-8)
-    assert np.allclose(1e-3 * (measured - extended), SIZES[unit] * after, atol=1e-8)
+    signals = {name: dict(zip(np.rint(RATE_Hz * times_s).astype(int), values)) for name in
+               ("measured", "simulated, rig as given", "simulated, extended")
+               for times_s, values in (page.curve("robot-signals", name),)}
+    for name, error in (("simulated, rig as given", "as given"), ("simulated, extended", "extended")):
+        errors = {row: value for times_s, values in (page.curve("robot-errors", error),)
+                  for row, value in zip(np.rint(RATE_Hz * times_s).astype(int), values)}
+        common = [row for row in errors if row in signals["measured"] and row in signals[name]]
+        assert len(common) > 20
+        differences = [1e-3 * (signals["measured"][row] - signals[name][row]) for row in common]
+        assert np.allclose(differences, [SIZES[unit] * errors[row] for row in common], atol=1e-8)
 
 
 def test_the_spectrum_is_scipys(made):
@@ -296,9 +303,9 @@ def test_the_page_is_complete_and_small(made):
     page = Page(path)
     for tag, attributes in page.elements:
         assert tag not in ("link", "img", "iframe", "object", "embed", "base"), (tag, attributes)
-        assert not {"src", "srcset", "data", "action"} & set(attributes), (tag, attributes)
-    ours = [text for text in page.scripts if "plotly.js v" not in text[:400]]
-    assert not re.search(r"url\(|https?:|@import|fetch\(|XMLHttpRequest", "".join(ours))
+        assert not {"srcset", "data", "action"} & set(attributes), (tag, attributes)
+        assert "src" not in attributes or tag == "script" and is_beside(path, attributes["src"]), (tag, attributes)
+    assert not re.search(r"url\(|https?:(?!//www.w3.org/2000/svg)|@import|fetch\(|XMLHttpRequest", "".join(page.scripts))
     pixels = matplotlib.image.imread(folder / "report.png")[..., :3]
     assert pixels.shape == (1000, 1600, 3) and 0.02 < np.mean(pixels.min(axis=2) < 0.9) < 0.6
 
@@ -350,7 +357,7 @@ def test_a_long_record_stays_small_and_keeps_its_extremes(tmp_path):
     assert done.returncode == EXIT_DONE, done.stderr
     assert (tmp_path / "report.html").stat().st_size < SIZE_MAX_BYTES
     page = Page(tmp_path / "report.html")
-    assert "the lowest and the highest are shown" in page.text
+    assert "the lowest and the highest are drawn" in page.text
     time_s, drawn = page.curve("robot-errors", "extended")
     assert len(drawn) < 0.1 * len(long)
     assert time_s[np.nanargmax(drawn)] == pytest.approx(spike / RATE_Hz, abs=1e-6)

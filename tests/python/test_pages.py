@@ -1,0 +1,269 @@
+"""Every kind of page as a reader sees it, in headless Chromium: on a phone and a desk's screen, light and dark. Nothing
+is wider than the screen, no text lies on another, every plot is drawn, every axis has a unit, no curve hides another."""
+
+import itertools
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from browser import Browser
+from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object
+from matplotlib.image import imread
+from test_report import made as made_report
+from test_report import report
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import page_data  # noqa: E402
+from berth_map import read_map  # noqa: E402
+from claims import Claim  # noqa: E402
+from figures_page import build_page as build_figures  # noqa: E402
+from paper_figures import Contour, Curve, Figure, Plot, Surface  # noqa: E402
+
+CHECKS = (pathlib.Path(__file__).parent / "page_checks.js").read_text()
+SCREENS = list(itertools.product((390, 1400), ("light", "dark")))
+RUN_MAX_BYTES = 1e6
+# A stiff object on a robot of long dead time: it fails within the first second of sixty.
+FAILING = ["ess", "--robot", "abb-egm", "--set", "object.stiffness_N_per_m=200000"]
+
+
+def ran(folder, *arguments):
+    done = command("run", *arguments, "--out", folder)
+    assert done.returncode == EXIT_DONE, done.stderr.decode()
+    return next(folder.glob("*.ulg"))
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    log = ran(tmp_path_factory.mktemp("failing"), *FAILING)
+    made_report(log)
+    return log
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    log = ran(tmp_path_factory.mktemp("arm"), "concept-arm-copper", "--set", "run.duration_s=8")
+    made_report(log)
+    return log
+
+
+@pytest.fixture(scope="module")
+def diagnosis(tmp_path_factory):
+    """The example of `make diagnose`, shortened."""
+    folder = tmp_path_factory.mktemp("diagnosis")
+    log = ran(folder, "ess", "--set", "robot.transfer_frequency_Hz=12", "--set", "run.duration_s=15", "--set",
+              "profile.kind=multisine", "--set", "profile.amplitude_m=0.01", "--set", "profile.duration_s=10")
+    assert command("diagnose", log, "--rig", "ess", "--out", folder).returncode == EXIT_DONE
+    script = ROOT / "scripts" / "diagnosis_report.py"
+    done = subprocess.run([sys.executable, script, folder], capture_output=True, text=True)
+    assert done.returncode == EXIT_DONE, done.stderr
+    return folder / "report.html"
+
+
+def map_of(folder, *arguments):
+    done = command("map", "ess", "--vary", "elasticity", "--json", "--out", folder, *arguments)
+    return read_map(one_json_object(done.stdout)["csv"])
+
+
+@pytest.fixture(scope="module")
+def maps(tmp_path_factory):
+    """Of eigenvalues, and in the time domain with points that a fault ended."""
+    folder = tmp_path_factory.mktemp("maps")
+    return [map_of(folder / "plain", "--grid", "40x30"),
+            map_of(folder / "passivity", "--grid", "12x9", "--y-range", "0.01:0.15", "--set", "passivity.action=damping")]
+
+
+@pytest.fixture(scope="module")
+def figures(maps, tmp_path_factory):
+    """A page with a panel of each kind."""
+    plain, faulted = maps
+    x = np.linspace(0.0, 1.0, 50)
+    curves = [Curve("measured", "#D55E00", x, x**2), Curve("closed form", "#0072B2", x, x**2, "dash")]
+    found = [Figure("Fig. 5", "Amplitude", "In words.", [Plot("", "frequency (Hz)", "amplitude ratio (1)", curves)]),
+             Figure("Fig. 14", "Area", "In words.", [Surface(plain), Contour(plain)]),
+             Figure("Fig. 14 compensated", "Area", "In words.", [Contour(faulted, "passivity", plain)] * 3)]
+    path = tmp_path_factory.mktemp("figures") / "figures.html"
+    claims = [Claim("1", "It is so", "Fig. 5", -0.1, "0.9 of 1", remark="With more of it, it would be.")]
+    path.write_text(build_figures(found, claims, "ess", path))
+    return path
+
+
+@pytest.fixture(params=["failing", "arm", "diagnosis", "figures"])
+def page(request):
+    return request.getfixturevalue(request.param).with_suffix(".html")
+
+
+@pytest.mark.long
+def test_a_page_is_readable_on_every_screen(page, tmp_path):
+    with Browser(page, tmp_path) as browser:
+        for width_px, scheme in SCREENS:
+            browser.look(width_px, scheme)
+            browser.evaluate("(typeof allDrawn === 'undefined' ? panelsDrawn : allDrawn).then(() => true)")
+            assert browser.evaluate(CHECKS) == [], (width_px, scheme)
+            folder = os.environ.get("BERTH_PICTURES")
+            shot = (pathlib.Path(folder) if folder else tmp_path) / f"{page.parent.name}-{width_px}-{scheme}.png"
+            browser.picture(shot)
+            corner = imread(shot)[:8, :8, :3].mean()
+            assert corner > 0.95 if scheme == "light" else corner < 0.15, (width_px, scheme, corner)
+        assert browser.console == []
+
+
+@pytest.mark.long
+def test_the_checks_can_fail(failing, tmp_path):
+    """Each fault that is put on a page is told."""
+    faults = {"wider than the screen": "document.querySelector('h1').style.width = '2000px'",
+              "lies on": "document.querySelector('h1').style.marginBottom = '-40px'",
+              "is cut off": "Plotly.relayout(panels[0].plot, {'xaxis.title.text': 'time '.repeat(80) + '(s)'})",
+              "has no unit": "Plotly.relayout(panels[0].plot, {'yaxis.title.text': 'position'})",
+              "traces are drawn": "document.querySelector('.scatterlayer').replaceChildren()",
+              "there is no plot": "document.querySelector('#panels').replaceChildren()"}
+    with Browser(failing.with_suffix(".html"), tmp_path) as browser:
+        for told, fault in faults.items():
+            browser.look(1400, "light")
+            browser.evaluate("panelsDrawn.then(() => true)")
+            browser.evaluate(f"Promise.resolve({fault}).then(() => true)")
+            assert any(told in one for one in browser.evaluate(CHECKS)), told
+
+
+# Of each panel: its frame, and name and colour of each curve that is drawn there.
+CURVES = """panels.filter((panel) => panel.curves.length).map((panel) => {
+  const box = panel.plot.querySelector(".nsewdrag").getBoundingClientRect();
+  return [panel.name, [box.left, box.top + scrollY, box.right, box.bottom + scrollY],
+          tracesShown(panel.view).filter((trace) => trace.line).map((trace) => [trace.name, trace.line.color, trace.line.width])];
+})"""
+
+
+@pytest.mark.long
+def test_no_curve_hides_another(failing, tmp_path):
+    """Pixels of every curve's colour are on the picture, and of curves that may coincide the upper is the narrower."""
+    with Browser(failing.with_suffix(".html"), tmp_path / "profile") as browser:
+        browser.look(1400, "light")
+        browser.evaluate("panelsDrawn.then(() => true)")
+        panels = browser.evaluate(CURVES)
+        browser.picture(tmp_path / "page.png")
+    pixels = imread(tmp_path / "page.png")[..., :3]
+    assert len(panels) >= 6
+    for name, (left, top, right, bottom), curves in panels:
+        inside = pixels[int(top):int(bottom), int(left):int(right)]
+        widths = [width for *_, width in curves]
+        assert all(below > above for below, above in zip(widths, widths[1:])), (name, widths)
+        for label, colour, _ in curves:
+            rgb = np.array([int(colour[i:i + 2], 16) for i in (1, 3, 5)]) / 255.0
+            assert (np.abs(inside - rgb).max(axis=2) < 0.15).sum() > 40, (name, label)
+
+
+def test_a_page_opens_on_what_failed(failing):
+    """At 0.5 s of 60: the page shows from the start to shortly after, and tells verdict, margin, advice and delay first."""
+    page, _ = made_report(failing)
+    told = one_json_object(command("summary", failing, "--json").stdout)
+    from_s, to_s = page.data["shown"]
+    assert told["state"] == "fault" and page.data["range"][1] > 59
+    assert from_s == 0.0 and 0.5 < to_s < 1.2
+    places = [page.text.index(words) for words in ("Unstable", "doubles every", "Margin none", f"Advice {told['advice'][:20]}",
+                                                   f"Delay budget: {told['delay_budget']['total_ms']:.4g} ms", "Time shown",
+                                                   "The run in numbers")]
+    assert places == sorted(places)
+
+
+def test_a_page_of_a_stable_run_opens_on_its_motion(tmp_path):
+    log = ran(tmp_path, "ess")
+    page, _ = made_report(log)
+    from_s, to_s = page.data["shown"]
+    told = one_json_object(command("summary", log, "--json").stdout)
+    halvings = np.log2(100.0)  # the motion is seen down to a hundredth
+    assert from_s == 0.0 and to_s == pytest.approx(halvings * np.log(2.0) / -told["growth_per_s"], rel=0.25)
+    assert f"Margin at least {told['margin']['dead_time_ms']:.4g} ms of dead time" in page.text
+
+
+@pytest.mark.parametrize("name", ["failing", "arm", "diagnosis"])
+def test_a_page_is_below_a_megabyte(name, request):
+    assert request.getfixturevalue(name).with_suffix(".html").stat().st_size < RUN_MAX_BYTES
+
+
+def test_pages_of_the_build_folder_share_one_script(tmp_path):
+    """Wherever they lie in it; of a page elsewhere the script is beside it."""
+    deep = page_data.BUILD / "runs" / "ess" / "today" / "ess.html"
+    assert page_data.plotly_address(deep) == f"../../../assets/{page_data.PLOTLY}"
+    assert (page_data.BUILD / "assets" / page_data.PLOTLY).stat().st_size > 4e6
+    assert page_data.plotly_address(tmp_path / "a.html") == f"assets/{page_data.PLOTLY}"
+    script = tmp_path / "assets" / page_data.PLOTLY
+    whole = script.read_bytes()
+    script.write_bytes(whole[:1000])  # as a full disk leaves it
+    page_data.plotly_address(tmp_path / "b.html")
+    assert script.read_bytes() == whole
+
+
+def test_assets_that_cannot_be_written_are_named(tmp_path):
+    log = ran(tmp_path, "ess", "--set", "run.duration_s=1")
+    (tmp_path / "assets").write_text("")
+    done = report(log)
+    assert done.returncode == EXIT_INPUT and "assets" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.long
+def test_a_page_without_its_script_says_what_is_missing(failing, tmp_path):
+    alone = tmp_path / "alone.html"
+    alone.write_text(failing.with_suffix(".html").read_text())
+    with Browser(alone, tmp_path / "profile") as browser:
+        text = browser.evaluate("document.body.textContent")
+        assert f"The plots need the file assets/{page_data.PLOTLY}" in text and "Unstable" in text
+
+
+def test_thinning_keeps_peaks_gaps_and_ends():
+    seed = 11
+    random = np.random.default_rng(seed)
+    values = random.normal(size=100_000)
+    values[random.integers(len(values), size=20)] = np.nan
+    values[41_234], values[77_777] = 50.0, -60.0
+    picked, stretch = page_data.extremes(values, 2400)
+    assert stretch > 1 and len(picked) < 2500 and picked[0] == 0 and picked[-1] == len(values) - 1, f"seed {seed}"
+    assert {41_234, 77_777} <= set(picked.tolist()) and np.isin(np.flatnonzero(np.isnan(values)), picked).all()
+    for start in range(0, len(values), 10 * stretch):
+        inside = picked[(picked >= start) & (picked < start + 10 * stretch)]
+        part = values[start:start + 10 * stretch]
+        assert np.nanmax(values[inside]) == np.nanmax(part) and np.nanmin(values[inside]) == np.nanmin(part), f"seed {seed}"
+    assert page_data.extremes(values[:2400], 2400)[1] == 1
+
+
+def test_levels_of_a_map_are_the_same_on_both_sides_of_zero(maps):
+    for found in maps:
+        levels = found.levels_per_s()
+        assert levels[len(levels) // 2] == 0.0 and np.array_equal(levels, -levels[::-1]) and (np.diff(levels) > 0).all()
+        reach = np.nanpercentile(np.abs(found.measured_growth_per_s()), 99)
+        assert levels[-1] <= 1.3 * reach < 5 * levels[-1]
+        places = found.place_on_scale(levels)
+        assert np.allclose(places, np.arange(len(levels)) - len(levels) // 2)
+
+
+def test_faulted_points_are_those_that_a_run_stops_at(maps):
+    """The growth that `berth map` writes for them is no growth: the page hatches them."""
+    plain, faulted = maps
+    assert not plain.is_faulted.any() and faulted.is_faulted.any()
+    assert np.isnan(faulted.measured_growth_per_s()[faulted.is_faulted]).all()
+    assert not (faulted.is_faulted & faulted.is_impossible).any()
+
+
+def test_a_map_is_packed_to_a_thousandth_of_a_level(maps):
+    import base64
+
+    import figures_page
+    packed = figures_page.Maps()
+    for found in [*maps, maps[0]]:
+        one = packed.packed[packed.number(found)]
+        places = np.frombuffer(base64.b64decode(one["places"]), "<i2").reshape(len(one["y"]), len(one["x"]))
+        growth = figures_page.thinned_map(found.measured_growth_per_s())
+        has_value = places != -2**15
+        assert np.array_equal(has_value, np.isfinite(growth))
+        assert np.abs(places[has_value] / 1000 - found.place_on_scale(growth[has_value])).max() < 6e-4
+    assert len(packed.packed) == 2 and json.dumps(packed.packed)
+
+
+@pytest.mark.parametrize("key, title", [("object.mass_kg", "object mass (kg)"), ("robot.dead_time_ms", "robot dead time (ms)"),
+                                        ("object.stiffness_N_per_m", "object stiffness (N/m)"),
+                                        ("sensor.loss_probability", "sensor loss probability (1)")])
+def test_axes_over_keys_have_their_unit_in_brackets(key, title):
+    import berth_map
+    assert berth_map.key_title(key) == title
