@@ -269,3 +269,22 @@ def test_a_log_without_noise_is_replayed_to_the_steps_of_the_wire(options, most_
     error = {block["block"]: block["residual"]["fit"]["before"] for block in blocks}
     assert error["manipulator"] < 1e-11 and error["robot"] < 1e-8 and error["force"] < most_N, error
     assert not any(block["causes"] for block in blocks)
+
+
+@pytest.mark.long
+def test_what_the_time_limit_leaves_out_is_said(tmp_path):
+    """And nothing that was not looked for is said not to be there."""
+    hidden = {"robot.backlash_m": 2e-4, "robot.feedback_noise_m": 5e-6, "sensor.noise_N": 0.2, "profile.kind": "multisine",
+              "profile.amplitude_m": 0.01, "run.duration_s": 12}
+    log = run_json("ess", tmp_path, *settings(hidden))["log"]
+    told = {}
+    for limit_s in ("0", "600"):
+        done = command("diagnose", log, "--rig", "ess", "--json", "--time-limit", limit_s, "--out", tmp_path / limit_s)
+        assert done.returncode == 0, done.stderr.decode()
+        told[limit_s] = one_json_object(done.stdout)
+    assert told["600"]["not_tried"] == [] and told["600"]["verdict"] == "named"
+    cut = told["0"]
+    assert "robot.backlash" in cut["not_tried"] and cut["verdict"] == "unknown" and cut["causes"] == []
+    assert all(block["verdict"] == "unknown" for block in cut["blocks"] if block["block"] != "manipulator")
+    [note] = [note for note in cut["notes"] if "--time-limit" in note]
+    assert "robot.backlash" in note and "processor time" in note
