@@ -110,6 +110,7 @@ struct diagnose_arguments : rig_arguments { /* `rig` comes as --rig */
     std::string repetition;
     std::string standstill;
     std::vector<std::string> without;
+    std::optional<double> limit_s;
     std::string out_folder = "build/diagnosis";
 };
 

@@ -182,6 +182,7 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     for (const block block : found.not_described) {
         json["not_described"].push_back(name_of(block));
     }
+    json["not_tried"] = found.not_tried;
     json["detectable"] = nlohmann::json::array();
     for (const detectable_size &one : found.detectable) {
         json["detectable"].push_back(as_json(one));
@@ -332,6 +333,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     request.validation = arguments.validation;
     request.repetition = arguments.repetition;
     request.standstill = arguments.standstill;
+    request.limit_s = arguments.limit_s;
     request.rig = load_rig(arguments.rig, arguments.overrides);
     refuse_arm(request.rig);
     refuse_beam(request.rig);

@@ -313,6 +313,12 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
         ->take_all()
         ->allow_extra_args(false);
     command
+        .add_option("--time-limit", arguments.limit_s,
+                    "processor time after which nothing more is tried; without it as long as the record, "
+                    "a minute at least")
+        ->check(is_within(0.0, 1e6))
+        ->type_name("S");
+    command
         .add_option("--out", arguments.out_folder,
                     "folder for diagnosis.json, the rigs given.toml and extended.toml, series.csv and, "
                     "if one is proposed, next_experiment.csv")

@@ -115,8 +115,9 @@ void propose_next(diagnosis &result, const sample_events &events, const diagnosi
 class blocks_in_turn
 {
   public:
-    blocks_in_turn(const diagnosis_request &request, records_of_request &records, diagnosis &result)
-        : request_(request), records_(records), result_(result),
+    blocks_in_turn(const diagnosis_request &request, const std::shared_ptr<work_limit> &limit,
+                   records_of_request &records, diagnosis &result)
+        : request_(request), limit_(limit), records_(records), result_(result),
           repeats_(find_repeats(result.data, result.given, events_.fit))
     {
         if (records_.validation) {
@@ -136,6 +137,7 @@ class blocks_in_turn
             know_robot(input, robot(), result_.given);
         }
         const std::optional<noise_model> told_floor = input.floor;
+        const std::size_t left_out_before = limit_->left_out().size();
         block_start start{input, result_.extended, events_,
                           which == block::force ? repeats_ : std::vector<event_finding>{}};
         input.may_search_again = which == block::robot;
@@ -161,6 +163,7 @@ class blocks_in_turn
         }
         tell_unused_floor(told_floor, found);
         tell_earlier(found);
+        doubt_what_was_cut(found, left_out_before);
         result_.extended = found.extended;
         result_.blocks.push_back(std::move(found));
     }
@@ -202,6 +205,7 @@ class blocks_in_turn
             input.floor_is_of_replays = !go_the_same_way(result_.data, *records_.repetition, which);
         }
         input.options = request_.options;
+        input.options.limit = limit_;
         input.options.tell = [this, which](const effect &tried) {
             tell(request_, looking_at(which) + ": " + std::string(tried.name));
         };
@@ -260,7 +264,22 @@ class blocks_in_turn
         }
     }
 
+    /* Nothing that was not looked for is said not to be there. */
+    void doubt_what_was_cut(block_diagnosis &found, std::size_t left_out_before) const
+    {
+        const std::size_t count = limit_->left_out().size() - left_out_before;
+        if (count == 0) {
+            return;
+        }
+        found.doubts.push_back(
+            formatted("the limit of %.3g s of processor time was over before all was tried", limit_->processor_s()));
+        if (found.verdict == verdict::nothing_detectable) {
+            found.verdict = verdict::unknown;
+        }
+    }
+
     const diagnosis_request &request_;
+    std::shared_ptr<work_limit> limit_;
     records_of_request &records_;
     diagnosis &result_;
     events_of_records events_;
@@ -322,7 +341,9 @@ diagnosis diagnose(const diagnosis_request &request)
     tell_sample_age(result, records.given);
     tell_tolerances_without_use(result, records.given);
 
-    blocks_in_turn blocks(request, records, result);
+    const double record_s = result.data.period_s * static_cast<double>(result.data.size());
+    const auto limit = std::make_shared<work_limit>(request.limit_s.value_or(work_limit::usual_s(record_s)));
+    blocks_in_turn blocks(request, limit, records, result);
     for (const block which : {block::manipulator, block::robot, block::force}) {
         if (!can_judge(result.data, records.given, which)) {
             continue;
@@ -349,6 +370,7 @@ diagnosis diagnose(const diagnosis_request &request)
     tell_delay_of_rows(result);
     const std::vector<std::string> uneven = noise_that_follows_motion(result.blocks, result.data);
     result.notes.insert(result.notes.end(), uneven.begin(), uneven.end());
+    tell_not_tried(result, *limit);
     result.verdict = overall(result.blocks);
     tell(request, result.verdict == verdict::nothing_detectable ? "looking for what it would have shown"
                                                                 : "looking for the next experiment");

@@ -3,6 +3,7 @@
 #define SIM_HAL_DIAGNOSIS_DIAGNOSIS_H
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct diagnosis_request {
     std::string standstill;
     berth::rig rig;
     search_options options;
+    std::optional<double> limit_s; /* of processor time; else as much as the record lasts, but a minute at least */
     std::function<void(const std::string &)> progress; /* is told what comes next; may be empty */
 };
 
@@ -42,6 +44,7 @@ struct diagnosis {
     std::optional<next_experiment> next;
     record data;
     std::vector<input_file> inputs;
+    std::vector<std::string> not_tried; /* effects, or not beside others: the limit of work was over */
     std::vector<std::string> notes;
 };
 

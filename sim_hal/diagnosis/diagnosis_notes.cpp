@@ -163,4 +163,19 @@ void tell_delay_of_rows(diagnosis &result)
     }
 }
 
+void tell_not_tried(diagnosis &result, const work_limit &limit)
+{
+    result.not_tried.assign(limit.left_out().begin(), limit.left_out().end());
+    if (result.not_tried.empty()) {
+        return;
+    }
+    std::string names;
+    for (const std::string &name : result.not_tried) {
+        names += (names.empty() ? "" : ", ") + name;
+    }
+    result.notes.push_back(formatted("the limit of %.3g s of processor time was over", limit.processor_s()) +
+                           formatted("; --time-limit %.3g goes on", 4.0 * limit.processor_s()) +
+                           "; not tried, or not beside what was found: " + names);
+}
+
 } // namespace berth

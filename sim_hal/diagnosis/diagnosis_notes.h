@@ -28,6 +28,9 @@ void tell_other_zero_of_force(diagnosis &result);
 /* A delay that is off by whole rows may be that of the log. */
 void tell_delay_of_rows(diagnosis &result);
 
+/* What was left out as the limit of work was over. */
+void tell_not_tried(diagnosis &result, const work_limit &limit);
+
 } // namespace berth
 
 #endif

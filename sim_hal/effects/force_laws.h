@@ -127,10 +127,14 @@ class first_order_lag final : public motion_stage
             decay_.at(step_s, [this](double h) { return lag_s_ > 0.0 ? std::exp(-h / lag_s_) : 0.0; });
         const double rise = (value - before_) / step_s;
         const double behind = rise * lag_s_; /* of a straight line, for ever */
-        output_ = value - behind + (output_ - before_ + behind) * decay;
+        const double output = value - behind + (output_ - before_ + behind) * decay;
+        /* Of tau r' = u - r, integrated over the step. */
+        bulge_ = 0.5 * (before_ + value - output_ - output) - lag_s_ * (output - output_) / step_s;
+        output_ = output;
         before_ = value;
         return output_;
     }
+    double bulge() const override { return bulge_; }
     double jump(double value) override
     {
         before_ = value;
@@ -142,6 +146,7 @@ class first_order_lag final : public motion_stage
     by_step<double> decay_;
     double before_ = 0.0;
     double output_ = 0.0;
+    double bulge_ = 0.0;
 };
 
 } // namespace berth

@@ -27,6 +27,7 @@ class transfer_behaviour
     {
         before_m_ = position_m_ = position_m;
         velocity_m_per_s_ = 0.0;
+        bulge_m_ = 0.0;
     }
     double jump(double goal_m)
     {
@@ -40,11 +41,20 @@ class transfer_behaviour
         const double behind_m = 2.0 * z_ * rise / w_;
         const double offset_m = position_m_ - (before_m_ - behind_m);
         const double rate = velocity_m_per_s_ - rise;
-        position_m_ = goal_m - behind_m + a[0] * offset_m + a[1] * rate;
-        velocity_m_per_s_ = rise + a[2] * offset_m + a[3] * rate;
+        const double position_m = goal_m - behind_m + a[0] * offset_m + a[1] * rate;
+        const double velocity_m_per_s = rise + a[2] * offset_m + a[3] * rate;
+        /* Of its equation, integrated over the step. */
+        const double lag_m_s =
+            ((velocity_m_per_s - velocity_m_per_s_) / w_ + 2.0 * z_ * (position_m - position_m_)) / w_;
+        bulge_m_ = 0.5 * (before_m_ + goal_m - position_m_ - position_m) - lag_m_s / step_s;
+        position_m_ = position_m;
+        velocity_m_per_s_ = velocity_m_per_s;
         before_m_ = goal_m;
         return position_m_;
     }
+
+    /* By how much its way over the last step was beside a straight line, in the mean. */
+    double bulge_m() const { return bulge_m_; }
 
   private:
     using transition = std::array<double, 4>;
@@ -68,6 +78,7 @@ class transfer_behaviour
     double before_m_ = 0.0;
     double position_m_ = 0.0;
     double velocity_m_per_s_ = 0.0;
+    double bulge_m_ = 0.0;
 };
 
 class robot_drive
@@ -104,7 +115,7 @@ class robot_drive
     }
 
     /* Of the tool's last step: see motion_stage. What follows a corner in the drive has not seen it. */
-    double bulge_m() const { return stages_.empty() ? 0.0 : stages_.back()->bulge(); }
+    double bulge_m() const { return stages_.empty() ? own_bulge_m() : stages_.back()->bulge(); }
 
     /* The reference is at goal_m all of a sudden. */
     double jump(double goal_m)
@@ -117,6 +128,8 @@ class robot_drive
     }
 
   private:
+    double own_bulge_m() const { return has_transfer_ ? transfer_.bulge_m() : 0.0; }
+
     bool has_transfer_;
     transfer_behaviour transfer_;
     std::vector<std::unique_ptr<motion_stage>> stages_;

@@ -33,8 +33,9 @@ object_steps::step_map make_map(const plant &original, object_steps::grip grip, 
         make_generator<plant_state>(plant, is_free ? contact_mode::free : contact_mode::attached);
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(columns, columns);
     a.topLeftCorner<rows, rows>() = full.topLeftCorner<rows, rows>();
-    a.block<rows, 3>(0, rows) = full.block<rows, 3>(0, plant_state_count);
-    a(rows, rows + 1) = 1.0;
+    a.block<rows, 2>(0, rows) = full.block<rows, 2>(0, plant_state_count); /* u, u' */
+    a(rows, rows + 1) = a(rows + 1, rows + 2) = 1.0;
+    a.block<rows, 1>(0, rows + 3) = full.block<rows, 1>(0, plant_state_count + 2);
     a(object_velocity, columns - 1) = -1.0 / plant.mass_kg;
     const Eigen::MatrixXd e = balanced_exponential(a * step_s);
     object_steps::step_map map;
@@ -107,6 +108,7 @@ void object_steps::jump(double to_m)
         std::copy(full.data(), full.data() + rows, state_.begin());
     }
     line_ = {to_m - gripped_at_m_, 0.0};
+    bend_m_per_s2_ = 0.0;
 }
 
 /* Unless it goes on as it went whatever the friction does, and that does nothing else. Only the sign counts: a step
@@ -114,13 +116,14 @@ void object_steps::jump(double to_m)
 bool object_steps::is_divided(const step_maps &maps, double step_s, const robot_way &way) const
 {
     const step_map &map = maps[static_cast<std::size_t>(grip_)];
-    const double inputs[3] = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s, 1.0};
+    const double input[inputs] = {way.from_m - gripped_at_m_, way.velocity_m_per_s(step_s),
+                                  way.acceleration_m_per_s2(step_s), 1.0};
     double free_m_per_s = 0.0;
     for (std::size_t column = 0; column < rows; column++) {
         free_m_per_s += map.column[column][object_velocity] * state_[column];
     }
-    for (std::size_t column = 0; column < 3; column++) {
-        free_m_per_s += map.column[rows + column][object_velocity] * inputs[column];
+    for (std::size_t column = 0; column < inputs; column++) {
+        free_m_per_s += map.column[rows + column][object_velocity] * input[column];
     }
     const double most_m_per_s = std::abs(map.column[columns - 1][object_velocity]) * friction_N_;
     const double before_m_per_s = state_[object_velocity];
@@ -132,9 +135,8 @@ bool object_steps::is_divided(const step_maps &maps, double step_s, const robot_
 void object_steps::advance_in_parts(const step_maps &fine, double step_s, const robot_way &way, double time_s)
 {
     const int count = parts();
-    const double part_m = (way.to_m - way.from_m) / count;
     for (int i = 0; i < count; i++) {
-        advance(fine, step_s / count, {way.from_m + part_m * i, way.from_m + part_m * (i + 1), way.bulge_m}, time_s);
+        advance(fine, step_s / count, way.part(i, count), time_s);
     }
 }
 
@@ -150,7 +152,7 @@ void object_steps::advance_switching(const step_maps &maps, double step_s, const
     const body_state as_before = state_;
     const reference_line line_after = line_;
     state_ = before;
-    line_.position_m = way.from_m - gripped_at_m_ + way.bulge_m;
+    line_ = {way.from_m - gripped_at_m_, way.velocity_m_per_s(step_s)};
     const double margin_before = std::max(0.0, margin());
     const double share = margin_before / (margin_before - margin_after);
     grip_ = next_grip();
@@ -174,7 +176,7 @@ bool object_steps::will_switch(const step_maps &maps, double step_s, const robot
     const step_map &map = map_of(maps, grip_);
     state_ = state_alone_after(map);
     push(map, further_N_, state_);
-    line_.position_m = way.to_m - gripped_at_m_;
+    end_step(step_s, way);
     const bool switches = margin() < 0.0;
     state_ = before;
     grip_ = grip_before;

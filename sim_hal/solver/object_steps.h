@@ -29,18 +29,38 @@ constexpr int stiffening_steps_a_tick = 8;
 /* Steps a tick that the object needs: one where it is linear. */
 int object_steps_a_tick(const rig &rig);
 
-/* The robot's way over a step: straight, but for corners that make it pass `bulge_m` beside the line on average. */
+/* The robot's way over a step: straight, or a parabola that passes `bulge_m` beside the line on average. */
 struct robot_way {
     double from_m;
     double to_m;
     double bulge_m = 0.0;
+
+    double velocity_m_per_s(double step_s) const
+    {
+        return (to_m - from_m + 6.0 * bulge_m) / step_s;
+    } /* at its begin */
+    double acceleration_m_per_s2(double step_s) const { return -12.0 * bulge_m / (step_s * step_s); }
+
+    /* Number `i` of `count` equal parts. */
+    robot_way part(int i, int count) const
+    {
+        const double step = 1.0 / count;
+        return {at(step * i), at(step * (i + 1)), bulge_m * step * step};
+    }
+
+  private:
+    double at(double place) const
+    {
+        return from_m + (to_m - from_m) * place + 6.0 * bulge_m * place * (1.0 - place);
+    }
 };
 
 class object_steps
 {
   public:
-    static constexpr std::size_t rows = 4;           /* object and low-pass, as the first four of plant_index */
-    static constexpr std::size_t columns = rows + 4; /* and u, u', 1, a further force on the object */
+    static constexpr std::size_t rows = 4;   /* object and low-pass, as the first four of plant_index */
+    static constexpr std::size_t inputs = 4; /* u, u', u'', 1 */
+    static constexpr std::size_t columns = rows + inputs + 1; /* and a further force on the object */
 
     /* Where a contact begins or ends on the way. */
     static constexpr int fine_parts = 16;
@@ -50,7 +70,7 @@ class object_steps
 
     enum class grip : std::size_t { free_of_material, holds, is_lost, count };
 
-    /* (state, u, u', 1, n) over one step; by columns. */
+    /* (state, u, u', u'', 1, n) over one step; by columns. */
     struct step_map {
         std::array<std::array<double, rows>, columns> column{};
     };
@@ -71,7 +91,7 @@ class object_steps
     {
         begin_step(step_s, way, time_s);
         state_ = state_after(maps, grip_, step_s, time_s);
-        line_.position_m = way.to_m - gripped_at_m_;
+        end_step(step_s, way);
     }
 
     /* The same; where a contact begins or ends on the way or the grip gives way, in `fine_parts` steps, for which
@@ -104,9 +124,7 @@ class object_steps
         state_ = before;
         grip_ = grip_before;
         for (int i = 0; i < fine_parts; i++) {
-            const double part_m = (way.to_m - way.from_m) / fine_parts;
-            const robot_way part{way.from_m + part_m * i, way.from_m + part_m * (i + 1), way.bulge_m};
-            advance_switching(fine, step_s / fine_parts, part, time_s);
+            advance_switching(fine, step_s / fine_parts, way.part(i, fine_parts), time_s);
         }
     }
 
@@ -196,11 +214,17 @@ class object_steps
             gripped_at_m_ = way.from_m - state_[object_position];
             grip_ = grip::holds;
         }
-        line_ = {way.from_m - gripped_at_m_ + way.bulge_m, (way.to_m - way.from_m) / step_s};
+        line_ = {way.from_m - gripped_at_m_, way.velocity_m_per_s(step_s)};
+        bend_m_per_s2_ = way.acceleration_m_per_s2(step_s);
         grip_ = is_released_ || is_open_ ? grip::is_lost
                 : plant_.one_sided       ? (object_force_N() > 0.0 ? grip::holds : grip::free_of_material)
                 : margin() < 0.0         ? next_grip()
                                          : grip_;
+    }
+    void end_step(double step_s, const robot_way &way)
+    {
+        line_ = {way.to_m - gripped_at_m_,
+                 way.velocity_m_per_s(step_s) + way.acceleration_m_per_s2(step_s) * step_s};
     }
     bool is_crossley(grip mode) const { return impact_damping_s_per_m_ > 0.0 && mode == grip::holds; }
     const step_map &map_of(const step_maps &maps, grip mode) const
@@ -212,10 +236,10 @@ class object_steps
     {
         /* The state comes last: what the robot does need not wait for the step before. */
         body_state next{};
-        const double inputs[3] = {line_.position_m, line_.velocity_m_per_s, 1.0};
-        for (std::size_t column = 0; column < 3; column++) {
+        const double input[inputs] = {line_.position_m, line_.velocity_m_per_s, bend_m_per_s2_, 1.0};
+        for (std::size_t column = 0; column < inputs; column++) {
             for (std::size_t row = 0; row < rows; row++) {
-                next[row] += map.column[rows + column][row] * inputs[column];
+                next[row] += map.column[rows + column][row] * input[column];
             }
         }
         for (std::size_t column = 0; column < rows; column++) {
@@ -263,7 +287,8 @@ class object_steps
     double further_N_ = 0.0; /* of the last step */
     body_state state_{};
     grip grip_ = grip::holds;
-    reference_line line_{}; /* of the robot, counted from where it does not pull the object */
+    reference_line line_{};      /* of the robot, counted from where it does not pull the object */
+    double bend_m_per_s2_ = 0.0; /* of its way over this step */
 };
 
 } // namespace berth

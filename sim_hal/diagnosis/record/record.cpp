@@ -17,6 +17,7 @@
 #include "record_columns.h"
 #include "record_rows.h"
 #include "record_table.h"
+#include "tick_table.h"
 
 namespace berth
 {
@@ -118,7 +119,11 @@ record read_csv(const std::string &path, const rig &rig, bool may_be_still)
     for (const signal_member &signal : signal_members) {
         wanted.push_back(source_of(rig, signal.name).column);
     }
+    wanted.insert(wanted.end(), tick_columns.begin(), tick_columns.end());
     const record_table table = read_record_table(path, source_of(rig, "t_s").column, wanted);
+    if (is_table_of_ticks(table, rig)) {
+        return record_of_table(table, path, rig, may_be_still);
+    }
     made.hash = table.hash;
     made.header_line = table.header_line;
     take_columns(made, table, rig);

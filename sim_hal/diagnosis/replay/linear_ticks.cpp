@@ -55,7 +55,8 @@ columns_of<rows> with_step(const columns_of<rows> &so_far, const object_steps::s
     const auto by_position = as_vector(map.column[object_steps::rows]);
     body.col(positions + number) += by_position - by_rise;
     body.col(positions + number + 1) += by_rise;
-    body.col(positions + count + 1 + number) += by_position;
+    body.col(positions + count + 1 + number) +=
+        6.0 * by_rise - 12.0 / (step_s * step_s) * as_vector(map.column[object_steps::rows + 2]);
     return made;
 }
 

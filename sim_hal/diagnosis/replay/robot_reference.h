@@ -11,7 +11,7 @@ namespace berth
 
 /* Of a period: a jump of the reference is at the end of a step as short as this, in which the object sees it; at a
  * tick the robot has jumped when it is asked where it is. */
-constexpr double jump_lasts = 1e-5;
+constexpr double jump_lasts = 1e-8;
 
 /* The reference passes position_m at time_s, counted from the start of the segment; straight lines between. */
 struct knot {

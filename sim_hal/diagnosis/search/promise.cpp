@@ -73,6 +73,9 @@ std::vector<start_point> starts_by_promise(block_model &model, const noise_model
     beginning first(model, noise, incumbent, slopes, here);
     std::vector<start_point> starts;
     for (const effect *const effect : effects_to_try(model, given, found, options)) {
+        if (is_left_out(options, *effect)) {
+            continue;
+        }
         tell(options, *effect);
         /* The regression's own error is a share of all that pushes: an effect that is less starts as others do, but
          * only beside nothing: beside friction each replay is long. */

@@ -162,6 +162,15 @@ void tell(const search_options &options, const effect &effect)
     }
 }
 
+bool is_left_out(const search_options &options, const effect &effect)
+{
+    if (!options.limit || !options.limit->is_over()) {
+        return false;
+    }
+    options.limit->leave_out(effect.name);
+    return true;
+}
+
 bool is_rough_here(const effect &effect, const search_options &options)
 {
     return effect.is_rough || (options.robot_in_force && effect.switches && effect.block() == "robot");
@@ -189,7 +198,7 @@ std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
 {
     std::vector<const effect *> tried;
     for (const effect &effect : effect_library()) {
-        if (is_tried(effect, model, given, found, options)) {
+        if (is_tried(effect, model, given, found, options) && !is_left_out(options, effect)) {
             tried.push_back(&effect);
         }
     }
@@ -316,6 +325,9 @@ std::vector<candidate> search_effects(block_model &model, const noise_model &noi
         }
         if (start.promise < worth_a_fit && !start.is_hidden) {
             break;
+        }
+        if (is_left_out(options, *start.effect)) {
+            continue;
         }
         if (tried >= options.fits_max && !is_held_by_tolerance(*start.effect, incumbent)) {
             continue;

@@ -3,10 +3,12 @@
 #define SIM_HAL_DIAGNOSIS_SEARCH_SEARCH_H
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "../fit/fit.h"
 #include "../noise/leftover.h"
+#include "work_limit.h"
 
 namespace berth
 {
@@ -29,12 +31,16 @@ struct search_options {
      * way of it. */
     const effect *decider = nullptr;
     std::function<void(const effect &)> tell; /* is told which one is tried next; may be empty */
+    std::shared_ptr<work_limit> limit;        /* empty: none */
     int fits_max = 5;
     int replays_max = 120;      /* of the fit of a candidate */
     int base_replays_max = 250; /* of the base model, on which all others stand */
 };
 
 void tell(const search_options &options, const effect &effect);
+
+/* The limit of work is over; remembers that this one is left out. */
+bool is_left_out(const search_options &options, const effect &effect);
 
 /* In the force, whatever switches in the robot makes the error jump with its size. */
 bool is_rough_here(const effect &effect, const search_options &options);
@@ -46,7 +52,7 @@ bool is_refining(const effect &effect, const std::vector<const berth::effect *> 
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options);
 
-/* All of them. */
+/* All of them; none once the limit of work is over. */
 std::vector<const effect *> effects_to_try(block_model &model, const rig &given,
                                            const std::vector<const effect *> &found, const search_options &options);
 

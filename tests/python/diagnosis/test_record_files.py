@@ -1,9 +1,12 @@
 """Files of records: what is wrong with one is said with file, line and column and what to do, and what is not wrong is
 taken. `{record}` and `{folder}` in the words of a refusal are the record's path and its folder."""
 
+from pathlib import Path
+
 import numpy as np
+import pytest
 from checks import check, note, verdict
-from conftest import EXIT_INPUT, command
+from conftest import EXIT_INPUT, command, one_json_object, run_json, settings
 from make_files import (HEADER, WRONG_LINE, back_in_time, cell, commented, content, dated, doubled_time, encoded, encoder,
                         encoder_in_mm, force_z, from_a_spreadsheet, from_the_end, gaps_and_jitter, in_labelled_parts, in_mm, named_in_units,
                         packed, quoted, renamed, robot_alone,
@@ -165,6 +168,31 @@ TAKEN = [
 @each(CELLS + TIMES + COLUMNS + BESIDE + TAKEN)
 def test_record_file(row, tmp_path):
     row.check(tmp_path / "out")
+
+
+# --- a log of ours as a CSV file -------------------------------------------------------------------------------------
+RUN = settings({"robot.feedback_noise_m": 5e-6, "sensor.noise_N": 0.2, "profile.kind": "multisine", "profile.amplitude_m": 0.01,
+                "profile.duration_s": 20, "run.duration_s": 20})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("hidden, found", [({"robot.backlash_m": 2e-4}, ["robot.backlash"]), ({"bus.ideal": "true"}, []), ({}, [])])
+def test_a_log_says_the_same_as_the_csv_file_made_of_it(hidden, found, tmp_path):
+    log = Path(run_json("ess", tmp_path, *RUN, *settings(hidden))["log"])
+    assert command("export", log, "--csv").returncode == 0
+    rig = tmp_path / "rig.toml"
+    ideal = "[bus]\nideal = true\n" if "bus.ideal" in hidden else ""
+    rig.write_text(f'base = "ess"\n{ideal}[signals]\nt_s = {{ column = "timestamp", scale = 1e-6 }}\n')
+    told = {}
+    for record in (log, log.with_suffix(".tick.csv")):
+        done = command("diagnose", record, "--rig", rig, "--json", "--out", tmp_path / record.suffix[1:])
+        assert done.returncode == 0, done.stderr.decode()
+        blocks = one_json_object(done.stdout)["blocks"]
+        told[record.suffix] = [cause["effect"] for block in blocks for cause in block["causes"]]
+        floors = {block["block"]: block["residual"]["fit"]["floor"] for block in blocks if block["block"] != "manipulator"}
+        told[record.suffix, "floors"] = pytest.approx(floors, rel=1e-6)
+    assert told[".ulg"] == told[".csv"] == found
+    assert told[".ulg", "floors"].expected == told[".csv", "floors"]
 
 
 # --- the folder ---------------------------------------------------------------------------------------------------

@@ -5,9 +5,10 @@ import math
 import tomllib
 
 import numpy as np
+import pytest
 from checks import (Between, at, causes, check, doubt, has_cause, interval, named, near, no_note, note, nothing, prints, size,
                     verdict)
-from conftest import EXIT_DONE, command, settings
+from conftest import EXIT_DONE, command, one_json_object, run_json, settings
 from make_run import MOVING, NOISE_m, NOISE_N, NOISY
 from recipes import recipe, program_digest, run_with
 from table import Row, each
@@ -239,3 +240,51 @@ AGES = [row for name, (sampler, age_ms) in SAMPLERS.items() for row in of_sample
 @each(AS_GIVEN + WITH_EFFECTS + AGES)
 def test_run(row, tmp_path):
     row.check(tmp_path / "out")
+
+
+# --- a log without noise is replayed to the steps of the wire ----------------------------------------------------
+FINE = {"sensor.resolution_N": 1e-9, "profile.kind": "multisine", "profile.amplitude_m": 0.01, "profile.duration_s": 20,
+        "run.duration_s": 20}
+LINEAR = [({}, 1e-7), ({"robot.transfer_frequency_Hz": 10}, 3e-7),
+          ({"robot.transfer_frequency_Hz": 10, "robot.transfer_damping_ratio": 1.0}, 3e-7),
+          ({"robot.transfer_frequency_Hz": 10, "loop.rate_Hz": 250}, 3e-7),
+          ({"robot.transfer_frequency_Hz": 10, "loop.rate_Hz": 1000}, 3e-7),
+          ({"robot.transfer_frequency_Hz": 10, "loop.rate_Hz": 50, "robot.dead_time_ms": 60}, 3e-6),
+          ({"robot.lag_ms": 10}, 1e-7), ({"robot.lag_ms": 10, "robot.transfer_frequency_Hz": 10}, 5e-6),
+          ({"robot.interpolation": "hold"}, 1e-7), ({"robot.interpolation": "hold", "robot.transfer_frequency_Hz": 10}, 1e-5),
+          ({"robot.interpolation": "hold", "robot.lag_ms": 6}, 5e-6), ({"robot.gain_error": 0.05}, 1e-7),
+          ({"sensor.low_pass_order": 1, "sensor.delay_ms": 1.1}, 1e-7)]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("options, most_N", LINEAR, ids=lambda value: str(value)[:60])
+def test_a_log_without_noise_is_replayed_to_the_steps_of_the_wire(options, most_N, tmp_path):
+    """The simulation goes exactly from event to event; the replay knows the robot's way between two ticks as well."""
+    log = run_json("ess", tmp_path, *settings(FINE | options))["log"]
+    rig = tmp_path / "rig.toml"
+    rig.write_bytes(command("run", "ess", *settings({"sensor.resolution_N": 1e-9} | options), "--print-config").stdout)
+    done = command("diagnose", log, "--rig", rig, "--json", "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr.decode()
+    blocks = one_json_object(done.stdout)["blocks"]
+    error = {block["block"]: block["residual"]["fit"]["before"] for block in blocks}
+    assert error["manipulator"] < 1e-11 and error["robot"] < 1e-8 and error["force"] < most_N, error
+    assert not any(block["causes"] for block in blocks)
+
+
+@pytest.mark.long
+def test_what_the_time_limit_leaves_out_is_said(tmp_path):
+    """And nothing that was not looked for is said not to be there."""
+    hidden = {"robot.backlash_m": 2e-4, "robot.feedback_noise_m": 5e-6, "sensor.noise_N": 0.2, "profile.kind": "multisine",
+              "profile.amplitude_m": 0.01, "run.duration_s": 12}
+    log = run_json("ess", tmp_path, *settings(hidden))["log"]
+    told = {}
+    for limit_s in ("0", "600"):
+        done = command("diagnose", log, "--rig", "ess", "--json", "--time-limit", limit_s, "--out", tmp_path / limit_s)
+        assert done.returncode == 0, done.stderr.decode()
+        told[limit_s] = one_json_object(done.stdout)
+    assert told["600"]["not_tried"] == [] and told["600"]["verdict"] == "named"
+    cut = told["0"]
+    assert "robot.backlash" in cut["not_tried"] and cut["verdict"] == "unknown" and cut["causes"] == []
+    assert all(block["verdict"] == "unknown" for block in cut["blocks"] if block["block"] != "manipulator")
+    [note] = [note for note in cut["notes"] if "--time-limit" in note]
+    assert "robot.backlash" in note and "processor time" in note
