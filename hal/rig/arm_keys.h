@@ -27,8 +27,8 @@ constexpr number_key key_of(std::string_view name, std::size_t offset, std::size
 #define KEY(type, member, meaning) key_of(#member, offsetof(type, member), sizeof(type::member), meaning)
 
 inline constexpr std::array body_keys = {
-    KEY(arm_body, mass_kg, ""),
-    KEY(arm_body, centre_m, "of mass, in the body's frame"),
+    KEY(arm_body, mass_kg, "of the body"),
+    KEY(arm_body, centre_m, "centre of mass, in the body's frame"),
     KEY(arm_body, inertia_kg_m2, "xx, xy, xz, yy, yz, zz about the centre"),
 };
 inline constexpr std::array frame_keys = {
@@ -38,24 +38,24 @@ inline constexpr std::array frame_keys = {
 inline constexpr std::array joint_keys = {
     KEY(arm_joint, axis, "in the joint's frame"),
     KEY(arm_joint, stiffness_N_m_per_rad, "of the spring between motor and link"),
-    KEY(arm_joint, damping_N_m_s_per_rad, "beside it"),
+    KEY(arm_joint, damping_N_m_s_per_rad, "of the same spring"),
     KEY(arm_joint, rotor_inertia_kg_m2, "of the motor itself"),
-    KEY(arm_joint, gear_ratio, ""),
+    KEY(arm_joint, gear_ratio, "turns of the motor to one of the joint"),
     KEY(arm_joint, servo_frequency_Hz, "of the motor's position servo, the motor alone"),
-    KEY(arm_joint, servo_damping_ratio, ""),
+    KEY(arm_joint, servo_damping_ratio, "of the motor's position servo, the motor alone"),
     KEY(arm_joint, torque_limit_N_m, "of the motor, behind the gear"),
     KEY(arm_joint, rate_limit_rad_per_s, "of commands"),
     KEY(arm_joint, acceleration_limit_rad_per_s2, "of commands"),
-    KEY(arm_joint, angle_min_rad, ""),
-    KEY(arm_joint, angle_max_rad, ""),
-    KEY(arm_joint, initial_rad, ""),
+    KEY(arm_joint, angle_min_rad, "smallest angle of the joint"),
+    KEY(arm_joint, angle_max_rad, "largest angle of the joint"),
+    KEY(arm_joint, initial_rad, "angle at the start"),
 };
 inline constexpr std::array attitude_keys = {
-    KEY(attitude_config, stiffness_N_m_per_rad, "wheel"),
-    KEY(attitude_config, damping_N_m_s_per_rad, "wheel"),
+    KEY(attitude_config, stiffness_N_m_per_rad, "of the attitude control with a wheel"),
+    KEY(attitude_config, damping_N_m_s_per_rad, "of the attitude control with a wheel"),
     KEY(attitude_config, torque_limit_N_m, "of the wheel, or of a thruster's pulse"),
-    KEY(attitude_config, momentum_limit_N_m_s, "wheel"),
-    KEY(attitude_config, deadband_rad, "thrusters"),
+    KEY(attitude_config, momentum_limit_N_m_s, "of the wheel"),
+    KEY(attitude_config, deadband_rad, "of the thrusters: smaller errors are left alone"),
     KEY(attitude_config, rate_weight_s, "thrusters: the rate counts as so much error"),
     KEY(attitude_config, on_time_min_ms, "thrusters: of a pulse; in whole ticks, as many as it takes"),
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sections.h"
 #include "wrench.h"
 
 namespace berth
@@ -11,7 +12,7 @@ namespace berth
 namespace
 {
 
-constexpr std::array<std::string_view, SIDE_AXIS_COUNT> axis_names = {"y", "z", "rx", "ry", "rz"};
+constexpr auto axis_names = side_axis_names;
 
 bool turns(std::size_t axis)
 {
@@ -38,20 +39,22 @@ struct axis_key {
 
 constexpr std::array<axis_key, 10> axis_keys = {{
     {"mass_kg", "inertia_kg_m2", RIG_MEMBER(mass), 1e-6, 1e9, "of the object there"},
-    {"stiffness_N_per_m", "stiffness_N_m_per_rad", RIG_MEMBER(stiffness), 0.0, 1e13, "of the same"},
-    {"damping_N_s_per_m", "damping_N_m_s_per_rad", RIG_MEMBER(damping), 0.0, 1e12, "of the same"},
+    {"stiffness_N_per_m", "stiffness_N_m_per_rad", RIG_MEMBER(stiffness), 0.0, 1e13, "of the object there"},
+    {"damping_N_s_per_m", "damping_N_m_s_per_rad", RIG_MEMBER(damping), 0.0, 1e12, "of the object there"},
     {"sensor_stiffness_N_per_m", "sensor_stiffness_N_m_per_rad", RIG_MEMBER(sensor_stiffness), 1e-6, 1e13,
-     "between robot and object"},
-    {"sensor_damping_ratio", "sensor_damping_ratio", RIG_MEMBER(sensor_damping_ratio), 0.0, 1e4, "of the same"},
-    {"robot_dead_time_ms", "robot_dead_time_ms", RIG_MEMBER(dead_time_ms), 0.0, 1e5, "command to motion"},
+     "of the sensor between robot and object"},
+    {"sensor_damping_ratio", "sensor_damping_ratio", RIG_MEMBER(sensor_damping_ratio), 0.0, 1e4,
+     "of the sensor between robot and object"},
+    {"robot_dead_time_ms", "robot_dead_time_ms", RIG_MEMBER(dead_time_ms), 0.0, 1e5,
+     "command to motion along this axis"},
     {"position_limit_m", "angle_limit_rad", LIMIT_MEMBER(limits.position_max_m), 1e-9, 1e9,
-     "of setpoints, either way"},
+     "largest setpoint, either way"},
     {"velocity_limit_m_per_s", "rate_limit_rad_per_s", LIMIT_MEMBER(limits.velocity_m_per_s), 1e-9, 1e9,
-     "of setpoints"},
+     "largest velocity of setpoints"},
     {"acceleration_limit_m_per_s2", "acceleration_limit_rad_per_s2", LIMIT_MEMBER(limits.acceleration_m_per_s2),
-     1e-9, 1e9, "of setpoints"},
+     1e-9, 1e9, "largest acceleration of setpoints"},
     {"start_tolerance_m", "start_tolerance_rad", LIMIT_MEMBER(start_tolerance), 1e-12, 1e9,
-     "robot to first setpoint"},
+     "largest distance between the robot and the first setpoint"},
 }};
 
 #undef RIG_MEMBER
@@ -191,6 +194,15 @@ void read_axis(rig &rig, const std::string &name, const toml::node &node, const 
             fail(place(origin, value.source()), {path, "must be 0 or more"});
         }
     }
+}
+
+std::vector<section_key> side_axis_keys(std::size_t axis)
+{
+    std::vector<section_key> keys;
+    for (const axis_key &key : axis_keys) {
+        keys.push_back({name_of(key, axis), key.meaning, key.least, key.most});
+    }
+    return keys;
 }
 
 void follow_dead_time(rig &rig)

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "sections.h"
+
 namespace berth
 {
 
@@ -17,6 +19,19 @@ constexpr double way_step_m = 2e-4;
 constexpr double rate_max_rad_per_s = 8.3;
 constexpr double rate_step_rad_per_s = 1e-6;
 constexpr double ordered_angle_max_rad = 8.3;
+constexpr double at_max_s = 1e9;
+
+/* "line_m" is a list, "joint" a whole number and "follow" true. */
+constexpr std::array<section_key, 7> keys_of_order = {{
+    {"at_s", "when the order is given, counted from the release", 0.0, at_max_s},
+    {"line_m", "way of the tool along a line, two or three numbers in the base's axes", -ordered_way_max_m,
+     ordered_way_max_m},
+    {"speed_m_per_s", "speed along the line", 0.0, speed_max_m_per_s},
+    {"joint", "the joint that moves, from 1 on", 1, ARM_JOINTS_MAX},
+    {"move_to_rad", "angle that the joint moves to", -ordered_angle_max_rad, ordered_angle_max_rad},
+    {"rate_rad_per_s", "rate of the joint; 0 stops it", -rate_max_rad_per_s, rate_max_rad_per_s},
+    {"follow", "true: the tool follows the profile again"},
+}};
 
 double number(const std::string &key, const toml::node &node, const std::string &origin, double limit)
 {
@@ -85,7 +100,7 @@ operator_order read_order(const toml::table &table, const std::string &origin)
         const std::string_view key = name.str();
         const std::string path = "orders." + std::string(key);
         if (key == "at_s") {
-            made.at_s = number(path, node, origin, 1e9);
+            made.at_s = number(path, node, origin, at_max_s);
         } else if (key == "line_m") {
             read_way(order, node, origin);
             kind = key;
@@ -214,6 +229,11 @@ void print_orders(const rig &rig, std::ostream &text)
             break;
         }
     }
+}
+
+std::vector<section_key> order_keys()
+{
+    return {keys_of_order.begin(), keys_of_order.end()};
 }
 
 std::string place_key_of_order(std::size_t number)

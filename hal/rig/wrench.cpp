@@ -6,6 +6,7 @@
 
 #include "../../firmware/arm/sine.h"
 #include "../../firmware/sensor_layout.h"
+#include "sections.h"
 
 namespace berth
 {
@@ -45,7 +46,23 @@ void read_crosstalk(wrench_rig &wrench, const toml::node &node, const std::strin
     }
 }
 
-constexpr std::array<std::string_view, 6> mounting_names = {"roll_rad", "pitch_rad", "yaw_rad", "x_m", "y_m", "z_m"};
+constexpr std::array<section_key, 6> mounting = {{
+    {"roll_rad", "the sensor's axes in the robot's frame: about x first", -mounting_angle_max_rad,
+     mounting_angle_max_rad},
+    {"pitch_rad", "then about y", -mounting_angle_max_rad, mounting_angle_max_rad},
+    {"yaw_rad", "then about z", -mounting_angle_max_rad, mounting_angle_max_rad},
+    {"x_m", "the sensor's origin in the robot's frame, from the tool's point", -mounting_way_max_m,
+     mounting_way_max_m},
+    {"y_m", "the same along y", -mounting_way_max_m, mounting_way_max_m},
+    {"z_m", "the same along z", -mounting_way_max_m, mounting_way_max_m},
+}};
+
+std::string mounting_names()
+{
+    std::array<std::string, mounting.size()> names;
+    std::transform(mounting.begin(), mounting.end(), names.begin(), [](const section_key &key) { return key.name; });
+    return list_of(names);
+}
 
 matrix6 matrix_of(const wrench_matrix &values)
 {
@@ -75,25 +92,35 @@ void read_wrench(rig &rig, const toml::table &table, const std::string &origin)
 {
     rig.wrench.enabled = true;
     for (const auto &[entry, value] : table) {
-        const auto found = std::find(mounting_names.begin(), mounting_names.end(), entry.str());
+        const auto found =
+            std::find_if(mounting.begin(), mounting.end(),
+                         [&, &entry = entry](const section_key &key) { return key.name == entry.str(); });
         const std::string path = "wrench." + std::string(entry.str());
         if (entry.str() == "crosstalk") {
             read_crosstalk(rig.wrench, value, origin);
         } else if (entry.str() == "torque_noise_N_m") {
             rig.wrench.torque_noise_N_m = finite_number(path, value, origin);
-        } else if (found == mounting_names.end()) {
+        } else if (found == mounting.end()) {
             fail(place(origin, value.source()),
-                 {path, "unknown; there are " + list_of(mounting_names) + ", torque_noise_N_m and crosstalk"});
+                 {path, "unknown; there are " + mounting_names() + ", torque_noise_N_m and crosstalk"});
         } else {
-            const auto which = static_cast<std::size_t>(found - mounting_names.begin());
-            const double most = which < 3 ? mounting_angle_max_rad : mounting_way_max_m;
+            const auto which = static_cast<std::size_t>(found - mounting.begin());
             const double size = finite_number(path, value, origin);
-            if (std::abs(size) > most) {
-                fail(place(origin, value.source()), {path, "must be within +-" + number_text(most)});
+            if (size < found->low || size > found->high) {
+                fail(place(origin, value.source()), {path, "must be within +-" + number_text(found->high)});
             }
             (which < 3 ? rig.wrench.angles_rad[which] : rig.wrench.origin_m[which - 3]) = size;
         }
     }
+}
+
+std::vector<section_key> wrench_keys()
+{
+    std::vector<section_key> keys(mounting.begin(), mounting.end());
+    keys.push_back({"torque_noise_N_m", "noise of the torques, standard deviation", 0.0});
+    keys.push_back(
+        {"crosstalk", "six rows of six numbers: what the sensor shows of force x, y, z and torque x, y, z"});
+    return keys;
 }
 
 void print_wrench(const wrench_rig &wrench, std::ostream &text)
@@ -103,7 +130,7 @@ void print_wrench(const wrench_rig &wrench, std::ostream &text)
     }
     text << "\n[wrench]\n";
     for (std::size_t i = 0; i < 6; i++) {
-        text << mounting_names[i] << " = " << number_text(i < 3 ? wrench.angles_rad[i] : wrench.origin_m[i - 3])
+        text << mounting[i].name << " = " << number_text(i < 3 ? wrench.angles_rad[i] : wrench.origin_m[i - 3])
              << "\n";
     }
     text << "torque_noise_N_m = " << number_text(wrench.torque_noise_N_m) << "\n";

@@ -148,6 +148,7 @@ int reduce_command(const reduce_arguments &arguments);
 int compensate_command(const compensate_arguments &arguments);
 int limits_command(const limits_arguments &arguments);
 int rigs_command(bool json);
+int schema_command();
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
 int rths_command(const rths_arguments &arguments);

@@ -9,6 +9,7 @@
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/given.h"
 #include "../../hal/version.h"
+#include "../../hal/rig/units.h"
 #include "../diagnosis/diagnosis.h"
 #include "../stability/arm_loop.h"
 #include "atomic_file.h"

@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../../hal/rig/units.h"
 #include "../diagnosis/diagnosis.h"
 #include "commands.h"
 

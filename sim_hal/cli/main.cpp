@@ -157,6 +157,10 @@ int run(int argc, char **argv)
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });
 
+    CLI::App *schema_app =
+        app.add_subcommand("schema", "print the JSON schema of rig files, for editors and programs");
+    schema_app->callback([&] { exit_code = berth::schema_command(); });
+
     std::string robot;
     CLI::App *robots_app = app.add_subcommand("robots", "list the robot presets for --robot, or print one");
     robots_app->add_option("NAME", robot, "a robot preset, or the path of a preset file: print it");

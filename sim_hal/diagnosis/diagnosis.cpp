@@ -304,19 +304,6 @@ std::string located(const std::vector<block_diagnosis> &blocks)
 
 } // namespace
 
-std::string_view unit_of(std::string_view key)
-{
-    for (const std::string_view unit :
-         {"N_per_m3", "N_per_m2", "N_s_per_m", "N_per_m", "m_per_s2", "m_per_s", "ms_per_s", "N_per_s", "s_per_m",
-          "per_s", "kg", "Hz", "ms", "ppm", "rad", "N", "m"}) {
-        if (key.size() > unit.size() && key.substr(key.size() - unit.size()) == unit &&
-            key[key.size() - unit.size() - 1] == '_') {
-            return unit;
-        }
-    }
-    return "1";
-}
-
 diagnosis diagnose(const diagnosis_request &request)
 {
     tell(request, "reading");

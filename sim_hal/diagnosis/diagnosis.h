@@ -48,9 +48,6 @@ struct diagnosis {
 /* Throws input_error for records that cannot be used. */
 diagnosis diagnose(const diagnosis_request &request);
 
-/* Unit of a key, from its name; "1" for a plain number. */
-std::string_view unit_of(std::string_view key);
-
 } // namespace berth
 
 #endif

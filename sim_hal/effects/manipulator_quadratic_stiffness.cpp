@@ -16,7 +16,7 @@ effect manipulator_quadratic_stiffness()
     made.calibration = {
         33, "pull the manipulator slowly over its whole way, both ways, and record the force over the way"};
     made.parameters = {
-        {"manipulator.quadratic_stiffness_N_per_m2", -1e15, 1e15, "of a further force K2 (x - x_op)^2"}};
+        {"manipulator.quadratic_stiffness_N_per_m2", -1e15, 1e15, "K2 of a further force K2 (x - x_op)^2"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({0.03 * scales.force_N / std::pow(scales.position_m, 2),
                            0.3 * scales.force_N / std::pow(scales.position_m, 2)});

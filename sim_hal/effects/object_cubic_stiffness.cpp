@@ -14,7 +14,7 @@ effect object_cubic_stiffness()
     made.physics = "A spring that hardens or softens, odd: a further force k3 x^3.";
     made.source = "Duffing";
     made.calibration = {25, "pull the object slowly over its whole way, and record its force over the way"};
-    made.parameters = {{"object.cubic_stiffness_N_per_m3", -1e15, 1e15, "of a further force k3 x^3"}};
+    made.parameters = {{"object.cubic_stiffness_N_per_m3", -1e15, 1e15, "k3 of a further force k3 x^3"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({0.03 * scales.force_N / std::pow(scales.position_m, 3),
                            0.3 * scales.force_N / std::pow(scales.position_m, 3)});

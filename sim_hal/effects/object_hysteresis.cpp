@@ -56,7 +56,7 @@ effect object_hysteresis()
     made.calibration = {10, "pull the object slowly over short ways, and record its force over the way"};
     made.parameters = {{"object.hysteresis_force_N", 0.0, 1e7, "Fh, largest force of the hysteresis"},
                        {"object.hysteresis_length_m", 1e-9, 10.0, "xh, over which it builds up"},
-                       {"object.hysteresis_exponent", 0.0, 6.0, "n of Bouc-Wen; 0: Dahl"}};
+                       {"object.hysteresis_exponent", 0.0, 6.0, "exponent n of Bouc-Wen; 0: Dahl"}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
         for (const double share : {0.05, 0.3}) {

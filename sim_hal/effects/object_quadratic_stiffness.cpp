@@ -15,7 +15,7 @@ effect object_quadratic_stiffness()
     made.source = "Duffing";
     made.calibration = {26,
                         "pull the object slowly over its whole way, both ways, and record its force over the way"};
-    made.parameters = {{"object.quadratic_stiffness_N_per_m2", -1e15, 1e15, "of a further force k2 x^2"}};
+    made.parameters = {{"object.quadratic_stiffness_N_per_m2", -1e15, 1e15, "k2 of a further force k2 x^2"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return both_signs({0.03 * scales.force_N / std::pow(scales.position_m, 2),
                            0.3 * scales.force_N / std::pow(scales.position_m, 2)});

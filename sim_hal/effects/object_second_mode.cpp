@@ -94,8 +94,8 @@ effect object_second_mode()
     made.source = "the next mode of a flexible appendage";
     made.calibration = {28, "tap the object, and record how it rings"};
     made.parameters = {{"object.second_mass_kg", 0.0, 1e9, "m2 of a further mass on the object; 0: none"},
-                       {"object.second_frequency_Hz", 0.05, 200.0, "of the further mass by itself"},
-                       {"object.second_damping_ratio", 0.0, 1.0, "of the same"}};
+                       {"object.second_frequency_Hz", 0.05, 200.0, "frequency of the further mass by itself"},
+                       {"object.second_damping_ratio", 0.0, 1.0, "damping ratio of the further mass by itself"}};
     made.is_seen = [](const rig &fitted, const record_scales &scales) {
         /* Five periods: what is slower is no mode of this record. */
         return value_of(fitted, "object.second_frequency_Hz") * scales.duration_s > 5.0;

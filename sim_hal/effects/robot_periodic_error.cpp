@@ -38,9 +38,9 @@ effect robot_periodic_error()
     made.source = "gear teeth, strain-wave gears, spindles";
     made.calibration = {
         20, "move the robot slowly over several turns of its gears, and measure the way with another instrument"};
-    made.parameters = {{"robot.periodic_error_m", 0.0, 1.0, "a"},
-                       {"robot.periodic_error_pitch_m", 1e-9, 100.0, "L"},
-                       {"robot.periodic_error_phase_rad", -7.0, 7.0, "phi"}};
+    made.parameters = {{"robot.periodic_error_m", 0.0, 1.0, "a of an error a sin(2 pi x / L + phi)"},
+                       {"robot.periodic_error_pitch_m", 1e-9, 100.0, "L of the periodic error"},
+                       {"robot.periodic_error_phase_rad", -7.0, 7.0, "phi of the periodic error"}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
         std::vector<double> pitches_m = scales.residual_pitch_m;

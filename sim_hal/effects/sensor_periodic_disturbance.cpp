@@ -37,8 +37,8 @@ effect sensor_periodic_disturbance()
     made.calibration = {23,
                         "read the sensor with nothing attached to it, with the robot's drives on and with them off"};
     made.parameters = {{"sensor.periodic_N", 0.0, 1e6, "a of a disturbance a sin(2 pi f t + phi)"},
-                       {"sensor.periodic_frequency_Hz", 0.01, 5000.0, "f of the same"},
-                       {"sensor.periodic_phase_rad", -7.0, 7.0, "phi of the same"}};
+                       {"sensor.periodic_frequency_Hz", 0.01, 5000.0, "f of the periodic disturbance"},
+                       {"sensor.periodic_phase_rad", -7.0, 7.0, "phi of the periodic disturbance"}};
     made.starts = [](const rig &, const record_scales &scales) {
         std::vector<effect_values> all;
         if (scales.residual_frequency_Hz > 0.0) {

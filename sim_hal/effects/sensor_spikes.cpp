@@ -9,8 +9,8 @@ effect sensor_spikes()
     made.name = "sensor.spikes";
     made.physics = "With probability p a single sample is off by about +-A.";
     made.source = "electromagnetic disturbance";
-    made.parameters = {{"sensor.spike_probability", 0.0, 1.0, "a single sample is off"},
-                       {"sensor.spike_N", 0.0, 1e7, "by about this much, either way"}};
+    made.parameters = {{"sensor.spike_probability", 0.0, 1.0, "probability that a single sample is off"},
+                       {"sensor.spike_N", 0.0, 1e7, "size of such a spike, either way"}};
     made.is_of_single_samples = true;
     made.when_small = small_motion::no_influence;
     return made;

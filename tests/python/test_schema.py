@@ -1,0 +1,137 @@
+"""`berth schema`: the JSON schema of rig files, against the rigs that the program reads and those that it refuses."""
+
+import json
+import pathlib
+import tomllib
+
+import jsonschema
+import pytest
+from conftest import EXIT_INPUT, RIG_FOLDER, RIGS, command
+
+VALUE_KEYS = {"value", "tolerance"}  # of { value = 100, tolerance = 0.05 }
+
+
+@pytest.fixture(scope="module")
+def schema():
+    done = command("schema")
+    assert done.returncode == 0 and done.stderr == b""
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def validator(schema):
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def read(rig):
+    return tomllib.loads((RIG_FOLDER / f"{rig}.toml").read_text())
+
+
+def described(schema, path=""):
+    """(path, schema) of every key and section that a rig file can hold."""
+    for name, key in schema.get("properties", {}).items():
+        if name not in VALUE_KEYS:
+            yield f"{path}{name}", key
+            yield from described(key, f"{path}{name}.")
+    if schema.get("type") == "array":
+        yield from described(schema["items"], path)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_shipped_rig_validates_as_it_stands_and_as_it_is_printed(rig, validator):
+    validator.validate(read(rig))
+    printed = command("run", rig, "--print-config").stdout.decode()
+    validator.validate(tomllib.loads(printed))
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"robot": {"dead_tme_ms": 17.5}}, "dead_tme_ms"),             # a key
+    ({"robott": {"dead_time_ms": 17.5}}, "robott"),                # a section
+    ({"robot": {"dead_time_s": 0.0175}}, "dead_time_s"),           # a unit
+    ({"object": {"stiffness_N_per_mm": 2.0}}, "stiffness_N_per_mm"),
+    ({"object": {"mass_kg": 0.0}}, "minimum of 0"),                # a range
+    ({"object": {"mass_kg": {"value": -1.0}}}, "minimum of 0"),
+    ({"object": {"mass_kg": {"value": 1.0, "tolerance": 1.0}}}, "maximum of 1"),
+    ({"sensor": {"loss_probability": 1.5}}, "maximum of 1"),
+    ({"wrench": {"roll_rad": 11.0}}, "maximum of 10"),
+    ({"object": {"kind": "griped"}}, "griped"),                    # a word
+    ({"manipulator": {"arm": {"kind": "plane"}}}, "is not valid"),
+    ({"robot": {"dead_time_ms": "17.5 ms"}}, "is not of type"),    # a type
+    ({"sensor": {"low_pass_order": 1.5}}, "is not of type 'integer'"),
+    ({"sensor": {"low_pass_order": 3}}, "maximum of 2"),
+    ({"bus": {"ideal": 1}}, "is not of type 'boolean'"),
+    ({"sensor": {"delay_ms": 2e5}}, "maximum of 100000"),
+    ({"axis": {"y": {"inertia_kg_m2": 1.0}}}, "inertia_kg_m2"),    # of an axis that turns
+    ({"orders": [{"line_m": [0.1, 0.0]}]}, "at_s"),
+    ({"tolerances": {"robot.clock": 0.1}}, "robot.clock"),
+    ({"signals": {"force_kN": "F"}}, "force_kN"),
+])
+def test_the_schema_refuses_what_the_program_refuses(change, words, validator, tmp_path):
+    rig = read("ess")
+    for section, keys in change.items():
+        if isinstance(keys, dict):
+            rig.setdefault(section, {}).update(keys)
+        else:
+            rig[section] = keys
+    errors = list(validator.iter_errors(rig))
+    assert len(errors) == 1 and words in errors[0].message, errors
+    file = tmp_path / "wrong.toml"
+    file.write_text(toml_text(rig))
+    assert command("run", file, "--print-config").returncode == EXIT_INPUT
+
+
+def toml_text(rig):
+    """Of nested mappings; JSON's words for values are TOML's, but for inline tables."""
+    def value(thing):
+        if isinstance(thing, dict):
+            return "{ " + ", ".join(f"{json.dumps(key)} = {value(inner)}" for key, inner in thing.items()) + " }"
+        if isinstance(thing, list):
+            return "[" + ", ".join(map(value, thing)) + "]"
+        return json.dumps(thing)
+    return "".join(f"{name} = {value(thing)}\n" for name, thing in rig.items())
+
+
+def test_every_key_and_section_says_what_it_is(schema):
+    keys = dict(described(schema))
+    keys |= {f"arm.{path}": key for path, key in described(schema["$defs"]["arm"])}
+    assert len(keys) > 300
+    undescribed = [path for path, key in keys.items()
+                   if len(key.get("description", "").split()) < 2 and "$ref" not in key]
+    assert undescribed == []
+    assert [path for path, key in keys.items() if key.get("description", "").startswith("of the same")
+            and not path.startswith("arm.")] == []
+
+
+def test_a_key_with_a_unit_in_its_name_states_it(schema):
+    """By the last word of the name, not by the program's own table."""
+    ends = {"_m", "_s", "_ms", "_us", "_kg", "_N", "_Hz", "_rad", "_J", "_W", "_ppm", "_m2", "_s2", "_m3", "_frames"}
+    for path, key in [*described(schema), *described(schema["$defs"]["arm"])]:
+        name = path.rpartition(".")[2]
+        has_unit = any(name.endswith(end) for end in ends) or "_per_" in name
+        if "$ref" not in key and "properties" not in key or key.get("type") == ["number", "object"]:
+            assert ("unit" in key) == has_unit, path
+    keys = dict(described(schema))
+    assert keys["object.damping_N_s_per_m"]["unit"] == "N s/m"
+    assert keys["axis.rz.stiffness_N_m_per_rad"]["unit"] == "N m/rad"
+    assert keys["object.stiffness_drift_per_s"]["unit"] == "1/s"
+
+
+def test_defaults_are_those_of_a_rig_that_states_nothing_else(schema, tmp_path):
+    file = tmp_path / "least.toml"
+    file.write_text("[manipulator]\nmass_kg = 200\n[robot]\ndead_time_ms = 17.5\n[object]\nmass_kg = 100\n")
+    printed = tomllib.loads(command("run", file, "--print-config").stdout.decode())
+    compared = 0
+    for path, key in described(schema):
+        section, _, name = path.partition(".")
+        if name and name in printed.get(section, {}) and path not in ("manipulator.mass_kg", "object.mass_kg"):
+            expected = key.get("default", float("inf"))
+            assert printed[section][name] == expected, path
+            compared += 1
+    assert compared > 120
+
+
+def test_the_schema_is_the_same_each_time_and_stands_in_one_file(schema):
+    assert command("schema").stdout == command("schema").stdout
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert pathlib.PurePath(schema["$id"]).name == schema["$id"]
