@@ -14,8 +14,6 @@ import readme
 ROOT = readme.ROOT
 BERTH = ROOT / "build" / "berth"
 DESCRIPTIONS = ROOT / "scripts" / "docs" / "descriptions.toml"
-# A rig in which every optional section is there, so that all keys are printed.
-RIG_WITH_ALL = "ess-berthing-pose"
 JSON_EXAMPLES = {
     "run": "run ess --no-log --json", "eigen": "eigen ess --json", "limits": "limits ess --json",
     "deadtime": "deadtime ess --json", "map": "map ess --vary mass --grid 4x3 --out build/docs-map.csv --json",
@@ -65,32 +63,55 @@ def described(section, names):
 
 # --- rig keys --------------------------------------------------------------------------------------------------------
 
-def printed_keys():
-    """(section, key, value, is_assumed, meaning) of each key that `--print-config` prints."""
-    section = ""
-    for line in berth("run", RIG_WITH_ALL, "--print-config").splitlines():
-        if line.startswith("["):
-            section = line.strip("[]")
-        found = re.match(r"(\w+) = (.*?) +# (given|assumed): (.*)$", line)
-        if found and section:
-            yield section, found[1], found[2], found[3] == "assumed", found[4]
+def schema_range(key):
+    """The values that a key may have, in words."""
+    if "enum" in key:
+        return ", ".join(f"`{value}`" for value in key["enum"])
+    names = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "maxLength": "characters: at most"}
+    words = [f"{word} {key[bound]:g}" for bound, word in names.items() if key.get(bound) is not None]
+    return " ".join(words + ["or inf"] * bool(key.get("inf")))
+
+
+def schema_default(key, required):
+    if key.get("default") is not None:
+        return f"`{json.dumps(key['default'])}`"
+    return "`inf`" if key.get("inf") else "required" if required else ""
+
+
+def schema_rows(section, required=()):
+    for name, key in section.items():
+        if not key.get("description", "").strip():
+            raise Undescribed(f"rig key {name} has no description in the schema")
+        yield f"`{name}`", key.get("unit", ""), schema_default(key, name in required), schema_range(key), key["description"]
+
+
+def schema_sections(properties, above=""):
+    """(heading, section) of every section, inner ones after their own."""
+    for name, section in properties.items():
+        if section.get("type") == "array" and "properties" in section.get("items", {}):
+            yield f"[[{above}{name}]]", section["items"] | {"description": section["description"]}
+        elif section.get("type") == "object":
+            inner = section.get("properties", {})
+            plain = {key: value for key, value in inner.items() if value.get("type") != "object"}
+            if plain or not inner:
+                yield f"[{above}{name}]", section | {"properties": plain}
+            yield from schema_sections({key: value for key, value in inner.items() if value.get("type") == "object"},
+                                       f"{above}{name}.")
 
 
 def rig_keys():
-    text = ["# Rig keys", "Every key of a rig file, from `berth run --print-config`. A section may be left out, and so may "
-            "a key: the default is then assumed, and the verdict lists it. The object, the manipulator's mass and the "
-            "robot's dead time have no default. `berth effects` lists the keys of effects; they are on the page "
-            "[effects](effects.md).\n"]
-    effects = {parameter["key"] for effect in json.loads(berth("effects", "--json")) for parameter in effect["parameters"]}
-    sections = {}
-    for section, key, value, is_assumed, meaning in printed_keys():
-        if not meaning.strip():
-            raise Undescribed(f"{section}.{key} has no meaning in hal/rig/key_table.cpp")
-        default = f"`{value}`" if is_assumed else ""
-        also = " (an effect)" if f"{section}.{key}" in effects else ""
-        sections.setdefault(section, []).append((f"`{key}`", unit_of(key), default, meaning + also))
-    for section, rows in sections.items():
-        text += [f"## [{section}]", table(["key", "unit", "default", "meaning"], rows)]
+    schema = json.loads(berth("schema"))
+    head = ["key", "unit", "default", "values", "meaning"]
+    top = {name: key for name, key in schema["properties"].items() if key["type"] not in ("object", "array") or
+           name == "assumed"}
+    text = ["# Rig keys", "Every key of a rig file, from `berth schema`. A section may be left out, and so may a key: berth then "
+            "assumes the default, and lists it before the verdict. The object, the manipulator's mass and the robot's dead "
+            "time must be stated all the same. A value may also be `{ value = 100.0, tolerance = 0.03 }`.\n",
+            "## At the top", table(head, schema_rows(top))]
+    for heading, section in schema_sections({name: key for name, key in schema["properties"].items() if name not in top}):
+        text += [f"## {heading}", section["description"].capitalize() + ".\n"]
+        if section["properties"]:
+            text.append(table(head, schema_rows(section["properties"], section.get("required", ()))))
     return "\n\n".join(text)
 
 
