@@ -110,7 +110,8 @@ def rig_keys():
             "## At the top", table(head, schema_rows(top))]
     for heading, section in schema_sections({name: key for name, key in schema["properties"].items() if name not in top}):
         text += [f"## {heading}", section["description"].capitalize() + ".\n"]
-        if section["properties"]:
+        # [tolerances] and [signals] have members by the names of keys and signals: the description says so.
+        if section["properties"] and heading not in ("[tolerances]", "[signals]"):
             text.append(table(head, schema_rows(section["properties"], section.get("required", ()))))
     return "\n\n".join(text)
 
