@@ -15,7 +15,6 @@
         this.dispatchEvent(new MessageEvent("message", { data: event.data }));
         if (this.onmessage) this.onmessage(event);
       });
-      this.ready = new Promise((resolve) => inner.addEventListener("worker-ready", resolve));
       const own = `postMessage = (data) => parent.postMessage(data, "*");
         importScripts = (...urls) => urls.reduce((before, url) => before.then(() => new Promise((done, failed) => {
           const script = document.createElement("script");
@@ -24,8 +23,8 @@
         })), Promise.resolve());`;
       const close = "</scr" + "ipt>";
       inner.document.open();
-      inner.document.write(`<html><body><script>${own}${close}<script src="${url}">${close}` +
-        `<script>dispatchEvent(new Event("worker-ready"))${close}</body></html>`);
+      this.ready = new Promise((resolve) => this.frame.addEventListener("load", resolve, { once: true }));
+      inner.document.write(`<html><body><script>${own}${close}<script src="${url}">${close}</body></html>`);
       inner.document.close();
     }
     postMessage(data) {
