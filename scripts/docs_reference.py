@@ -121,7 +121,7 @@ def rig_keys():
 def subcommands():
     """{name: one line} from `berth --help`."""
     listed = berth("--help").split("Subcommands:")[1]
-    return dict(re.findall(r"^  (\S+) +(\S.*)$", listed, re.M))
+    return dict(re.findall(r"^  (\S+) *(.*)$", listed, re.M))
 
 
 def cli():
