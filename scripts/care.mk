@@ -1,10 +1,5 @@
 # What keeps the code in order.
-.PHONY: readme codec format lint
-
-#: make readme         run the commands shown in the README again and write what they print
-readme: setup
-	@$(MAKE) all
-	@$(PYTHON) scripts/readme.py
+.PHONY: codec format lint
 
 #: make codec          generate the CAN codec again from firmware/can/berth.dbc
 codec: setup

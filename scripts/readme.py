@@ -1,22 +1,34 @@
-"""Runs the commands of the README's console blocks again and writes what they print into the README.
+"""Runs the commands of the Markdown pages' console blocks again and writes what they print into the pages.
 
-usage: readme.py            (from anywhere; commands that start with one of RUN are run, others are left alone)
+usage: readme.py [PAGE...]     (default: README.md and every page of the documentation)
+
+Commands that start with one of RUN are run, others are left alone. A line that ends in a backslash goes on in the next.
+A block of a file, whose first line is `# build/NAME`, is written to that path before the page's commands are run.
 """
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+FOLDERS = ("firmware", "hal", "sim_hal", "tests", "scripts")
 BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.S)
+FILE_BLOCK = re.compile(r"```(?:toml|csv|python)\n# (build/\S+)\n(.*?)```", re.S)
+COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)\n?", re.M)
 
-RUN = ("build/", ".venv/bin/python scripts/claims.py", ".venv/bin/python scripts/restitution.py")
+RUN = ("build/", ".venv/bin/python scripts/", ".venv/bin/python build/")
+
+
+def pages():
+    """README.md and the pages, in a fixed order."""
+    return [ROOT / "README.md"] + sorted(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))
 
 
 def split_block(text):
     """[command, printed text] pairs of one console block, which starts with a command."""
-    parts = (part.partition("\n") for part in re.split(r"^\$ ", text, flags=re.M)[1:])
-    return [[command, printed] for command, _, printed in parts]
+    parts = COMMAND.split(text)[1:]
+    return [list(pair) for pair in zip(parts[::2], parts[1::2])]
 
 
 def is_run(command):
@@ -28,6 +40,13 @@ def run(command):
     return subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, check=False).stdout
 
 
+def write_files(text):
+    """The files that a page tells its reader to write."""
+    for path, content in FILE_BLOCK.findall(text):
+        (ROOT / path).parent.mkdir(parents=True, exist_ok=True)
+        (ROOT / path).write_text(content)
+
+
 def refresh(match):
     lines = []
     for command, printed in split_block(match[2]):
@@ -36,8 +55,9 @@ def refresh(match):
 
 
 def main():
-    path = ROOT / "README.md"
-    path.write_text(BLOCK.sub(refresh, path.read_text()))
+    for path in [Path(word).resolve() for word in sys.argv[1:]] or pages():
+        write_files(path.read_text())
+        path.write_text(BLOCK.sub(refresh, path.read_text()))
 
 
 if __name__ == "__main__":

@@ -178,7 +178,7 @@ void add_map_options(CLI::App &command, map_arguments &arguments)
                      "identification and adaptive inverse, which have no eigenvalues");
     command
         .add_option("--model", arguments.model,
-                    "what prediction and the like are told: each point as it is (point), the rig as it is wherever "
+                    "which parameters prediction and the like get: each point as it is (point), the rig as it is wherever "
                     "the point is (rig), or each point wrong by the rig's tolerances, the worst of all (tolerances)")
         ->check(CLI::IsMember({"point", "rig", "tolerances"}).description(""))
         ->type_name("WHAT");
@@ -301,7 +301,7 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
         .add_option("RECORD", arguments.records,
                     "a log of `berth run` (.ulg) or a CSV file (also .gz) with units in its header")
         ->required();
-    command.add_option("--rig", arguments.rig, "the rig as it is believed to be: a shipped one or a rig file")
+    command.add_option("--rig", arguments.rig, "the rig as you assume it to be: a shipped one or a rig file")
         ->required();
     add_set_option(command, arguments.overrides);
     command.add_option("--validate", arguments.validation,
@@ -356,7 +356,7 @@ void add_rths_options(CLI::App &command, rths_arguments &arguments)
         ->capture_default_str();
     command
         .add_option("--force-age", arguments.force_age_samples,
-                    "samples by which the force is late, as the firmware's force lead is told; 1 is right")
+                    "age of the force in samples that the firmware's force lead assumes; 1 is right")
         ->check(is_within(0.0, 1.0))
         ->capture_default_str();
     command

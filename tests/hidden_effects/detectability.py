@@ -76,7 +76,7 @@ def measured_channels(scenario):
     return [c for c in CHANNELS if c != "command_position_m" or scenario.base["manipulator_is_measured"]]
 
 
-# What a rig file says nothing of is known to 5 % (README); these have no tolerance in any drawn rig.
+# What a rig file says nothing of is known to 5 % (sim_hal/diagnosis/README.md); these have no tolerance in any drawn rig.
 USUAL_TOLERANCE = 0.05
 WITHOUT_TOLERANCE = ["sensor_delay_s", "spring_stiffness_N_per_m", "spring_damping_N_s_per_m", "low_pass_damping"]
 

@@ -107,10 +107,10 @@ def test_the_library_is_listed():
 
 
 def test_an_effect_is_one_file_and_one_line():
-    """README's example is the real file, and every file of an effect has its line."""
+    """The guide's example is the real file, and every file of an effect has its line."""
     folder = ROOT / "sim_hal" / "effects"
     example = (folder / "sensor_drift.cpp").read_text()
-    assert f"```cpp\n{example}```" in (ROOT / "README.md").read_text()
+    assert f"```cpp\n{example}```" in (ROOT / "scripts/docs/how-to/add-an-effect.md").read_text()
     lines = re.findall(r"^    EFFECT\((\w+)\)", (folder / "effects.h").read_text(), re.MULTILINE)
     files = [path.stem for path in folder.glob("*.cpp") if f"effect {path.stem}()" in path.read_text()]
     assert sorted(lines) == sorted(files) and "sensor_drift" in lines

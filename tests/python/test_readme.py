@@ -1,4 +1,7 @@
-"""What the README shows is what the commands print: its console blocks are run again and compared."""
+"""What README and guides show is what the commands print: their console blocks are run again and compared.
+
+One page: pytest -k docking-stability tests/python/test_readme.py
+"""
 
 import re
 import sys
@@ -9,20 +12,29 @@ from conftest import ROOT
 sys.path.insert(0, str(ROOT / "scripts"))
 import readme  # noqa: E402
 
-README = (ROOT / "README.md").read_text()
+PAGES = {str(page.relative_to(ROOT)).removeprefix("scripts/docs/"): page for page in readme.pages()}
 VOLATILE = [
     (r"\d+ times real time \([\d.]+ ms\)", "SPEED"),  # of the machine
     (r"configuration +.*", "CONFIGURATION"),          # holds the commit
 ]
+SLOW = ("build/berth accuracy", "--rig ess-paper")
+LONG = ("scripts/claims.py", "scripts/restitution.py", "report.py", "map_picture.py", "scripts/verification.py")
+
+
+def marks(command):
+    if any(words in command for words in SLOW):
+        return [pytest.mark.slow]
+    return [pytest.mark.long] * any(words in command for words in LONG)
 
 
 def console_commands():
-    """(command, expected output) of each command in the README's console blocks that runs a program of the build."""
-    for block in readme.BLOCK.finditer(README):
-        for command, printed in readme.split_block(block[2]):
-            if readme.is_run(command):
-                takes_long = command.startswith("build/berth accuracy") or "--rig ess-paper" in command
-                yield pytest.param(command, printed, marks=[pytest.mark.slow] * takes_long)
+    """(page, command, expected output) of each command in the pages' console blocks that runs a program of ours."""
+    for page, path in PAGES.items():
+        for block in readme.BLOCK.finditer(path.read_text()):
+            for command, printed in readme.split_block(block[2]):
+                if readme.is_run(command):
+                    name = f"{page}: {command.splitlines()[0][:60]}"
+                    yield pytest.param(page, command, printed, marks=marks(command), id=name)
 
 
 def stable(text):
@@ -31,22 +43,31 @@ def stable(text):
     return text.strip().splitlines()
 
 
-@pytest.mark.parametrize("command, expected", list(console_commands()), ids=lambda value: value.split("\n")[0][:60])
-def test_console_block(command, expected):
-    assert stable(readme.run(command)) == stable(expected), "scripts/readme.py brings the README up to date"
+@pytest.mark.parametrize("page, command, expected", list(console_commands()))
+def test_console_block(page, command, expected):
+    readme.write_files(PAGES[page].read_text())
+    assert stable(readme.run(command)) == stable(expected), f"scripts/readme.py {PAGES[page]} brings it up to date"
 
 
 def test_commands_were_found():
-    assert len(list(console_commands())) >= 7
+    assert len(list(console_commands())) >= 60
+    for page in (page for page in PAGES if page.startswith("tutorials/") and not page.endswith("index.md")):
+        assert any(param.values[0] == page for param in console_commands()), f"{page} runs nothing"
+
+
+def test_readme_stays_short():
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 250
 
 
 def test_the_layout_names_every_folder():
+    layout = PAGES["explanation/architecture.md"].read_text()
     for folder in ["firmware", "hal", "sim_hal", "tests", "scripts"]:
-        assert re.search(rf"^{folder}/ ", README, re.M), folder
+        assert re.search(rf"^{folder}/ ", layout, re.M), folder
     for folder in (path.name for path in (ROOT / "sim_hal").iterdir() if path.is_dir()):
-        assert re.search(rf"^  {folder}/ ", README, re.M), folder
+        assert re.search(rf"^  {folder}/ ", layout, re.M), folder
 
 
 def test_pictures_exist():
-    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", README):
-        assert (ROOT / picture).is_file(), picture
+    for path in PAGES.values():
+        for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", path.read_text()):
+            assert (path.parent / picture).is_file(), f"{path}: {picture}"

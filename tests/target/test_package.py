@@ -1,4 +1,4 @@
-"""The package on a Debian with systemd as init: steps/package.sh does what README says, and this is what came of it."""
+"""The package on a Debian with systemd as init: steps/package.sh does what the tutorial says, and this is what came of it."""
 
 import re
 

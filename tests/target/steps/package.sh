@@ -1,5 +1,5 @@
 #!/bin/sh
-# The package on a Debian with systemd, step by step as README says: installed, checked, started, stopped, hung, installed
+# The package on a Debian with systemd, step by step as the tutorial says: installed, checked, started, stopped, hung, installed
 # again and removed while it runs. The simulated rig is at the other end of the buses.
 # shellcheck source=tests/target/guest.sh
 . "$TOOLS"

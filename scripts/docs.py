@@ -1,0 +1,134 @@
+"""Builds the documentation site: gathers the pages in build/docs-src, generates the reference, calls mkdocs.
+
+usage: docs.py     (from anywhere; build/berth must be there)
+
+Pages lie in scripts/docs/, or as README.md beside the code that they describe. Links in them go from file to file, so
+that they work in the repository as well. A link to a file that is no page, such as a source file, keeps its text only; one
+to a file that does not exist is an error.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import docs_reference
+import readme
+import yaml
+
+ROOT = readme.ROOT
+SOURCES = ROOT / "scripts" / "docs"
+GATHERED = ROOT / "build" / "docs-src"
+CONFIG = ROOT / "build" / "mkdocs.yml"
+
+# Titles of the menu and what comes first in each; other pages follow by name.
+SECTIONS = {
+    "tutorials": ("Tutorials", ["index", "docking-stability", "wrong-simulation", "empty-board", "hybrid-testing"]),
+    "how-to": ("How-to guides", ["index", "describe-my-rig", "describe-my-robot", "describe-my-sensor"]),
+    "reference": ("Reference", ["index", "rig-keys", "cli"]),
+    "explanation": ("Explanation", ["index", "the-loop", "one-tick", "stability"]),
+    "code": ("Beside the code", ["firmware", "hal"]),
+}
+SINGLE = ["glossary.md", "verification.md", "changelog.md", "contributing.md"]
+
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+FENCE = re.compile(r"^```.*?^```", re.S | re.M)
+
+
+def site_name(page):
+    """Where a page of the repository goes on the site; None: it is no page."""
+    if page.is_relative_to(SOURCES):
+        return page.relative_to(SOURCES)
+    if page.name == "README.md" and page.parent != ROOT:
+        return Path("code") / ("-".join(page.parent.relative_to(ROOT).parts) + ".md")
+    return Path("index.md") if page == ROOT / "README.md" else None
+
+
+def relative(target, page):
+    """From one page of the site to another place of it."""
+    return Path("/".join([".."] * (len(page.parts) - 1)) or ".") / target
+
+
+class Gathering:
+    """One build: knows which pages there are, and collects links that lead nowhere."""
+
+    def __init__(self):
+        self.reference = docs_reference.pages()
+        self.made = {SOURCES / "reference" / name for name in self.reference}
+        self.broken = []
+
+    def link(self, source, match):
+        mark, text, target = match.groups()
+        if re.match(r"[a-z]+:|#", target):
+            return match[0]
+        path, _, anchor = target.partition("#")
+        file = (source.parent / path).resolve()
+        here = site_name(source)
+        if mark:
+            if not file.is_file():
+                self.broken.append(f"{source}: no picture {target}")
+                return match[0]
+            place = Path("pictures") / file.name
+            (GATHERED / place).parent.mkdir(exist_ok=True)
+            shutil.copy(file, GATHERED / place)
+            return f"![{text}]({relative(place, here)})"
+        if file in self.made or (file.suffix == ".md" and file.is_file() and site_name(file)):
+            return f"[{text}]({relative(site_name(file), here)}{'#' + anchor if anchor else ''})"
+        if not file.exists():
+            self.broken.append(f"{source}: no file {target}")
+        return text
+
+    def page(self, source, text):
+        """Text of a page with the links of the site; code blocks stay as they are."""
+        parts, at = [], 0
+        for fence in FENCE.finditer(text):
+            parts += [LINK.sub(lambda match: self.link(source, match), text[at:fence.start()]), fence[0]]
+            at = fence.end()
+        parts.append(LINK.sub(lambda match: self.link(source, match), text[at:]))
+        target = GATHERED / site_name(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text("".join(parts))
+
+    def gather(self):
+        shutil.rmtree(GATHERED, ignore_errors=True)
+        shutil.copytree(SOURCES / "assets", GATHERED / "assets")
+        for source in readme.pages():
+            if site_name(source):
+                self.page(source, source.read_text())
+        for name, text in self.reference.items():
+            self.page(SOURCES / "reference" / name, text)
+        if self.broken:
+            raise SystemExit("\n".join(self.broken))
+
+
+def title(page):
+    """A page's first heading."""
+    return re.search(r"^# (.+)$", page.read_text(), re.M)[1].strip()
+
+
+def menu():
+    nav = [{"berth": "index.md"}]
+    for folder, (name, first) in SECTIONS.items():
+        order = {stem: at for at, stem in enumerate(first)}
+        pages = sorted((GATHERED / folder).glob("*.md"), key=lambda page: (order.get(page.stem, 99), page.stem))
+        nav.append({name: [f"{folder}/{page.name}" if page.stem == "index" else {title(page): f"{folder}/{page.name}"}
+                           for page in pages]})
+    return nav + [{title(GATHERED / name): name} for name in SINGLE]
+
+
+def main():
+    gathering = Gathering()
+    gathering.gather()
+    config = yaml.safe_load((SOURCES / "mkdocs.yml").read_text())
+    config["nav"] = menu()
+    CONFIG.write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True))
+    words = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--clean", "--config-file", str(CONFIG)]
+    done = subprocess.run(words, cwd=ROOT, env={"NO_MKDOCS_2_WARNING": "1", "PATH": "/usr/bin:/bin"}, check=False)
+    if done.returncode != 0:
+        raise SystemExit(done.returncode)
+    print(f"{ROOT / 'build/docs/index.html'}: {len(list((ROOT / 'build/docs').rglob('*.html')))} pages")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""The documentation site: it builds without a warning, opens from files without a network, its search finds, and nothing of the
+reference lacks its description."""
+
+import json
+import re
+import subprocess
+import sys
+import time
+
+import pytest
+from browser import Browser
+from conftest import ROOT
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import docs  # noqa: E402
+import docs_reference  # noqa: E402
+
+SITE = ROOT / "build" / "docs"
+BUILD_MAX_s = 60.0
+PAGE_MAX_BYTES = 1e6
+SEARCH_MAX_s = 60.0
+WIDTHS = [390, 1400]
+# Search for a word, and a page that has to be among the results.
+FOUND = {"dead time": "explanation/the-loop", "UR10e": "tutorials/docking-stability", "bus-off": "code/hal-linux",
+         "coefficient of restitution": "glossary"}
+
+
+@pytest.fixture(scope="module")
+def site():
+    """Path of the first page; the time that its build took is held against its aim."""
+    begin_s = time.monotonic()
+    done = subprocess.run([sys.executable, ROOT / "scripts" / "docs.py"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert time.monotonic() - begin_s < BUILD_MAX_s
+    return SITE / "index.html"
+
+
+@pytest.fixture
+def browser(site, tmp_path):
+    with Browser(site, tmp_path) as opened:
+        yield opened
+
+
+def open_page(browser, page):
+    browser.events.clear()
+    browser.ask("Page.navigate", url=page.as_uri())
+    browser.wait_for("Page.loadEventFired")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("width", WIDTHS)
+def test_pages_fit_their_window_and_need_no_network(browser, width):
+    pages = sorted(page for page in SITE.rglob("*.html") if page.name != "404.html")
+    assert len(pages) > 50
+    browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+    for page in pages:
+        open_page(browser, page)
+        assert page.stat().st_size < PAGE_MAX_BYTES, page
+        content, window = browser.evaluate("[document.documentElement.scrollWidth, window.innerWidth]")
+        assert content <= window, f"{page} is {content} px wide in a window of {width}"
+        text = page.read_text()
+        assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="?(?:https?:)?//', text), page
+        broken = browser.evaluate("[...document.images].filter(i => i.complete && !i.naturalWidth).map(i => i.src)")
+        assert broken == [], page
+    assert browser.console == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("words", FOUND)
+def test_search_finds(browser, words):
+    browser.evaluate("document.querySelector('[data-md-component=search-query]').focus()")
+    browser.ask("Input.insertText", text=words)
+    deadline_s = time.monotonic() + SEARCH_MAX_s
+    found = []
+    while not found and time.monotonic() < deadline_s:
+        found = browser.evaluate("""[...document.querySelectorAll(".md-search-result__link")]
+          .map(link => link.getAttribute("href"))""")
+    assert any(FOUND[words] in link for link in found), found
+    assert browser.console == []
+
+
+@pytest.mark.parametrize("change", [
+    ("the words of a cause", '"bus off" = ', '"bus on" = '),
+    ("a log field", "woke_ns = ", "# woke_ns = "),
+    ("a description that is empty", re.compile(r'^velocity = ".*"', re.M), 'velocity = ""'),
+    ("a name that is gone", '"bus off" = ', '"wheel off" = "gone"\n"bus off" = '),
+    ("a pattern of the arm", '"tool_[xyz]_m"', '"tool_[xy]_m"'),
+], ids=lambda change: change[0])
+def test_a_name_without_description_fails(change, tmp_path, monkeypatch):
+    _, old, new = change
+    text = docs_reference.DESCRIPTIONS.read_text()
+    changed = re.sub(old, lambda match: new, text) if isinstance(old, re.Pattern) else text.replace(old, new)
+    assert changed != text
+    (tmp_path / "descriptions.toml").write_text(changed)
+    monkeypatch.setattr(docs_reference, "DESCRIPTIONS", tmp_path / "descriptions.toml")
+    with pytest.raises(docs_reference.Undescribed):
+        docs_reference.faults()
+        docs_reference.log()
+
+
+def emptied(member):
+    """The output of berth with one description emptied."""
+    real = docs_reference.berth
+
+    def answer(*words):
+        text = real(*words)
+        return text if words[-1] not in ("--json", "schema") else json.dumps(member(json.loads(text)))
+    return answer
+
+
+def without_physics(effects):
+    effects[7]["physics"] = ""
+    return effects
+
+
+def without_meaning(effects):
+    effects[3]["parameters"][0]["meaning"] = ""
+    return effects
+
+
+def without_description(schema):
+    schema["properties"]["robot"]["properties"]["dead_time_ms"]["description"] = ""
+    return schema
+
+
+@pytest.mark.parametrize("page, member", [(docs_reference.effects, without_physics), (docs_reference.effects, without_meaning),
+                                          (docs_reference.rig_keys, without_description)])
+def test_an_effect_or_a_key_without_description_fails(page, member, monkeypatch):
+    monkeypatch.setattr(docs_reference, "berth", emptied(member))
+    with pytest.raises(docs_reference.Undescribed):
+        page()
+
+
+def test_a_message_without_comment_fails(tmp_path, monkeypatch):
+    dbc = (ROOT / "firmware" / "can" / "berth.dbc").read_text()
+    folder = tmp_path / "firmware" / "can"
+    folder.mkdir(parents=True)
+    (folder / "berth.dbc").write_text(re.sub(r'^CM_ BO_ 64 .*$', "", dbc, flags=re.M))
+    monkeypatch.setattr(docs_reference, "ROOT", tmp_path)
+    with pytest.raises(docs_reference.Undescribed, match="force"):
+        docs_reference.can()
+
+
+def test_a_command_without_a_line_fails(monkeypatch):
+    monkeypatch.setattr(docs_reference, "berth", lambda *words: "Subcommands:\n  run    does\n  eigen                       \n")
+    with pytest.raises(docs_reference.Undescribed):
+        docs_reference.cli()
+
+
+def test_every_command_key_and_effect_is_there():
+    commands = subprocess.run([docs_reference.BERTH, "--help"], capture_output=True, text=True, check=True).stdout
+    pages = docs_reference.pages()
+    for name in re.findall(r"^  ([a-z]+) {2,}\S", commands.split("Subcommands:")[1], re.M):
+        assert f"\n## {name}\n" in pages["cli.md"], name
+    for effect in json.loads(docs_reference.berth("effects", "--json")):
+        assert f"## {effect['effect']}\n" in pages["effects.md"]
+        for parameter in effect["parameters"]:
+            section, key = parameter["key"].split(".", 1)
+            assert re.search(rf"^## \[{section}\].*?^\| `{key}` ", pages["rig-keys.md"], re.M | re.S), parameter["key"]
+    printed = docs_reference.berth("run", "ess-berthing-pose", "--print-config")
+    for key in re.findall(r"^(\w+) = .*# (?:given|assumed)", printed, re.M):
+        assert f"| `{key}` |" in pages["rig-keys.md"], key
+
+
+def test_a_link_that_leads_nowhere_is_an_error(tmp_path):
+    gathering = docs.Gathering.__new__(docs.Gathering)
+    gathering.made, gathering.broken = set(), []
+    source = docs.SOURCES / "glossary.md"
+    for text in ("[a](no-such-page.md)", "![a](no-such-picture.png)"):
+        gathering.link(source, docs.LINK.match(text))
+    assert len(gathering.broken) == 2
+    assert gathering.link(source, docs.LINK.match("[the loop](explanation/the-loop.md)")) == "[the loop](explanation/the-loop.md)"
+    assert gathering.link(source, docs.LINK.match("[code](../../hal/hal.h)")) == "code"
