@@ -254,6 +254,7 @@ ordered arm_schema()
                        {"description", described("what arm it is", "string")},
                        {"kind", one_of("planar or spatial", kind_words, 1)},
                        {"integrator", one_of("method that integrates the arm", integrator_words)},
+                       {"force", one_of("how a tick's force acts: held, or led by half a tick", force_words)},
                        {"substeps", described("integrator steps per tick", "integer")},
                        {"base", section_of(with_units(base), "the satellite that carries the arm")},
                        {"joint", std::move(joints)},

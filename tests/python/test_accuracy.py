@@ -22,6 +22,7 @@ def errors(found, integrator, force):
             if row["integrator"] == integrator and row["force"] == force}
 
 
+@pytest.mark.long
 def test_the_manoeuvre_has_contact(found):
     assert found["events"] >= 2
     assert found["largest_force_N"] > 50

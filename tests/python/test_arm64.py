@@ -26,6 +26,7 @@ CASES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_a_log_from_here_replays_bit_for_bit_on_arm64(case, logs, arm64):
     result, log = logs(*CASES[case])
@@ -33,6 +34,7 @@ def test_a_log_from_here_replays_bit_for_bit_on_arm64(case, logs, arm64):
     assert replayed["equal"] and replayed["ticks"] == result["ticks"] and not replayed["gap"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_a_log_from_arm64_replays_bit_for_bit_here(case, tmp_path, arm64):
     rig, overrides = CASES[case]
@@ -120,6 +122,7 @@ def reachable(program, objdump, roots):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("build, prefix, fused, program", [
     (ROOT / "build", "", FUSED_X86, "berth"),
     (ROOT / "build", "", FUSED_X86, "berth-loop"),

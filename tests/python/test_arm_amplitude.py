@@ -182,6 +182,7 @@ def reduce(*options):
     return one_json_object(done.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options,amplitude_m,limited", [
     (("--held", "--guided"), 0.1, []),
     (("--held", "--guided"), 0.25, ["joint 1", "joint 2"]),
@@ -226,6 +227,7 @@ def test_it_departs_with_the_square_of_the_amplitude():
     assert off[2] / off[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_one_percent_is_where_it_says():
     found = reduce("--held", "--amplitude", "0.05:0.3:4")["amplitudes"]
     for key, name, known in (("frequency_m", "frequency_Hz", "reduced"), ("damping_m", "damping_ratio", "reduced"),

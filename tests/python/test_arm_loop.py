@@ -18,6 +18,7 @@ def eigen(*settings):
     return one_json_object(command("eigen", "ess", "--json", *ARM, *settings).stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dead_time_ms,duration_s", [(17.5, 300), (30.0, 250), (60.0, 120)])
 def test_it_grows_as_its_eigenvalues_say(tmp_path, dead_time_ms, duration_s):
     settings = ("--set", f"robot.dead_time_ms={dead_time_ms}")
@@ -93,6 +94,7 @@ def test_a_recorded_arm_is_compared_too(tmp_path):
     assert (difference["tick"], difference["field"]) == (321, "arm motor_1_rad")
 
 
+@pytest.mark.long
 def test_orders_lead_the_tool_and_the_satellite_answers(logs):
     result, log = logs(BERTHING)
     assert result["frames_rejected"] == 0

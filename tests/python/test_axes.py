@@ -385,6 +385,7 @@ def test_what_the_command_line_cannot_set_is_said(tmp_path):
         assert done.returncode == EXIT_INPUT and b"is set in the rig file alone" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffer,duration_s", [(1, 240), (4, 95)])
 def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer, duration_s):
     axes = PLANAR_AXES.replace("stiffness_N_per_m = 1500.0", f"stiffness_N_per_m = {1500.0 * stiffer}")

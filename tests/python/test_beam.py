@@ -129,6 +129,7 @@ def test_oracle_of_the_oracle():
     assert loop_of({"object.modes": 1}).largest() == pytest.approx(ESS_RADIUS, abs=5e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BEAMS)
 def test_largest_eigenvalue(name):
     done = command("eigen", RIG, "--json", *settings(BEAMS[name]))
@@ -138,6 +139,7 @@ def test_largest_eigenvalue(name):
     assert (found < 1) == (name in STABLE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["fast", "cvode"])
 @pytest.mark.parametrize("name", [*BEAMS, "hold"])
 def test_run_against_the_definitions(tmp_path, name, solver):
@@ -153,6 +155,7 @@ def test_run_against_the_definitions(tmp_path, name, solver):
     assert np.abs(tick["force_N"] - force_N).max() < 1e-4 * grown
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["one mode", "two modes", "eight modes, well damped"])
 def test_it_grows_as_its_eigenvalues_say(tmp_path, name):
     """Where one mode decides: the fit is to one."""
@@ -163,6 +166,7 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, name):
     assert result["growth_per_s"] == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.long
 def test_one_mode_is_the_object_of_one_degree_of_freedom(tmp_path):
     like_ess = {"run.duration_s": 60.0, "manipulator.initial_position_m": 0.01}
     beam = topic(run_json(RIG, tmp_path / "beam", *settings({"object.modes": 1} | like_ess))["log"])
@@ -187,6 +191,7 @@ def coupled_Hz(M, K):
     return (b / LENGTH_m) ** 2 * np.sqrt(STIFFNESS_N_m2 / MASS_kg_per_m) / (2.0 * np.pi)
 
 
+@pytest.mark.long
 def test_reduction():
     M, D, K = 200.0, 125.66370614359172, 7895.6835208714865
     errors = []
@@ -233,6 +238,7 @@ def test_a_whole_arm_swings_with_all_modes(tmp_path):
         assert arm["coupled"]["full"][number] == pytest.approx(beam["coupled"]["full"][number], rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_limit_is_where_the_largest_eigenvalue_crosses_the_circle():
     done = command("limits", RIG, "--json")
     assert done.returncode == 0, done.stderr.decode()
@@ -316,6 +322,7 @@ def test_what_knows_one_mode_only_says_so(tmp_path, what):
     assert "object.modes: this reckons with an object of one degree of freedom" in done.stderr.decode()
 
 
+@pytest.mark.long
 def test_what_fell_at_first_and_then_grows_slowly_is_not_called_stable():
     """Eight modes: what the release left falls twenty-fold within the run, what grows hides below it."""
     words = ("--no-log", "--json", "--set", "object.modes=8", "--set", "object.beam_root_stiffness_N_m_per_rad=1e5",

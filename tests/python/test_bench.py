@@ -50,6 +50,7 @@ def test_every_figure_is_printed(bench):
         assert f"{row['speed_x_realtime']:,.1f}" in line and f"{row['growth_per_s']:+.6f}" in line
 
 
+@pytest.mark.long
 def test_every_aim_is_judged(bench):
     text, figures = bench
     assert len(figures["aims"]) == 4
@@ -59,6 +60,7 @@ def test_every_aim_is_judged(bench):
     assert ("profile of " in text) == (not all(aim["met"] for aim in figures["aims"]))
 
 
+@pytest.mark.long
 def test_instructions_per_tick_do_not_depend_on_how_many_are_counted(bench):
     counts = []
     for ticks in (400, 800, 1200):
@@ -93,6 +95,7 @@ def bench_diagnose():
     return run.stdout, json.loads((TOP / "build/bench_diagnose.json").read_text())
 
 
+@pytest.mark.long
 def test_diagnosis_and_peer_find_the_same_cause_of_the_same_size(bench_diagnose):
     text, figures = bench_diagnose
     found = {name: figures["rows"][name]["causes"] for name in ("berth", "numba")}
@@ -125,6 +128,7 @@ def test_every_figure_of_the_diagnosis_is_printed(bench_diagnose):
         assert line.endswith("aim met" if aim["met"] else "MISSED")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key, value", [("gain_error", 0.02), ("lag", 0.004), ("velocity_limit", 0.05)])
 def test_the_peer_names_other_effects_too(key, value):
     """On a record that its own simulator made: it looks for more than what the bench hides. A dead band it does not

@@ -70,6 +70,7 @@ def stable_share(rig, vary, **values):
     return is_stable[damped_Hz < WALL_Hz].mean()
 
 
+@pytest.mark.long
 def test_claim_1_two_passive_systems_go_unstable_through_dead_time_and_the_object_alone_decides(claims):
     claim = the(claims, "1", "Fig. 4")
     configs = [command("run", f"concept-{material}", "--print-config").stdout.decode().splitlines()
@@ -133,6 +134,7 @@ def test_claim_5_at_400_Hz_a_wide_area_is_stable(claims):
     assert claim.met
 
 
+@pytest.mark.long
 def test_claim_5_beyond_the_wall_is_missed_unless_the_force_low_pass_is_wider(claims):
     claim = the(claims, "5", "Fig. 14", "wall")
     for values, told in (({}, claim.values["highest_Hz"]), ({"f_L": 50.0}, claim.values["wider_Hz"])):
@@ -248,6 +250,7 @@ def test_with_ess_paper_all_17_checks_hold_at_once(paper_data):
     assert claims_module.text(found).endswith("17 of 17 met\n")
 
 
+@pytest.mark.long
 def test_ess_paper_is_as_stable_as_another_program_says(paper_data):
     areas = {}
     for rig in RIGS:

@@ -89,6 +89,7 @@ def coupled_growth_per_s(frequency_Hz, damping_ratio):
     return np.array(growth_per_s)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dead_time_ms", [17.5, 57.5])
 def test_all_that_is_left_of_the_5_Hz_wall_is_stable_with_prediction(dead_time_ms, tmp_path):
     """20 and 60 ms in all. The loop knows the rig of each point."""
@@ -181,6 +182,7 @@ def test_a_prediction_that_is_told_another_robots_dead_time_is_refused(tmp_path)
         assert done.returncode == (EXIT_INPUT if said else 0) and said in done.stderr, (words, done.stderr)
 
 
+@pytest.mark.long
 def test_a_log_with_compensation_is_diagnosed_without_its_manipulator(tmp_path):
     log = run_json("ess", tmp_path, *settings(UNITS["prediction"] | {
         "run.duration_s": 20, "profile.kind": "multisine", "profile.amplitude_m": 0.01, "sensor.noise_N": 0.5}))["log"]
@@ -227,6 +229,7 @@ def test_the_recommended_settings_run(tmp_path):
     assert run_json("ess", tmp_path, *settings(STIFF | {"run.duration_s": 15}), *words)["stable"] is True
 
 
+@pytest.mark.long
 def test_a_rig_that_no_method_makes_robust_is_refused_with_what_would_help():
     done = command("compensate", "ess", "--duration", "4", *settings(
         {"object.stiffness_N_per_m": 2e6, "object.damping_N_s_per_m": 0, "robot.dead_time_ms": 150}))
@@ -385,6 +388,7 @@ def test_methods_without_eigenvalues_have_a_map_in_the_time_domain(unit, tmp_pat
     assert b"TIME DOMAIN" in done.stdout
 
 
+@pytest.mark.long
 def test_a_map_in_the_time_domain_is_the_same_with_any_number_of_threads(tmp_path):
     words = ("--with", "identification", "--set", "sensor.noise_N=0.5")
     one = measured(tmp_path / "1", *words, "--threads", "1")[1]

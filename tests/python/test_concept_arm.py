@@ -29,6 +29,7 @@ def test_foam_stays_and_copper_blows_up(runs):
     assert copper["peak_force_N"] > 100 * foam["peak_force_N"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", ["foam", "copper"])
 def test_it_replays_and_is_shown_from_the_side(runs, material):
     log = runs[material]["log"]

@@ -60,6 +60,7 @@ def check_cut(data, messages, cut, path):
     assert result["equal"] and not result["gap"] and result["cut"] is not at_boundary, f"cut at {cut}"
 
 
+@pytest.mark.long
 def test_a_log_cut_in_its_header(original, tmp_path):
     """Every byte of the first messages, then coarse steps, then around the last messages."""
     data, messages = original
@@ -69,6 +70,7 @@ def test_a_log_cut_in_its_header(original, tmp_path):
         check_cut(data, messages, cut, tmp_path / "cut.ulg")
 
 
+@pytest.mark.long
 def test_a_log_cut_anywhere_in_its_data(original, tmp_path):
     data, messages = original
     random_source = random.Random(SEED)
@@ -92,6 +94,7 @@ def test_pyulog_reads_what_was_whole_before_the_cut(original, tmp_path):
         assert list(ticks) == list(range(whole_ticks(messages, cut))), f"seed {SEED}, cut at {cut}"
 
 
+@pytest.mark.long
 def test_flipped_bits_are_an_error_or_a_difference_or_harmless_but_never_a_crash(original, tmp_path):
     data, _ = original
     counts = {EXIT_DONE: 0, EXIT_DIFFERENT: 0, EXIT_INPUT: 0}

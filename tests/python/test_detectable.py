@@ -43,6 +43,7 @@ def smallest(clean, key):
     return next(one for one in clean[0]["detectable"] if one["key"] == key)
 
 
+@pytest.mark.long
 def test_every_effect_that_acts_there_is_told_once(clean):
     """All but those of the manipulator, which is software here, of a contact, and of what refines another."""
     listed = {one["effect"] for one in json.loads(command("effects", "--json").stdout)}
@@ -90,6 +91,7 @@ KEYS = ["robot.gain_error", "robot.dead_time_ms", "robot.lag_ms", "robot.velocit
 LIMIT = "robot.velocity_limit_m_per_s"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.first(4)
 def test_twice_the_size_is_seen(clean, tmp_path, key):
@@ -104,6 +106,7 @@ def test_twice_the_size_is_seen(clean, tmp_path, key):
     assert told["effect"] in seen, f"{seen}; {again}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key", [key for key in KEYS if key != LIMIT])
 @pytest.mark.first(4)
 def test_a_third_of_the_size_is_not_named(clean, tmp_path, key):

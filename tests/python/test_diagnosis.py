@@ -50,6 +50,7 @@ def endless_rows():
         first += 20000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pack", ["plain", "gz"])
 def test_a_record_without_end_is_refused_while_it_is_read(tmp_path, pack):
     name = tmp_path / ("pipe.csv.gz" if pack == "gz" else "pipe.csv")
@@ -73,6 +74,7 @@ def test_a_record_without_end_is_refused_while_it_is_read(tmp_path, pack):
     assert written < 50e6, "it was read to no purpose"
 
 
+@pytest.mark.long
 def test_records_that_together_are_too_long(tmp_path):
     record = write(tmp_path / "part.csv.gz", *motion(10000))
     refused(tmp_path, record, "and those before it", "more than 1000000 rows", arguments=[record] * 100)

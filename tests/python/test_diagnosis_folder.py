@@ -80,6 +80,7 @@ def test_a_rig_that_eigen_refuses_is_said(good, tmp_path):
     assert "Cannot be told:" in text and "there is no model of this yet" in text
 
 
+@pytest.mark.long
 def test_a_folder_that_is_none_and_a_missing_program_are_named(tmp_path, made):
     _, folder, _ = made
     for arguments, words in (((tmp_path / "nowhere",), "nowhere"), ((folder, "--berth", tmp_path / "no"), "no")):

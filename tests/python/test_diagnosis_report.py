@@ -16,6 +16,7 @@ SIZE_MAX_BYTES = 1e6
 SIZES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "kN": 1e3, "N": 1.0, "mN": 1e-3, "µN": 1e-6}
 
 
+@pytest.mark.long
 def test_the_verdict_is_said_in_words(made):
     verdict, folder, error_m = made
     found = told(folder)
@@ -327,6 +328,7 @@ def test_stability_is_that_of_eigen_and_says_what_it_does_not_know(made):
     assert ("do not account for robot.backlash" in text) == (eigen[0] == eigen[1])
 
 
+@pytest.mark.long
 def test_an_effect_that_eigen_knows_is_not_called_ignored(tmp_path):
     """The example of `make diagnose`, shortened: a transfer behaviour changes the eigenvalues."""
     done = command("run", "ess", "--set", "robot.transfer_frequency_Hz=12", "--set", "run.duration_s=15", "--set",

@@ -70,6 +70,7 @@ def diagnose(log, folder, overrides):
     return json.loads((folder / "diagnosis.json").read_text())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_the_diagnosis_names_what_the_rig_ran_with(effect, excited, tmp_path):
     diagnosis = diagnose(excited(effect), tmp_path, {})
@@ -81,6 +82,7 @@ def test_the_diagnosis_names_what_the_rig_ran_with(effect, excited, tmp_path):
             assert parameter["value"] == pytest.approx(truth, rel=0.15), parameter
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", [name for name in EFFECTS if name not in NOT_REPLAYED])
 def test_the_rig_that_made_a_log_replays_it_but_for_the_noise(effect, excited, tmp_path):
     """Without noise in the robot's reports, so that its dead time, told anew from them, is exact."""
@@ -94,6 +96,7 @@ def test_the_rig_that_made_a_log_replays_it_but_for_the_noise(effect, excited, t
     assert np.sqrt(np.mean(robot_m ** 2)) < 1e-10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", ["robot.gain", "robot.backlash", "object.cubic_stiffness", "robot.dead_time_drift"])
 def test_the_extended_model_runs_and_has_eigenvalues_at_once(effect, excited, tmp_path):
     diagnose(excited(effect), tmp_path, {})
@@ -130,6 +133,7 @@ def diagnosed_with(folder, rig, out):
     return json.loads((out / "diagnosis.json").read_text())
 
 
+@pytest.mark.long
 def test_a_robot_that_is_hardly_late_is_extended_to_what_runs(tmp_path):
     """A straight line to a setpoint needs it a period ahead: what is less late is told in part."""
     found = diagnosed_quick_robot(tmp_path, "[manipulator]\nmass_kg = 200\n[object]\nmass_kg = 100\n")
@@ -139,6 +143,7 @@ def test_a_robot_that_is_hardly_late_is_extended_to_what_runs(tmp_path):
         assert done.returncode == EXIT_DONE, done.stderr
 
 
+@pytest.mark.long
 def test_a_robot_by_itself_may_be_less_late_than_a_row(tmp_path):
     """Its log has target and actual position in one packet. What is written is diagnosed once more, and runs no loop."""
     found = diagnosed_quick_robot(tmp_path, "")
@@ -166,6 +171,7 @@ def slow_where_limits_take_long(keys):
     return pytest.param(keys, marks=[pytest.mark.slow] * any(key in LIMITS_TAKE_LONG for key in keys))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("keys", [slow_where_limits_take_long(keys) for keys in LINEAR + OF_SIZE], ids=lambda keys: next(iter(keys)))
 def test_every_effect_is_in_eigenvalues_limits_and_maps(keys, tmp_path):
     eigen, limits, mapped = (command(what, "ess", *settings(keys), *more, "--json", text=True) for what, more in

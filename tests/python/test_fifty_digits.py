@@ -67,6 +67,7 @@ def onto_its_limit(parameters):
     return None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", range(CASES))
 def test_spectral_radius_against_fifty_digits(number):
     parameters = draw(number)
@@ -100,6 +101,7 @@ def test_maps_of_two_slow_modes_at_a_high_rate_against_fifty_digits(number, tmp_
         assert error < 1e-11  # from cell to cell the search ends a step earlier
 
 
+@pytest.mark.long
 def test_the_growth_at_50_kHz_with_1000_samples_of_dead_time_keeps_its_digits(tmp_path):
     """A period of 20 us: what is wrong with |z| by 1e-10 is wrong with the growth by 5e-6 /s. Dense matrices are."""
     rate_Hz = 50000

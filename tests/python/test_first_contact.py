@@ -135,6 +135,7 @@ def answers(file, folder, *changes):
     return made
 
 
+@pytest.mark.long
 def test_map_and_compensate_list_what_is_assumed_and_where_the_delay_comes_from(rig, tmp_path):
     for subcommand, (shown, told) in answers(rig(HELD + OBJECT), tmp_path).items():
         assert "sensor.low_pass_frequency_Hz" in {one["key"] for one in told["assumed"]}, subcommand
@@ -231,6 +232,7 @@ def test_the_peak_of_the_sensors_spring_stands_beside_the_measured_one(shipped, 
     assert told["peak_force"]["true"]["force_N"] == pytest.approx(true_N, rel=0.05)
 
 
+@pytest.mark.long
 def test_the_same_words_on_terminal_json_page_and_picture(rig, tmp_path):
     told = run_json(rig(HELD + OBJECT), tmp_path)
     log = tmp_path / "my.ulg"
@@ -254,6 +256,7 @@ def test_a_docking_rig_gets_an_answer_before_it_blows_up(rig, tmp_path):
     assert told["stopped"]["cause"] == "position_limit"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("arguments, exit_code", [
     (["run", "ess", "--no-log"], EXIT_DONE),
     (["run", "ess", "--no-log", "--set", "object.mass_kg=210"], EXIT_DIFFERENT),
@@ -281,6 +284,7 @@ def test_print_config_marks_given_and_assumed(rig):
     assert any(line.startswith("assumed = [") and '"object"' in line for line in shown)
 
 
+@pytest.mark.long
 def test_json_of_the_prediction_has_the_same_keys():
     for subcommand in ("eigen", "limits", "run"):
         told = json.loads(command(subcommand, "ess", "--json", *(["--no-log"] if subcommand == "run" else [])).stdout)
@@ -289,6 +293,7 @@ def test_json_of_the_prediction_has_the_same_keys():
         assert told["margin"]["modulus"] == pytest.approx(0.5389, abs=1e-4), subcommand
 
 
+@pytest.mark.long
 def test_a_rig_in_contact_has_eigenvalues_a_bounce_and_the_stiffness_at_which_it_gains_energy(rig):
     file = rig(DOCKING)
     eigen = one_json_object(command("eigen", file, "--json").stdout)

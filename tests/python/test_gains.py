@@ -64,6 +64,7 @@ def changed_values(own, gain, value):
     return changed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig, own, values", RIGS)
 @pytest.mark.parametrize("percent", [10.0, 50.0])
 @pytest.mark.first(5)
@@ -115,6 +116,7 @@ def test_margins_rank_by_themselves_and_not_as_growth_does():
     assert better["robot.dead_time_ms"] < 17.5 and better["object.mass_kg"] < 100.0
 
 
+@pytest.mark.long
 def test_a_force_that_becomes_a_tick_older_is_said():
     """The sample comes exactly one tick late: at a higher rate, with its delay in ms, it comes two ticks late."""
     told = {(gain["parameter"], gain.get("delays_stay")): gain for gain in limits("ess")["buys"]["rank"]}
@@ -171,6 +173,7 @@ def test_the_nearest_limit_is_the_one_of_the_smallest_factor(rig, values):
     assert one_json_object(command("eigen", rig, "--json", *settings(beyond)).stdout)["stable"] is not told["stable"]
 
 
+@pytest.mark.long
 def test_the_tables_for_a_person_rank_as_the_json_does():
     text = command("limits", "ess").stdout.decode()
     told = limits("ess")["buys"]

@@ -118,6 +118,7 @@ def check_axis(shown, reported, beam, sensor_stiffness, grip, low_pass):
     return tip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["fast", "cvode"])
 @pytest.mark.parametrize("low_pass", [0, 2])
 @pytest.mark.parametrize("grip", GRIPS)
@@ -164,6 +165,7 @@ def test_steps_and_cvode_agree(tmp_path, grip, between):
             assert np.abs(a[field] - b[field]).max() < 1e-6 * np.ptp(a[field]) + 1e-6 * (field[-1] != "m"), field
 
 
+@pytest.mark.long
 def test_the_shipped_rig_grips_along_all_axes_and_its_report_shows_it(logs):
     result, log = logs("ess-berthing-pose")
     assert result["frames_rejected"] == 0 and result["frames_lost"] == 0 and result["state"] == "running"
@@ -185,6 +187,7 @@ def test_the_report_shows_a_grip(tmp_path):
         assert word in page, word
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("values", [
     {"run.duration_s": 5, "run.grip_close_s": 60},
     {"run.duration_s": 8, "run.grip_close_s": 5, "run.emergency_stop_s": 2},  # stopped by when the gripper closes

@@ -47,6 +47,7 @@ def test_an_order_into_a_singular_pose_leaves_a_trace(told):
     assert "angle" not in line
 
 
+@pytest.mark.long
 def test_a_log_tells_the_same(told):
     log = told[1]["log"]
     assert one_json_object(command("summary", log, "--json").stdout)["guidance"] == told[1]["guidance"]

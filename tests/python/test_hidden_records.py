@@ -56,6 +56,7 @@ def plain_values(rig):
             for section, keys in rig.items() if isinstance(keys, dict)}
 
 
+@pytest.mark.long
 def test_same_seed_same_bytes_and_the_truth_stays_apart(tmp_path):
     arguments = ["--effect", "robot.backlash", "--size", "medium"]
     first, _ = generate(tmp_path / "a", 7, *arguments)
@@ -72,6 +73,7 @@ def test_same_seed_same_bytes_and_the_truth_stays_apart(tmp_path):
     assert done.returncode != 0, "record and truth in one folder"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect, seed", [("none", 1), ("robot.deadband", 2), ("sensor.spikes", 3),
                                           ("object.coulomb_friction", 4), ("loop.lost_samples", 5)])
 @pytest.mark.first(2)
@@ -93,6 +95,7 @@ def test_the_firmwares_command_follows_from_operator_and_force(tmp_path, effect,
     assert np.max(np.abs(x - record["command_position_m"])) < 6e-12, "half a step of 10 pm"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect, words, shows", [
     ("object.cubic_stiffness", ["eigen"], b": stable"),
     ("object.impact_damping", ["run", "--print-config"], b'kind = "contact"'),
@@ -126,6 +129,7 @@ def test_standstill_shows_the_floor():
         assert np.std(values) == pytest.approx(made.noise[channel].rms, rel=0.25), f"seed {made.seed}"
 
 
+@pytest.mark.long
 def test_detectability_of_a_bias_is_the_textbooks():
     made = scenarios.draw(3, "sensor.bias", "large")
     bias_N = made.effects[0][2].parameters["bias_N"]
@@ -154,6 +158,7 @@ def test_what_the_other_effect_makes_up_for_is_not_shown():
     assert fixed > 10.0 * detectability.CHI2_MARGIN > 10.0 * second["chi2"]
 
 
+@pytest.mark.long
 def test_what_the_tolerances_allow_is_not_an_effect():
     made = scenarios.draw(12, "object.cubic_stiffness", "large")
     tuning = detectability.Tuning(made)

@@ -166,6 +166,7 @@ def scored(request, tmp_path):
     return how, done.returncode, content, (tmp_path / "score" / "score.md").read_text()
 
 
+@pytest.mark.long
 def test_the_scorer_tells_programs_apart(scored):
     how, code, content, report = scored
     met = {bound["name"]: bound["met"] for bound in content["bounds"]}
@@ -217,6 +218,7 @@ def test_few_records_fail_a_bound_only_if_that_is_improbable():
     assert [one["met"] for one in json.loads(json.dumps(few))] == [True, True, False]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [0, 1, 3, 6, 13])
 @pytest.mark.first(2)
 def test_a_record_is_made_again_by_the_line_that_tells_how(place, tmp_path):
@@ -287,6 +289,7 @@ def test_what_a_fixed_record_must_be(record, right):
     assert score.is_right(record) is right
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how, bad", [("right", []), ("silent", ["robot.backlash"])])
 def test_fixed_records_tell_programs_apart(monkeypatch, tmp_path, how, bad):
     program = tmp_path / "fake"

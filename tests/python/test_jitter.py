@@ -235,6 +235,7 @@ def test_a_map_that_takes_long_is_announced_and_not_begun(write, tmp_path):
     assert not (tmp_path / "maps").exists()
 
 
+@pytest.mark.long
 def test_picture_shows_both_limits(write, tmp_path):
     result, _ = map_json(tmp_path, "--vary", "elasticity", "--grid", "40x30", "--ticks", "2000", "--jitter",
                          write(histogram({us: 1 for us in range(2000)})))
@@ -266,6 +267,7 @@ def test_eigen_tells_the_exponent_at_both_ends_of_a_band(write):
     assert f"dead time 40 ms, the lower end: stable, Lyapunov exponent {told['lower_end']['growth_per_s']:.6f}" in text
 
 
+@pytest.mark.long
 def test_map_has_the_band_without_jitter_and_exponents_at_the_upper_end(write, tmp_path):
     what = ["--vary", "mass", "--grid", "12x8", "--jitter", write(histogram(COUNTS))]
     told, columns = map_json(tmp_path / "band", *what, "--robot", "abb-egm")

@@ -125,6 +125,7 @@ AWKWARD = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("overrides", [{}, AWKWARD], ids=["as shipped", "awkward values"])
 def test_print_config_loads_again_as_the_same_rig(rig, overrides, tmp_path):

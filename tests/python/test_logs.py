@@ -28,6 +28,7 @@ SHORT = {"run.duration_s": 3.0}
 
 
 # --- ULog ---------------------------------------------------------------------------------------------------------
+@pytest.mark.long
 @pytest.mark.parametrize("rig", RIGS)
 def test_pyulog_reads_every_record(rig, logs):
     result, log = logs(rig)
@@ -139,6 +140,7 @@ def cantools_decode(text):
     return decoded
 
 
+@pytest.mark.long
 def test_cantools_decodes_every_line_to_the_values_in_the_log(logs):
     """Text to value by cantools; frame to value by our generated codec, as recorded in each tick."""
     _, log = logs("ess", SHORT)
@@ -179,6 +181,7 @@ def test_the_dbc_gives_the_recorded_force_from_the_recorded_bytes(logs):
     assert all(tick["force_N"][int(t) // 2500] == force for t, force in at_tick.items())
 
 
+@pytest.mark.long
 def test_lines_of_a_disturbed_run_decode_but_for_error_frames(logs):
     _, log = logs("ess", {**SHORT, **DISTURBED})
     for bus in BUSES:

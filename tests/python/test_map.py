@@ -138,6 +138,7 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     assert done.returncode == EXIT_INPUT and len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_picture(tmp_path):
     result, _ = map_json(tmp_path, "ess", "--vary", "elasticity", "--grid", "40x30")
     done = subprocess.run([sys.executable, "scripts/map_picture.py", result["csv"]], cwd=ROOT, capture_output=True)
@@ -149,6 +150,7 @@ def test_picture(tmp_path):
     assert red > 0.1 and blue > 0.05  # both sides of the limit are there
 
 
+@pytest.mark.long
 def test_map_at_an_amplitude_is_what_eigen_says_at_every_point(tmp_path):
     """Also where the mode that decides is not the one whose frequency the equivalent spring was taken at."""
     softening = ["--set", "object.cubic_stiffness_N_per_m3=-1e7"]

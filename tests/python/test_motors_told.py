@@ -68,6 +68,7 @@ def test_a_longer_run_is_not_promised_to_tell(tmp_path):
     assert "a longer run" not in shown and SMALL in shown
 
 
+@pytest.mark.long
 def test_a_log_tells_the_same_and_replays(told):
     found, _ = told
     assert one_json_object(command("summary", found["log"], "--json").stdout)["motors"] == found["motors"]
@@ -95,6 +96,7 @@ def test_of_motors_that_are_strong_enough_nothing_is_told(tmp_path):
     assert "  motors " not in command("run", "ess", "--no-log", "--set", "run.duration_s=1").stdout.decode()
 
 
+@pytest.mark.long
 def test_a_log_from_before_they_were_told_is_read_and_says_that_it_does_not_know(tmp_path):
     data = Path(run_json("ess-berthing", tmp_path, "--set", "run.duration_s=20")["log"]).read_bytes()
     [message] = [m for m in ulog_messages(data) if m.type == "F" and m.content.startswith(b"arm:")]

@@ -34,6 +34,7 @@ def names(entries):
     return [entry["effect"] for entry in entries]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.first(1)
 def test_the_proposed_experiment_decides(tmp_path, seed):
@@ -65,6 +66,7 @@ def test_the_proposed_experiment_decides(tmp_path, seed):
     assert 0.5 < gap / proposed["predicted_gap"] < 2.0, (gap, proposed["predicted_gap"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.first(1)
 def test_rivals_that_the_force_was_asked_about_are_told_apart(tmp_path, seed):
@@ -79,6 +81,7 @@ def test_rivals_that_the_force_was_asked_about_are_told_apart(tmp_path, seed):
         assert found["verdict"] == "named" and found["next_experiment"] is None, seed
 
 
+@pytest.mark.long
 def test_where_no_experiment_can_a_calibration_is_named(tmp_path):
     """What a sensor with a wrong gain shows, an object with more of everything shows as well."""
     record = run(tmp_path, {**SMALL, **NOISE, "profile.amplitude_m": 0.01, "sensor.gain_error": 0.1})
@@ -93,6 +96,7 @@ def test_where_no_experiment_can_a_calibration_is_named(tmp_path):
     assert not (tmp_path / "out" / "next_experiment.csv").exists()
 
 
+@pytest.mark.long
 def test_a_record_that_shows_nothing_is_followed_by_one_that_shows_more(tmp_path):
     """The sizes that the second record would have shown are smaller by about what was promised."""
     told = {"manipulator.initial_position_m": 0.001}

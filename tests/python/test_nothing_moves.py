@@ -9,6 +9,7 @@ from test_report import made
 AT_REST = {"manipulator.initial_position_m": 0, "run.duration_s": 20}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("arm", [{}, {"manipulator.arm": "ess"}], ids=["without an arm", "with an arm"])
 def test_of_a_loop_at_rest_the_model_tells(tmp_path, arm):
     told = run_json("ess", tmp_path, *settings(AT_REST | arm))

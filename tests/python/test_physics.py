@@ -73,6 +73,7 @@ def first_running_tick(tick):
     return first
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["fast", "cvode"])
 @pytest.mark.parametrize("case", CASES)
 def test_every_sample_agrees_with_the_independent_loop(case, solver, logs):

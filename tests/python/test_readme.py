@@ -43,6 +43,7 @@ def stable(text):
     return text.strip().splitlines()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page, command, expected", list(console_commands()))
 def test_console_block(page, command, expected):
     readme.write_files(PAGES[page].read_text())

@@ -104,6 +104,7 @@ def test_a_beam_of_a_rig_with_an_arm_meets_that_arm(tmp_path):
             found["object"]["loop"][model]["growth_per_s"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_long_dead_time_ends_the_search_and_not_the_answer():
     late = ("ess", "--held", "--set", "object.mass_kg=1", "--set", "object.stiffness_N_per_m=1", "--set",
             "object.damping_N_s_per_m=0.1", "--set", "robot.dead_time_ms=300")
@@ -119,6 +120,7 @@ def test_an_object_that_is_too_stiff_at_any_size_is_no_factor_of_zero():
     assert "< 0.01" in command("reduce", *words).stdout.decode()
 
 
+@pytest.mark.long
 def test_where_dead_time_makes_it_stable_again_is_told():
     """A light beam on a stiff manipulator: over a turn of its swing at 7.1 Hz the late force takes energy, gives it, and
     takes it again. Against the eigenvalues to either side of every edge."""

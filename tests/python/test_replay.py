@@ -24,6 +24,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("overrides", [{}, DISTURBED], ids=["as shipped", "disturbed"])
 def test_every_rig_replays_bit_for_bit(rig, overrides, logs):
@@ -38,6 +39,7 @@ def test_every_part_of_the_firmware_replays_bit_for_bit(variant, logs):
     assert replayed["equal"] and replayed["ticks"] == result["ticks"]
 
 
+@pytest.mark.long
 def test_the_variants_do_what_their_names_say(logs):
     """Else their replays would say little."""
     assert logs("ess", DISTURBED)[0]["frames_lost"] > 100 and logs("ess", DISTURBED)[0]["error_frames"] > 100

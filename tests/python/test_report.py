@@ -85,6 +85,7 @@ def made(log):
     return Page(page), picture
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_report_tells_the_run(tmp_path, case):
     log, _ = run(tmp_path, *CASES[case])
@@ -109,6 +110,7 @@ def test_report_tells_the_run(tmp_path, case):
     assert f"dead_time_ms {40.0 if case == 'ess-50hz' else 17.5} command to motion" in page.text
 
 
+@pytest.mark.long
 def test_report_names_the_robot_preset(tmp_path):
     log = tmp_path / "ess.ulg"
     ran = [BERTH, "run", "ess", "--robot", "abb-egm", "--set", "run.duration_s=2", "--out", tmp_path]
@@ -164,6 +166,7 @@ def test_page_holds_every_sample_of_the_part_that_it_opens_on(tmp_path):
         assert shown.sum() == pytest.approx(400 * (to_s - from_s), abs=1) and to_s - from_s < 6
 
 
+@pytest.mark.long
 def test_dead_time_is_shown(tmp_path):
     for rig, dead_time_ms in (("ess", 17.5), ("ess-50hz", 40.0), ("ess-half-dead-time", 7.5)):
         log, _ = run(tmp_path, rig, ["run.duration_s=3"])
@@ -188,6 +191,7 @@ def messages(content):
         at = end
 
 
+@pytest.mark.long
 def test_cut_log(tmp_path):
     """A log that is cut among its records gives a report of what is there, one cut in its header a clear error."""
     log, told = run(tmp_path, "ess", ["run.duration_s=5"])
@@ -210,6 +214,7 @@ def test_cut_log(tmp_path):
     assert sorted(path.suffix for path in tmp_path.glob("ess.*")) == [".log", ".log", ".ulg"]
 
 
+@pytest.mark.long
 def test_missing_ticks(tmp_path):
     """Records that a full disk cost: the curves have a gap, and the page says so."""
     log, _ = run(tmp_path, "ess", ["run.duration_s=5"])
@@ -247,6 +252,7 @@ def test_missing_command_is_named(tmp_path):
     assert done.returncode == 2 and "no-such-program" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_rig_text_is_escaped(tmp_path):
     """A description cannot break out of the page."""
     rig = subprocess.run([BERTH, "run", "ess", "--print-config"], capture_output=True, text=True).stdout
@@ -279,6 +285,7 @@ def are_of(curve, expected, rate_Hz=400):
     return len(values) > 500 and np.allclose(values, picked, rtol=1e-6, atol=1e-12)
 
 
+@pytest.mark.long
 def test_the_units_of_compensation_show_their_states(tmp_path):
     """Panels of what is on, with the log's own numbers, and none of what is off."""
     from pyulog import ULog
@@ -304,6 +311,7 @@ def test_the_units_of_compensation_show_their_states(tmp_path):
     assert abs(tick["believed_stiffness_N_per_m"][-1] - 40000) < 1000
 
 
+@pytest.mark.long
 def test_the_force_lead_shows_what_its_model_does_not_know(tmp_path):
     from pyulog import ULog
     log, _ = run(tmp_path, "ess", ["force_lead.enabled=true", "run.duration_s=3"])
@@ -312,12 +320,14 @@ def test_the_force_lead_shows_what_its_model_does_not_know(tmp_path):
     assert are_of(page.curve("lead", "measured less model"), tick["lead_error_N"])
 
 
+@pytest.mark.long
 def test_without_compensation_there_are_no_panels_of_it(tmp_path):
     log, _ = run(tmp_path, "ess", ["run.duration_s=3"])
     names = {panel["name"] for panel in made(log)[0].data["panels"]}
     assert not names & {"prediction", "identified", "tracked", "inverse", "lead", "passivity"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("low, high", [(1.2, 1.5), (0.0, 1.9), (-6.0, 1.0)])
 def test_an_envelope_has_labels_however_flat_it_is(tmp_path, low, high):
     """Whole powers of ten may all lie outside an axis of less than a decade."""

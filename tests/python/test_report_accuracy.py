@@ -42,6 +42,7 @@ def test_the_statement_stands_in_the_report(log, found):
     assert '<section id="accuracy">' in html and "data:image/png;base64,iVBORw0KGgo" in html
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change,says", [
     ({"arm_hash": "0123456789abcdef"}, "is about another arm"),
     ({"step_ms": 5.0}, "is about steps of 5 ms, and"),
@@ -55,6 +56,7 @@ def test_what_is_about_something_else_is_refused(log, found, change, says):
     assert not log.with_suffix(".html").exists()
 
 
+@pytest.mark.long
 def test_what_is_no_accuracy_is_refused(log, tmp_path):
     for text in ("{", "[]", "{}"):
         log.with_suffix(".accuracy.json").write_text(text)

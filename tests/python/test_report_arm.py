@@ -45,6 +45,7 @@ def test_a_spatial_arm_is_placed_too(tmp_path):
     assert np.ptp(log.arm["base_quaternion_w"]) > 0 and np.ptp(log.arm["tool_x_m"]) > 1e-3
 
 
+@pytest.mark.long
 def test_the_page_plays_it(berthing, tmp_path):
     made(berthing)
     with Browser(berthing.with_suffix(".html"), tmp_path) as browser:
@@ -96,6 +97,7 @@ def test_a_gripped_panel_bends_as_the_rig_has_it(berthing):
     assert np.ptp(root) < 2e-6 and np.abs(log.rig["object_position_m"]).max() > 1e-4
 
 
+@pytest.mark.long
 def test_the_view_may_be_close_and_has_a_scale(berthing, tmp_path):
     made(berthing)
     with Browser(berthing.with_suffix(".html"), tmp_path) as browser:
@@ -122,6 +124,7 @@ def test_a_log_that_was_cut_is_drawn_as_far_as_it_goes(tmp_path):
     assert json.loads(report_arm.scene(found))["frames"] == 20
 
 
+@pytest.mark.long
 def test_without_an_arm_there_is_no_picture(tmp_path):
     log, _ = run(tmp_path, "ess", ["run.duration_s=1"])
     assert report_arm.scene(read_log(log)) == "null"

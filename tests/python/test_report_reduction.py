@@ -40,6 +40,7 @@ def eigen(arm, dead_time_ms):
     return one_json_object(done.stdout)["growth_per_s"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joint,place", [(1, 3), (1, 12), (2, 5), (2, 24)])
 def test_the_full_arm_is_the_one_of_eigen(sweeps, tmp_path, joint, place):
     sweep = sweeps[joint - 1]
@@ -62,6 +63,7 @@ def test_the_reduced_one_is_a_rig_without_an_arm(sweeps):
     assert sweep.growth_reduced[place] == pytest.approx(found["growth_per_s"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_words_are_those_of_the_numbers(berthing, sweeps):
     page, _ = made(berthing)
     growth = np.array([(r, f) for sweep in sweeps for r, f in zip(sweep.growth_reduced, sweep.growth_full)])
@@ -75,6 +77,7 @@ def test_the_words_are_those_of_the_numbers(berthing, sweeps):
     assert f" {1 + max(off) / 100:.0f} times too long: " in page.text
 
 
+@pytest.mark.long
 def test_the_picture_is_on_the_page(berthing, tmp_path):
     made(berthing)
     with Browser(berthing.with_suffix(".html"), tmp_path) as browser:
@@ -97,6 +100,7 @@ def test_poses_with_nothing_springy_are_left_out(tmp_path):
     assert "0.000  no spring of the arm moves the tool along the direction" in shown
 
 
+@pytest.mark.long
 def test_a_rig_that_has_no_eigenvalues_says_why(tmp_path):
     log, _ = run(tmp_path, "ess", ["manipulator.arm=ess", "extrapolation.order=1", "run.duration_s=1"])
     page, _ = made(log)

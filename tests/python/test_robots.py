@@ -158,6 +158,7 @@ def test_a_drive_lag_that_the_user_states_is_no_longer_missing():
 
 
 # --- logs ---------------------------------------------------------------------------------------------------------
+@pytest.mark.long
 def test_the_log_tells_the_preset_and_is_otherwise_that_of_the_same_values(tmp_path):
     short = {"run.duration_s": 5}
     told = run_json("ess", tmp_path / "robot", "--robot", "abb-egm", *settings(short))
@@ -240,6 +241,7 @@ def test_a_point_that_is_only_possible_at_the_upper_end(tmp_path):
     assert told["points_invalid"] == 2 * 1  # 30 Hz does not divide
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness_N_per_m, stable", [(2368.7, "all"), (15000, "part"), (60000, "none")])
 @pytest.mark.first(1)
 def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, stable):
@@ -261,11 +263,13 @@ def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, sta
     assert f"reported dead time from 40 to 80 ms: {words[stable]}" in text
 
 
+@pytest.mark.long
 def test_limits_without_a_band_tell_none():
     told = ask("limits", "ess", "--robot", "ur10e-servoj")
     assert told["dead_time_band"] is None and told["robot"]["preset"] == "ur10e-servoj"
 
 
+@pytest.mark.long
 def test_picture_of_a_band(tmp_path):
     told, _ = map_columns(tmp_path, "ess", "--robot", "abb-egm", "--vary", "elasticity", "--grid", "60x40")
     plain, _ = map_columns(tmp_path, "ess", "--robot", "krenn-400hz", "--vary", "elasticity", "--grid", "60x40")

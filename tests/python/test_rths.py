@@ -241,6 +241,7 @@ def criteria_over_seeds(folder, *arguments):
     return np.array([[run[name] for name in CRITERIA] for run in runs])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller, case, row", [
     ("pi", 1, [4.64, 10.37, 11.56, 36.0, 18.4, 32.2, 32.3, 14.8, 14.8]),
     ("pi", 4, [4.64, 10.46, 11.41, 72.5, 35.5, 68.5, 68.6, 33.4, 33.3]),
@@ -263,6 +264,7 @@ ADAPTIVE = {1: [0.0, 2.55, 2.17, 3.19, 2.45, 1.85, 1.85, 1.10, 1.09],
 ADAPTIVE_WORST_OF_20 = {1: [0.0, 2.56, 2.19, 3.24, 2.49, 1.92, 1.93, 1.16, 1.15], 4: ADAPTIVE[4]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [1, 4])
 def test_the_firmware_is_better_than_the_adaptive_rows(benchmark_data, case):
     """Nominal and worst of 20 plants. J2 is the sensor's noise over the simulated motion: a loop that shakes the frame
@@ -281,6 +283,7 @@ def test_the_firmware_is_better_than_the_adaptive_rows(benchmark_data, case):
     assert 0.0 < told["nominal"]["J6_percent"] < 0.1 and 0.0 < told["nominal"]["J7_percent"] < 0.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [1, 4])
 def test_told_a_younger_force_than_it_is_every_figure_is_that_of_the_adaptive_rows_or_better(benchmark_data, case):
     """J2 included: the frame then moves a little more. To the rows' two digits; case 4 has none for perturbed plants."""
@@ -309,6 +312,7 @@ def test_the_peak_of_the_tracking_error_is_that_of_the_noise(benchmark_data):
     assert np.median(found / noise) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_with_the_late_force_tracking_alone_is_better_than_the_adaptive_row(benchmark_data):
     """Case 1, in every figure, J2 too: both frames move too much, by the same cause."""
     mean = criteria_over_seeds(benchmark_data, "--controller", "firmware-late").mean(axis=0)

@@ -209,6 +209,7 @@ def test_a_run_tells_of_samples_and_their_age():
     assert "1996 samples, 0 torn ones rejected; arrived 0.000 to 0.500 ms before their use" in done.stdout.decode()
 
 
+@pytest.mark.long
 def test_a_force_whose_age_changes_is_not_judged(tmp_path):
     """Its held samples are the sensor's own; they had been told as dropouts."""
     made = run_json("ess", tmp_path, *settings({"run.duration_s": 5, "sensor.rate_Hz": 333}))

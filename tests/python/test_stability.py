@@ -42,6 +42,7 @@ def test_eigenvalues_come_by_falling_magnitude_and_in_pairs(rig):
     assert np.allclose(np.sort_complex(z), np.sort_complex(z.conj()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig, values", [
     ("ess", {}), ("ess-50hz", {}), ("ess", {"object.stiffness_N_per_m": 23687}),
     ("ess", {"robot.transfer_frequency_Hz": 12, "robot.interpolation": "hold", "sensor.low_pass_order": 1}),
@@ -68,6 +69,7 @@ def test_at_each_limit_the_largest_eigenvalue_has_magnitude_1_and_is_the_mode_na
     assert at_limits >= 5
 
 
+@pytest.mark.long
 def test_stable_intervals_hold_what_eigenvalues_say():
     parameter = ask("limits", "ess-50hz")["parameters"]["object.mass_kg"]
     intervals = parameter["stable_intervals"]
@@ -79,6 +81,7 @@ def test_stable_intervals_hold_what_eigenvalues_say():
         assert ask("eigen", "ess-50hz", {"object.mass_kg": repr(float(mass_kg))})["stable"] is inside
 
 
+@pytest.mark.long
 def test_dead_time_margin_is_what_may_be_added():
     limits = ask("limits", "ess-50hz")
     dead_time_ms = 40.0 + limits["dead_time_margin_ms"]
@@ -86,6 +89,7 @@ def test_dead_time_margin_is_what_may_be_added():
     assert ask("eigen", "ess-50hz", {"robot.dead_time_ms": repr(dead_time_ms + 1e-3)})["stable"] is False
 
 
+@pytest.mark.long
 def test_rates_are_judged_as_eigenvalues_say():
     for rate in ask("limits", "ess-50hz")["rates"]:
         done = command("eigen", "ess-50hz", "--json", *settings({"loop.rate_Hz": rate["rate_Hz"]}))
@@ -95,6 +99,7 @@ def test_rates_are_judged_as_eigenvalues_say():
             assert one_json_object(done.stdout)["stable"] is rate["stable"], rate
 
 
+@pytest.mark.long
 def test_the_table_for_a_person_has_every_parameter_of_the_json():
     table = command("limits", "ess").stdout.decode()
     for key, parameter in ask("limits", "ess")["parameters"].items():
@@ -127,6 +132,7 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------
+@pytest.mark.long
 @pytest.mark.parametrize("values, effect", [
     ({"robot.clock": "free", "robot.clock_drift_ppm": 50}, "a clock of its own"),
     ({"robot.jitter_ms": 0.5}, "up to 0.5 ms early or late"),
@@ -145,11 +151,13 @@ def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, eff
     assert "left out" not in command("limits", "ess").stdout.decode()
 
 
+@pytest.mark.long
 def test_lines_of_limits_end_where_their_words_end():
     text = command("limits", "ess").stdout.decode()
     assert not [line for line in text.splitlines() if line != line.rstrip()]
 
 
+@pytest.mark.long
 def test_no_narrow_band_of_the_dead_time_is_stepped_over():
     """Along the dead time |z| swings once a period: up to the margin every tenth of a period is stable by its own
     eigenvalues, and just beyond it is not."""
@@ -170,6 +178,7 @@ def test_no_narrow_band_of_the_dead_time_is_stepped_over():
     assert not is_stable(own_ms + margin_ms + 0.001)
 
 
+@pytest.mark.long
 def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval():
     """Far along some parameters the spring softens to nothing, and there is no linear loop to judge."""
     softening = settings({"object.cubic_stiffness_N_per_m3": -1e7})
@@ -184,6 +193,7 @@ def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval(
             assert one_json_object(done.stdout)["stable"] == (factor < 1.0), key
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("samples", [2, 4])
 def test_limits_of_a_sensor_that_samples_faster_than_the_loop_runs(samples):
     """Rates of which the sensor's is no multiple have no eigenvalues: they are not possible, all else is told."""
@@ -196,6 +206,7 @@ def test_limits_of_a_sensor_that_samples_faster_than_the_loop_runs(samples):
     assert rank["in ms"]["to"] is None and rank["in ticks"]["less"] and rank["in ticks"]["more"]
 
 
+@pytest.mark.long
 def test_short_dead_times_are_looked_at_as_well():
     """Below a tenth of the rig's own: at once it is unstable, after 0.4 of 20 ms it is not, later it is again."""
     rig = {
@@ -215,6 +226,7 @@ def test_short_dead_times_are_looked_at_as_well():
         assert any(low <= 0.4 * i <= high for low, high in found["stable_intervals"]) is stable, i
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("values", [
     {"manipulator.stiffness_N_per_m": 0, "manipulator.mass_kg": 35, "manipulator.damping_N_s_per_m": 2,
      "object.mass_kg": 15, "object.stiffness_N_per_m": 30, "object.damping_N_s_per_m": 1},
@@ -233,6 +245,7 @@ def test_limits_where_a_pole_of_the_open_loop_lies_on_the_circle_are_good_to_six
     assert checked >= 3
 
 
+@pytest.mark.long
 def test_a_verdict_of_harmonics_that_do_not_settle_says_that_it_is_a_guess():
     abrupt = settings({"robot.acceleration_limit_m_per_s2": 0.3})
     for subcommand in ("eigen", "limits"):
@@ -254,6 +267,7 @@ TWO_SLOW_MODES = {
 }
 
 
+@pytest.mark.long
 def test_two_slow_modes_at_a_high_rate_are_judged_as_their_eigenvalues_and_rounding_makes_no_limits():
     found = ask("limits", "ess", TWO_SLOW_MODES)
     for gain in found["buys"]["rank"]:
@@ -282,6 +296,7 @@ def test_what_no_spring_holds_is_neither_stable_nor_unstable_unless_another_mode
     assert {None: "ess: undetermined", True: "ess: stable", False: "ess: unstable"}[stable] in words
 
 
+@pytest.mark.long
 def test_a_thousand_samples_of_dead_time_take_seconds():
     """The slow mode hardly differs from the pole of the manipulator: found without all eigenvalues at once."""
     long = {"loop.rate_Hz": 10000, "bus.ideal": "true", "robot.dead_time_ms": 100}
@@ -296,6 +311,7 @@ def test_a_sensor_rate_whose_period_in_ns_does_not_go_into_the_loops_is_told_wit
     assert "every 833333 ns (1200 Hz), which does not go into the loop's period of 2500000 ns (400 Hz)" in words
 
 
+@pytest.mark.long
 def test_where_nothing_damps_and_nothing_pulls_a_limit_that_cannot_be_told_is_called_rough():
     """To first order every spring grows, however soft: |z| - 1 = 9e-8 m/N, which is not counted below 1e-10."""
     undamped = {"manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 0, "object.damping_N_s_per_m": 0}
@@ -317,6 +333,7 @@ def test_compensation_that_is_switched_off_refuses_no_rig(values, loop):
     assert ask("eigen", "ess", values)["spectral_radius"] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_limit_at_a_jump_names_the_mode_that_goes_and_not_a_stable_one_nearer_to_the_circle():
     undamped = {"sensor.damping_ratio": 0}
     limit = ask("limits", "ess", undamped)["parameters"]["sensor.delay_ms"]["above"]
@@ -327,6 +344,7 @@ def test_a_limit_at_a_jump_names_the_mode_that_goes_and_not_a_stable_one_nearer_
     assert limit["frequency_Hz"] == pytest.approx(abs(np.angle(goes)) * 400 / (2 * np.pi), rel=1e-5)
 
 
+@pytest.mark.long
 def test_a_rough_limit_is_no_advice_on_how_to_make_a_loop_stable():
     undamped = {"manipulator.stiffness_N_per_m": 0, "manipulator.damping_N_s_per_m": 0, "object.damping_N_s_per_m": 0}
     told = ask("limits", "ess", undamped)

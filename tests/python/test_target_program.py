@@ -67,6 +67,7 @@ def test_usage_and_input(arguments):
     assert done.stdout == b""
 
 
+@pytest.mark.long
 def test_timing_without_buses(tmp_path):
     """Its file is one that the stability tools read."""
     done = target("ess", tmp_path / "log.ulg", "--without-buses", "--jitter", tmp_path / "jitter.json",
@@ -84,6 +85,7 @@ def test_timing_without_buses(tmp_path):
     assert b"the loop wakes late by" in used.stdout or b"would be missed" in used.stderr
 
 
+@pytest.mark.long
 def test_the_table_of_the_timing_has_all_that_labs_ask_for(tmp_path):
     target("ess", "--without-buses", "--jitter", tmp_path / "jitter.json", *settings({"run.duration_s": 1}))
     told = json.loads((tmp_path / "jitter.json").read_text())
@@ -128,6 +130,7 @@ def test_systemd_understands_the_service(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.long
 def test_sigterm_is_an_orderly_stop(tmp_path):
     process = subprocess.Popen([TARGET, "ess", tmp_path / "log.ulg", "--without-buses", "--until-stopped"],
                                stdout=subprocess.PIPE, text=True)

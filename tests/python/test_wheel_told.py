@@ -46,6 +46,7 @@ def line_of_wheel(shown):
     return line
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("period_ticks", [1, 40, 400])
 def test_the_wheel_never_holds_more_than_its_limit_and_is_told_to_be_full(tmp_path, period_ticks):
     found, shown = told_of(tmp_path, period_ticks, LIMIT_N_m_s)

@@ -101,7 +101,7 @@ TEST_CASE("given: a printed configuration says what was given and reads back to 
 {
     const rig rig = parse_rig(manipulator + robot + object + "[sensor]\ndelay_ms = 2\n", "my.toml");
     const std::string text = print_config(rig);
-    CHECK(text.find("# assumed: f_L") != std::string::npos);
+    CHECK(text.find("# assumed: frequency f_L") != std::string::npos);
     CHECK(text.find("# given: sample to arrival") != std::string::npos);
     const berth::rig again = parse_rig(text, "printed.toml");
     CHECK(print_config(again) == text);

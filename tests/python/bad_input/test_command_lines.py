@@ -166,7 +166,6 @@ SENSOR = [
 
 # compensation
 COMPENSATION = [
-    ("eigen ess --set robot.jitter_ms=0.3 --with prediction", "compensation is on"),
     ("run ess --with magic", "magic", "prediction"),
     ("compensate ess --dead-time nan", "--dead-time"),
     ("compensate ess --dead-time -1", "--dead-time"),

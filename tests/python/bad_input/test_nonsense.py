@@ -39,6 +39,7 @@ def mutate(text, source):
     return text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", RIGS)
 def test_mutated_rigs_run_or_are_refused_and_never_crash(rig, tmp_path):
     original = (RIG_FOLDER / f"{rig}.toml").read_text()
@@ -61,6 +62,7 @@ def test_mutated_rigs_run_or_are_refused_and_never_crash(rig, tmp_path):
     assert min(counts.values()) > 5
 
 
+@pytest.mark.long
 def test_extreme_values_of_every_number_run_or_are_refused(tmp_path):
     """Every key of the resolved rig, one at a time, at values that overflow, underflow or change sign."""
     printed = command("run", "ess", "--print-config").stdout.decode()

@@ -1,6 +1,7 @@
 """Records that are their own copy or another one's, whatever was done to it, are no evidence. What a command does again is
 none of that."""
 
+import pytest
 from conftest import EXIT_DONE, EXIT_INPUT, command
 from make_copies import (DERIVED, MIRRORED, REPEATED, a_little_late, all_of_that, as_it_was, bent_without_lag,
                          command_that_repeats_itself, copied_half, derived, derived_half, in_other_digits, late,
@@ -58,6 +59,7 @@ NO_COPIES = [
 REPEATING = [(1e-9, 0.0), (5e-6, 0.0), (5e-6, 1e-6), (5e-6, 2e-5)]
 
 
+@pytest.mark.long
 @each(COPIES + NO_COPIES)
 def test_copy(row, tmp_path):
     row.check(tmp_path / "out")

@@ -7,6 +7,7 @@ Rows that take long are slow: `make full-test`. Each prints the command that mak
 import json
 
 import numpy as np
+import pytest
 from checks import (block, causes, check, doubt, finds_what_is_hidden, has_cause, hidden_value,
                     intervals_hold_what_is_hidden, leaves_noise, named, near, no_cause, not_verdict, sizes_as_hidden,
                     verdict)
@@ -350,6 +351,7 @@ MISSING = [
 ]
 
 
+@pytest.mark.long
 @each(PAIRS + EXACT + LACKING + MISSING)
 def test_hidden(row, tmp_path):
     row.check(tmp_path / "out")

@@ -5,6 +5,7 @@ import tomllib
 from functools import partial
 
 import numpy as np
+import pytest
 from checks import (Between, at, causes, check, interval, named, near, no_note, note, size, verdict,
                     width)
 from conftest import EXIT_DONE, EXIT_INPUT, command
@@ -140,6 +141,7 @@ MORE = [
 ]
 
 
+@pytest.mark.long
 def test_the_rate_that_is_asked_for_is_taken(tmp_path):
     """A record at another rate is refused with the words that make it work."""
     row = Row("", oscillation(rate="[loop]\nrate_Hz = 625"))
@@ -151,6 +153,7 @@ def test_the_rate_that_is_asked_for_is_taken(tmp_path):
     assert row.told(tmp_path / "out").causes == ["manipulator.parameters"]
 
 
+@pytest.mark.long
 @each(PRECISE + DIGITS + MOVING + MORE)
 def test_manipulator(row, tmp_path):
     row.check(tmp_path / "out")

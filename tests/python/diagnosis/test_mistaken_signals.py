@@ -96,6 +96,7 @@ def good(tmp_path_factory):
     return {block: Row("good", with_columns(as_they_are, block)).told(folder / block).found for block in ("robot", "force", "all")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda one: one.name)
 def test_a_mistake_is_told_and_the_cure_cures(mistake, good, tmp_path):
     record = mistake.record.folder() / "record.csv"
@@ -148,11 +149,13 @@ ROWS = [
 ]
 
 
+@pytest.mark.long
 @each(ROWS)
 def test_signal(row, tmp_path):
     row.check(tmp_path / "out")
 
 
+@pytest.mark.long
 def test_who_says_that_it_is_right_is_only_told(tmp_path):
     rig = tmp_path / "sure.toml"
     rig.write_text(SURE)

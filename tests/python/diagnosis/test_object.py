@@ -4,6 +4,7 @@ setpoints."""
 import re
 
 import numpy as np
+import pytest
 from checks import (Between, at, causes, check, doubt, interval, named, near, no_note, not_verdict, nothing, size,
                     verdict)
 from conftest import EXIT_DONE, command
@@ -181,6 +182,7 @@ SPECIMEN = [
 ]
 
 
+@pytest.mark.long
 @each(LACKING + LOST + SPECIMEN)
 def test_object(row, tmp_path):
     row.check(tmp_path / "out")

@@ -165,6 +165,7 @@ TAKEN = [
 ]
 
 
+@pytest.mark.long
 @each(CELLS + TIMES + COLUMNS + BESIDE + TAKEN)
 def test_record_file(row, tmp_path):
     row.check(tmp_path / "out")

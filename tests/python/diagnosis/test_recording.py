@@ -1,6 +1,7 @@
 """What is wrong with a recording is no fault of the rig: digits, stamps, missing rows, parts, the robot's reports."""
 
 import numpy as np
+import pytest
 from checks import (at, block, causes, check, doubt, near, no_cause, no_note, not_verdict, note, nothing, verdict)
 from make_run import (FAULTLESS, FAULTLESS_RUN, NOISE_m, NOISE_N, at_a_rate_that_changes, coarse_command, echoed, faultless,
                       in_parts, jittered_and_gapped, low_passed, missing_rows, moved_with_its_force, rippled,
@@ -88,6 +89,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.long
 @each(ROWS)
 def test_recording(row, tmp_path):
     row.check(tmp_path / "out")

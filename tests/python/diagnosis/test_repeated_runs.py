@@ -1,5 +1,6 @@
 """`berth diagnose --repeat` and `--standstill` with runs of the closed loop, and records whose own command repeats itself."""
 
+import pytest
 from checks import causes, check, near
 from make_noise import GIVEN, NOISE_N, NOISE_m, column_of_zeros, repeated
 from table import Refused, Row, each
@@ -54,6 +55,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.long
 @each(ROWS)
 def test_repeated(row, tmp_path):
     row.check(tmp_path / "out")

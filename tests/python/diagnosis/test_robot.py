@@ -6,6 +6,7 @@ import sys
 from functools import partial
 
 import numpy as np
+import pytest
 from checks import (at, causes, check, doubt, named, near, no_cause, no_doubt, no_note, note, nothing, offers, size, verdict,
                     width)
 from conftest import EXIT_DONE, ROOT
@@ -183,6 +184,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.long
 @each(ROWS)
 def test_robot(row, tmp_path):
     row.check(tmp_path / "out")

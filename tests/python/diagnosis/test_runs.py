@@ -237,6 +237,7 @@ def of_sampler(name, sampler, age_ms):
 AGES = [row for name, (sampler, age_ms) in SAMPLERS.items() for row in of_sampler(name, sampler, age_ms)]
 
 
+@pytest.mark.long
 @each(AS_GIVEN + WITH_EFFECTS + AGES)
 def test_run(row, tmp_path):
     row.check(tmp_path / "out")

@@ -4,6 +4,7 @@ steps, rows that a logger lost, biases that drift, spikes, sensors that are late
 from functools import partial
 
 import numpy as np
+import pytest
 from checks import (at, block, causes, check, doubt, interval, named, near, no_doubt, no_note, not_verdict, note,
                     offers, size, verdict)
 from make_chain import (DEAD_TIME_ms, FORCE_NOISE_N, chained, chirp_that_trembles, in_steps, in_steps_with_spikes, trembling,
@@ -134,6 +135,7 @@ BIASES = [
 ]
 
 
+@pytest.mark.long
 @each(COARSE + BURSTS + BIASES)
 def test_sensor(row, tmp_path):
     row.check(tmp_path / "out")

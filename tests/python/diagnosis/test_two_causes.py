@@ -1,6 +1,7 @@
 """Two effects at once, of one block or of robot and sensor: both are named with their sizes, or a rival of either is told;
 never one that stands in."""
 
+import pytest
 from checks import check, named, near, offers, offers_no, size, verdict
 from make_run import LONG, WELL_KNOWN, blind
 from recipes import run_with
@@ -76,6 +77,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.long
 @each(ROWS)
 def test_two(row, tmp_path):
     row.check(tmp_path / "out")
