@@ -146,7 +146,7 @@ class JitcddeLoop:
         self.compile_s = time.perf_counter() - begin
 
     def run(self, duration_s, relative_tolerance=1e-5):
-        """One run; jitcdde's own tolerance is 1e-5. It is asked for the state only as often as the fit needs it."""
+        """One run; jitcdde's own tolerance is 1e-5. Its state is read only as often as the fit needs it."""
         equation = self._equation
         equation.set_integration_parameters(rtol=relative_tolerance)
         equation.purge_past()

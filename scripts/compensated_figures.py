@@ -72,7 +72,7 @@ def concept_test(data):
             Curve("surface of the material", OPERATOR, ends_s, np.zeros(2), "dash"),
             Curve("robot", ROBOT, time_s, position_mm)]))
     peaks = ", ".join(f"{name} {np.abs(log.rig['measured_force_N']).max():.0f} N" for name, log in data.copper.items())
-    return Figure("Fig. 4 compensated", "Concept test on copper, which blows up without",
+    return Figure("Fig. 4 compensated", "Concept test on copper, which is unstable without compensation",
                   f"20 ms of dead time, as in Fig. 4. Largest force: {peaks}.", panels)
 
 
@@ -100,7 +100,7 @@ def stable_area(data, number):
                       for name in METHODS)
     return Figure(f"Fig. {number} compensated", f"Area of stable simulations ({vary} variation)",
                   f"{CASES[rig]}. Dotted: limit without compensation. Stable of what lies left of the wall: {without:.1f} % without; {gains} points. "
-                  "Prediction is told each object as it is. Identification is "
+                  "The prediction's model is each object as it is. Identification is "
                   f"{WRONG}: within 5 % of the motion without dead time in {faithful:.1f} % of the area. Identification, "
                   "passivity and tank have no eigenvalues: each point was run for 20 s. Hatched: a fault ended the run before "
                   "it had a growth.",

@@ -21,8 +21,9 @@ RUN = ("build/", ".venv/bin/python scripts/", ".venv/bin/python build/")
 
 
 def pages():
-    """README.md and the pages, in a fixed order."""
-    return [ROOT / "README.md"] + sorted(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))
+    """README.md and the pages, in a fixed order; none of hidden folders, as tools leave them."""
+    found = (page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))
+    return [ROOT / "README.md"] + sorted(page for page in found if "/." not in str(page.relative_to(ROOT)))
 
 
 def split_block(text):

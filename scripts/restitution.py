@@ -99,7 +99,7 @@ def restitution(berth, values):
 
 
 def models(values, method, arguments):
-    """What the prediction is told: the wall, or one whose stiffness or dead time is off either way."""
+    """The prediction's model: the wall, or one whose stiffness or dead time is off either way."""
     if "prediction.enabled" not in METHODS[method]:
         return [{}]
     wrong = [{key: values[of] * (1 + sign * share)}

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "../firmware/compensation/compensation.h"
+#include "../hal/rig/beam.h"
 #include "../hal/rig/rig_file.h"
 #include "effects/active.h"
 #include "prediction.h"
@@ -82,6 +83,9 @@ try {
     }
     std::vector<parameter_limits> parameters;
     for (const std::string_view key : physical_parameters(linear)) {
+        if (linear.object.kind == object_kind::beam && follows_from_beam(key)) {
+            continue; /* no rig file may state it */
+        }
         parameters.push_back(find_limits(linear, key, as_it_is, advice_scan));
     }
     found.change = nearest_limit(parameters, false);

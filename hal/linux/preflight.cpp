@@ -157,7 +157,7 @@ void check_watchdog(const std::string &device, findings &found)
         found.push_back(judge(is_there, verdict::missing, "watchdog",
                               device + (is_there ? "" : std::string(": ") + std::strerror(errno)),
                               "load its driver, and run as root or let a udev rule give it to your group; "
-                              "target.watchdog_device = \"\" goes without"));
+                              "target.watchdog_device = \"\" switches it off"));
     }
 }
 

@@ -184,7 +184,7 @@ void print_drifts(const measured_arm &measured, const accuracy &found)
         std::printf("\nmomentum: not kept, for the base is held and its mount takes what it must\n");
         return;
     }
-    std::printf("\nmomentum that comes of nothing in 60 s of the same motion without contact, in steps of %g ms\n",
+    std::printf("\nspurious momentum of the steps in 60 s of the same motion without contact, in steps of %g ms\n",
                 measured.step_ms / static_cast<double>(measured.arm.config.substeps));
     for (int i = 0; i < ARM_INTEGRATOR_COUNT; i++) {
         const momentum_drift &drift = found.drifts[static_cast<std::size_t>(i)];

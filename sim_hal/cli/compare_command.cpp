@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -58,13 +60,25 @@ compared_run read_run(const std::string &path)
     return run;
 }
 
+/* Sums and products of one number may differ in their last digit. */
+bool are_equal(const rig &a, const rig &b, const rig_key &key, const std::string &of_a, const std::string &of_b)
+{
+    constexpr double rounded = 1e-12;
+    if (of_a == of_b || key.type != key_type::number) {
+        return of_a == of_b;
+    }
+    const double value_a = value_of(a, key.path);
+    const double value_b = value_of(b, key.path);
+    return std::abs(value_a - value_b) <= rounded * std::max(std::abs(value_a), std::abs(value_b));
+}
+
 std::vector<differing_key> differences(const rig &a, const rig &b)
 {
     std::vector<differing_key> found;
     for (const rig_key &key : rig_keys()) {
         const std::string of_a = value_text(a, key);
         const std::string of_b = value_text(b, key);
-        if (of_a != of_b) {
+        if (!are_equal(a, b, key, of_a, of_b)) {
             found.push_back({std::string(key.path), of_a, of_b});
         }
     }
@@ -116,6 +130,11 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
     for (const auto &[title, key] : rows) {
         std::printf(row_format, title, cell_text(a.result.at(key)).c_str(), cell_text(b.result.at(key)).c_str());
     }
+    const auto spring_N = [](const compared_run &run) {
+        return cell_text(
+            run.result.value(nlohmann::json::json_pointer("/peak_force/true/force_N"), nlohmann::json()));
+    };
+    std::printf(row_format, "in the sensor's spring (N)", spring_N(a).c_str(), spring_N(b).c_str());
     std::printf("%s\n", found.empty() ? "no parameter differs" : "parameters that differ");
     for (const differing_key &one : found) {
         std::printf(row_format, one.key.c_str(), one.a.c_str(), one.b.c_str());

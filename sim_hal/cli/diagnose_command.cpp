@@ -10,7 +10,6 @@
 #include "../../hal/rig/given.h"
 #include "../../hal/rig/units.h"
 #include "../../hal/version.h"
-#include "../../hal/rig/units.h"
 #include "../diagnosis/diagnosis.h"
 #include "../stability/arm_loop.h"
 #include "atomic_file.h"

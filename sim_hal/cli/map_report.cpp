@@ -347,7 +347,7 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
         print_measured(sums, json["time_domain"]["run_s"].get<double>());
     }
     if (request.told != told_model::of_the_point) {
-        std::printf("  the loop is told %s\n", request.told == told_model::of_the_rig
+        std::printf("  in the loop's model: %s\n", request.told == told_model::of_the_rig
                                                    ? "the rig as it is, wherever the point is"
                                                    : "each point wrong by a tolerance; the worst of all");
     }

@@ -84,7 +84,7 @@ void check_key(const rig &base, const std::string &option, const map_axis &axis)
     if (axis.name.rfind("profile.", 0) == 0 || axis.name.rfind("run.", 0) == 0) {
         throw input_error(
             option + ": " + axis.name +
-            " is what the rig is asked to do, not what it is; the amplitude at which effects are taken "
+            " is a command to the rig, and no property of it; the amplitude at which effects are taken "
             "is --amplitude");
     }
     if (base.firmware.arm.kind != ARM_NONE &&

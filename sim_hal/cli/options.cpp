@@ -177,9 +177,10 @@ void add_map_options(CLI::App &command, map_arguments &arguments)
                      "run each point and measure how its swing grows; always so with passivity, tank, "
                      "identification and adaptive inverse, which have no eigenvalues");
     command
-        .add_option("--model", arguments.model,
-                    "which parameters prediction and the like get: each point as it is (point), the rig as it is wherever "
-                    "the point is (rig), or each point wrong by the rig's tolerances, the worst of all (tolerances)")
+        .add_option(
+            "--model", arguments.model,
+            "which parameters prediction and the like get: each point as it is (point), the rig as it is wherever "
+            "the point is (rig), or each point wrong by the rig's tolerances, the worst of all (tolerances)")
         ->check(CLI::IsMember({"point", "rig", "tolerances"}).description(""))
         ->type_name("WHAT");
     command.add_option("--threads", arguments.threads, "default: one for each core")->check(CLI::Range(1, 1024));

@@ -209,7 +209,7 @@ void print_amplitudes(const amplitude_result &result)
         std::printf("  %s: frequency %s, damping ratio %s\n", what, limit_text(limits.frequency, first_m).c_str(),
                     limit_text(limits.damping, first_m).c_str());
     };
-    line("the reduction is off by more than 1 %", result.reduced_off);
+    line("the reduction's error is above 1 %", result.reduced_off);
     line("by its size alone the swing of the whole arm changes by 1 %", result.size_alone);
 }
 

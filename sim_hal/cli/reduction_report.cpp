@@ -232,7 +232,7 @@ void print_object(const rig &rig, const object_reduction &found)
             arm->mass_kg, arm->damping_N_s_per_m, arm->stiffness_N_per_m);
     }
     print_comparison("all modes", "with the manipulator, no dead time: Hz", found);
-    std::printf("  the first coupled frequency with one mode is off by %+.3f %%\n",
+    std::printf("  error of the first coupled frequency with one mode %+.3f %%\n",
                 100.0 * (found.coupled_reduced.frequency_Hz / found.coupled_full.frequency_Hz - 1.0));
 }
 

@@ -79,7 +79,8 @@ nlohmann::json row_of(const fs::path &folder, const fs::path &root)
     }
     nlohmann::json row = {
         {"folder", fs::relative(folder, root).string()}, {"time", folder.filename().string()}, {"report", nullptr}};
-    for (const char *const key : {"rig", "verdict", "growth_per_s", "peak_force_N", "version", "settings"}) {
+    for (const char *const key :
+         {"rig", "verdict", "growth_per_s", "predicted_growth_per_s", "peak_force_N", "version", "settings"}) {
         row[key] = record.value(key, nlohmann::json());
     }
     std::error_code error;

@@ -23,7 +23,7 @@ code { overflow-wrap: anywhere; }
 </style>
 <h1>Runs</h1>
 <p>Tick two runs to see how they differ. Growth is in 1/s, peak force in N.</p>
-<div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>time</th><th>verdict</th><th>growth (1/s)</th>
+<div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>verdict</th><th>growth (1/s)</th><th>time</th>
 <th>peak force (N)</th><th>commit</th><th>files</th></tr></thead><tbody></tbody></table></div>
 <section id="difference" aria-live="polite"></section>
 <script>
@@ -44,6 +44,12 @@ function number(value, digits) {
   return value === null ? "\u2013" : Number(value).toPrecision(digits);
 }
 
+/* A run that was stopped too early has the growth that its eigenvalues predict. */
+function growth(run) {
+  return run.growth_per_s === null && run.predicted_growth_per_s !== null
+    ? `predicted ${number(run.predicted_growth_per_s, 4)}` : number(run.growth_per_s, 4);
+}
+
 function link(text, address) {
   const made = element("a", text);
   made.href = address;
@@ -57,7 +63,7 @@ function compare() {
   const [b, a] = ticked;
   const log = run => `${root}/${run.folder}/${run.rig}.ulg`;
   const rows = [["verdict", a.verdict, b.verdict],
-                ["growth (1/s)", number(a.growth_per_s, 4), number(b.growth_per_s, 4)],
+                ["growth (1/s)", growth(a), growth(b)],
                 ["peak force (N)", number(a.peak_force_N, 4), number(b.peak_force_N, 4)]];
   for (const key of [...new Set([...Object.keys(a.settings), ...Object.keys(b.settings)])].sort()) {
     const [left, right] = [a.settings[key] ?? "default", b.settings[key] ?? "default"];
@@ -83,9 +89,8 @@ runs.forEach((run, index) => {
   box.setAttribute("aria-label", `compare ${run.rig} ${run.time}`);
   box.addEventListener("change", compare);
   row.insertCell().append(box);
-  row.append(element("td", run.rig), element("td", run.time.replace(/T(\d+)-(\d+)-(\d+)/, " $1:$2:$3")),
-             element("td", run.verdict, run.verdict), element("td", number(run.growth_per_s, 4), "number"),
-             element("td", number(run.peak_force_N, 4), "number"), element("td", run.version));
+  row.append(element("td", run.rig), element("td", run.verdict, run.verdict), element("td", growth(run), "number"),
+             element("td", run.time.replace(/T(\d+)-(\d+)-(\d+)/, " $1:$2:$3")), element("td", number(run.peak_force_N, 4), "number"), element("td", run.version));
   const files = row.insertCell();
   files.append(link("log", `${run.folder}/${run.rig}.ulg`));
   if (run.report) files.append(" ", link("report", `${run.folder}/${run.report}`));

@@ -156,7 +156,7 @@ void tell_delay_of_rows(diagnosis &result)
             if (whole != 0.0 && uncertain < coarse && std::abs(rows - whole) < uncertain) {
                 result.notes.push_back(
                     std::string(one.key) +
-                    formatted(" is off by a whole number of rows, %.0f: that is so, too, where ", whole) +
+                    formatted(" is wrong by a whole number of rows, %.0f: the same is seen where ", whole) +
                     one.signal + " stands in other rows; a row has what had arrived when its command was computed");
             }
         }

@@ -244,7 +244,7 @@ next_experiment look_closer(const block_diagnosis &found)
     made.why = "no effect of the library comes near what is left";
     if (std::find(found.doubts.begin(), found.doubts.end(), friction_may_fall) != found.doubts.end()) {
         made.why = "what is left does not tell the two kinds of friction apart";
-        made.calibration = "to and fro at several constant speeds: what is left of the force without the spring's "
+        made.calibration = "to and fro at several constant speeds: the force less the spring's "
                            "is the friction there";
         return made;
     }

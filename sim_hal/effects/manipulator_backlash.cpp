@@ -12,7 +12,7 @@ effect manipulator_backlash()
     made.physics = "The spring has a gap of width b in its middle, in which it gives no force.";
     made.source = "joints with play";
     made.calibration = {
-        34, "push and pull the manipulator by hand, and read with a dial gauge how far it goes without a force"};
+        34, "push and pull the manipulator by hand, and read on a dial gauge how far it moves while no force acts"};
     made.parameters = {{"manipulator.backlash_m", 0.0, 10.0, "full width of the gap in the spring"}};
     made.starts = [](const rig &, const record_scales &scales) {
         return sizes_of(scales.position_m, {3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 0.8});

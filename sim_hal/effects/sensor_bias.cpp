@@ -8,7 +8,7 @@ effect sensor_bias()
 {
     effect made;
     made.name = "sensor.bias";
-    made.physics = "Every sample is off by b.";
+    made.physics = "Every sample has the error b.";
     made.source = "data sheets of force sensors";
     made.calibration = {2, "read the sensor with nothing attached to it"};
     made.parameters = {{"sensor.bias_N", -1e7, 1e7, {}}};

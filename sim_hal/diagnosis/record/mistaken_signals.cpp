@@ -253,7 +253,7 @@ void tell_other_zero(record &data, const rig &given)
     }
     signal_source source = source_of(given, "robot_position_m");
     source.offset -= sum / rows;
-    data.notes.push_back(formatted("robot_position_m is off by %.4g m throughout, ", sum / rows) +
+    data.notes.push_back(formatted("robot_position_m differs by %.4g m throughout, ", sum / rows) +
                          "as if it counted from another zero: say in the rig file " + mapping_of(source));
 }
 
@@ -277,7 +277,7 @@ void tell_shifted_force(record &data, const rig &given)
             data.notes.push_back(std::string("force_N stands one row ") + (rows > 0 ? "before" : "behind") +
                                  " the one in which it moves the manipulator: a row has the newest force that had "
                                  "arrived when its command was computed; move it there, or the manipulator and the "
-                                 "delay of the sensor are told wrongly");
+                                 "delay of the sensor come out wrong");
             return;
         }
     }

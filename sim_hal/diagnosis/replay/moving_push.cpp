@@ -160,7 +160,7 @@ block_diagnosis better_of_held_and_moving(block_diagnosis held, record &data, st
                         formatted("moving on between them: held, it would leave %.3g m rms ", held.fit_rms.after) +
                         formatted("instead of %.3g", moving.fit_rms.after));
     } else if (is_open(held)) {
-        notes.push_back(told + "held in between: if it was not, sizes of the manipulator are off by more than their "
+        notes.push_back(told + "held in between: if it was not, errors of the manipulator's sizes exceed their "
                                "intervals; log it at a higher rate");
     }
     if (moves && is_open(moving)) {

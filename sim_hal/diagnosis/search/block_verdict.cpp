@@ -139,7 +139,7 @@ const block_search::doubt block_search::doubts[] = {
      &block_search::is_mode_of_robot},
     {"mass, damping and stiffness scaled as by the sensor's gain do as well without it",
      &block_search::may_be_scaled_object},
-    {"the robot is late by another time in some stretches than in others", &block_search::is_late_in_stretches},
+    {"the robot's delay differs from stretch to stretch", &block_search::is_late_in_stretches},
     {"setpoints were put in for rows that are missing, three or more in a row, coarsely and in so many places that "
      "all "
      "of it is compared",
@@ -191,7 +191,7 @@ verdict block_search::verdict_of(block_diagnosis &result)
     }
     if (!result.doubts.empty()) {
         if (static_cast<int>(found_.size()) == input_.effects_max) {
-            result.doubts.emplace_back("more causes than are told in one block were not looked for");
+            result.doubts.emplace_back("berth looks for no more causes than this in one block");
         }
         return verdict::partly_explained;
     }

@@ -138,7 +138,7 @@ ROWS = [
     *[Row(f"a force one row {where}", with_columns(in_another_row, signal="force_N", rows=-rows),
           note(f"force_N stands one row {where}")) for rows, where in ((1, "before"), (-1, "behind"))],
     Row("a delay of whole rows may be that of the log", with_columns(in_another_row, "force", signal="force_N", rows=2),
-        offers("sensor.delay"), note("sensor.delay_ms is off by a whole number of rows, 2")),
+        offers("sensor.delay"), note("sensor.delay_ms is wrong by a whole number of rows, 2")),
     *[Row(f"a force in its row, {block}", with_columns(as_they_are, block), no_note("stands"))
       for block in ("robot", "force", "all")],
     *[Row(f"an operator's force, stiffness {stiffness}", drive_of_2_kg(factor=1.0, stiffness=stiffness))
