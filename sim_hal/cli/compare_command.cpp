@@ -6,6 +6,7 @@
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/units.h"
+#include "../effects/effect.h"
 #include "commands.h"
 #include "log_result.h"
 #include "python_script.h"
