@@ -348,8 +348,8 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
     }
     if (request.told != told_model::of_the_point) {
         std::printf("  in the loop's model: %s\n", request.told == told_model::of_the_rig
-                                                   ? "the rig as it is, wherever the point is"
-                                                   : "each point wrong by a tolerance; the worst of all");
+                                                       ? "the rig as it is, wherever the point is"
+                                                       : "each point wrong by a tolerance; the worst of all");
     }
     if (request.amplitude_m > 0.0) {
         std::printf("  describing function at %g m, at each point with its own frequency\n", request.amplitude_m);
