@@ -42,6 +42,7 @@ int run_script(const std::string &name, const std::vector<std::string> &argument
     std::vector<std::string> words = {python, (top / "scripts" / name).string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char *> argv;
+    argv.reserve(words.size() + 1);
     for (std::string &word : words) {
         argv.push_back(word.data());
     }

@@ -109,6 +109,7 @@ const std::vector<setting> common_settings = {
 std::vector<std::string> part_names(const std::vector<named_part> &parts)
 {
     std::vector<std::string> names;
+    names.reserve(parts.size());
     for (const named_part &part : parts) {
         names.emplace_back(part.name);
     }
@@ -179,6 +180,7 @@ std::string rig_template(const template_choice &choice)
     const rig rig = parse_rig(plain_text(settings), "the rig that berth init writes", {}, robot);
 
     std::vector<std::string_view> paths;
+    paths.reserve(settings.size() + (robot != nullptr ? robot->settings.size() : 0));
     for (const setting &one : settings) {
         paths.push_back(one.path);
     }

@@ -103,7 +103,7 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
     if (!is_one_of(names, first)) {
         return no_subcommand(names, words);
     }
-    const std::string setting = wrong_setting(words);
+    std::string setting = wrong_setting(words);
     if (!setting.empty()) {
         return setting;
     }
