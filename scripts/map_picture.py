@@ -18,7 +18,7 @@ from matplotlib.patches import Patch  # noqa: E402
 
 from berth_map import LEVELS_A_SIDE, level_text, read_map  # noqa: E402
 
-# Stable blue, unstable red, each from pale to dark; even the palest is told from paper and from its counterpart.
+# Stable blue, unstable red, each from pale to dark. The palest of each differs from white and from the other.
 SHADES = ("#053061", "#2166AC", "#4393C3", "#7DB6D8", "#B5D6E8", "#DCEAF2", "#FBE3D4", "#F5BFA2", "#E68B6C", "#D6604D",
           "#B2182B", "#67001F")
 NOT_POSSIBLE, FAULT, HATCH = "#D9D9D9", "#E9DCE4", "#8E3B6F"

@@ -264,7 +264,7 @@ class blocks_in_turn
         }
     }
 
-    /* Nothing that was not looked for is said not to be there. */
+    /* A block that was not searched to the end is unknown, and not free of faults. */
     void doubt_what_was_cut(block_diagnosis &found, std::size_t left_out_before) const
     {
         const std::size_t count = limit_->left_out().size() - left_out_before;

@@ -69,7 +69,7 @@ def test_the_words_are_those_of_the_numbers(berthing, sweeps):
     growth = np.array([(r, f) for sweep in sweeps for r, f in zip(sweep.growth_reduced, sweep.growth_full)])
     stable, unstable = (int(np.sum(((growth[:, 0] > 0) == flag) & ((growth[:, 1] > 0) != flag))) for flag in (False, True))
     told = " ".join((ROOT / "scripts/docs/explanation/whole-arm.md").read_text().split())
-    assert f"is not; for `ess-berthing` at {stable} of {len(growth)}." in told
+    assert f"whole arm is not; for `ess-berthing` at {stable} of {len(growth)}." in told
     assert (f"At {stable} of {len(growth)} poses the reduced model calls stable what the whole arm makes unstable, at "
             f"{unstable} unstable what it makes stable.") in page.text
     off = [100 * abs(min(r, 175.0) / f - 1) for sweep in sweeps

@@ -41,8 +41,8 @@ bool jumps_within_ticks(const rig &rig)
     return rig.robot.interpolation == interpolation::hold && !knots_wander(rig) && !limits_reference(rig);
 }
 
-/* The way of a transfer behaviour is a parabola within a step: with a 20th of a radian of its frequency the force of
- * `ess` is off by 1e-7 N, and by the fourth power of it. */
+/* The way of a transfer behaviour is a parabola within a step. In steps of a 20th of a radian of its frequency the
+ * force of `ess` has an error of 1e-7 N, which grows with the fourth power of the step. */
 int steps_of_transfer(const rig &rig)
 {
     constexpr double step_rad = 0.05;

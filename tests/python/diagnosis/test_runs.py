@@ -274,7 +274,7 @@ def test_a_log_without_noise_is_replayed_to_the_steps_of_the_wire(options, most_
 
 @pytest.mark.long
 def test_what_the_time_limit_leaves_out_is_said(tmp_path):
-    """And nothing that was not looked for is said not to be there."""
+    """A block that was not searched to the end is never called free of faults."""
     hidden = {"robot.backlash_m": 2e-4, "robot.feedback_noise_m": 5e-6, "sensor.noise_N": 0.2, "profile.kind": "multisine",
               "profile.amplitude_m": 0.01, "run.duration_s": 12}
     log = run_json("ess", tmp_path, *settings(hidden))["log"]
