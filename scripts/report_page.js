@@ -82,8 +82,18 @@ function barTrace(panel) {
   };
 }
 
+const ROW_FONT_PX = 12;
+
+function widthOf(text, size) {
+  const pen = document.createElement("canvas").getContext("2d");
+  pen.font = `${size}px ${FONT}`;
+  return pen.measureText(text).width;
+}
+
 const hasSecondAxis = data.panels.some((panel) => panel.linked && "yaxis2" in panel.layout);
-const BAND_FROM = 110; // px: names of the rows stand there, so all panels begin there
+// px: names of the rows stand there in the reader's own font, so all panels begin there.
+const BAND_FROM = Math.ceil(Math.max(84, ...data.panels.flatMap((panel) => panel.layout.yaxis.categoryarray || [])
+  .map((row) => widthOf(row, ROW_FONT_PX) + 14)));
 
 function tracesOf(panel) {
   const traces = panel.curves.map((curve) => ({ ...curve.trace, ...visible(curve, panel.shown) }));

@@ -52,7 +52,7 @@ def outputs(tmp_path_factory):
     log = folder / "0" / "ess.ulg"
     for name in ("replay", "candump"):
         found[name] = printed(name, log)
-    printed("run", "ess", "--out", folder, *settings({"run.duration_s": 6.0}))  # long enough for an envelope
+    printed("run", "ess", "--out", folder, *settings({"run.duration_s": 12.0}))  # long enough for an envelope
     found["summary"] = printed("summary", folder / "ess.ulg")
     found["compare"] = printed("compare", log, folder / "4" / "ess.ulg")
     found["map"] = printed("map", "ess", "--vary", "mass", "--grid", "4x4", "--out", folder)
