@@ -199,6 +199,7 @@ void read_axis(rig &rig, const std::string &name, const toml::node &node, const 
 std::vector<section_key> side_axis_keys(std::size_t axis)
 {
     std::vector<section_key> keys;
+    keys.reserve(std::size(axis_keys));
     for (const axis_key &key : axis_keys) {
         keys.push_back({name_of(key, axis), key.meaning, key.least, key.most});
     }

@@ -24,6 +24,7 @@ template <class Files>
 std::vector<std::string> names_of_files(const Files &files)
 {
     std::vector<std::string> names;
+    names.reserve(std::size(files));
     for (const auto &file : files) {
         names.emplace_back(file.name);
     }
