@@ -91,11 +91,15 @@ def capitalised(text):
 
 def margin_words(margin):
     """How far a stable loop is from one that swings; empty where it is not known."""
-    if margin["modulus"] is None:
-        return ""
     at_least = "at least " if margin["dead_time_is_open"] else ""
-    dead_time = f"{at_least}{margin['dead_time_ms']:.4g} ms of dead time" if margin["dead_time_ms"] is not None else ""
-    return ", ".join(part for part in (dead_time, f"modulus {margin['modulus']:.4f}") if part)
+    parts = []
+    if margin["dead_time_ms"] is not None:
+        parts.append(f"{at_least}{margin['dead_time_ms']:.4g} ms of dead time")
+    if margin["modulus"] is not None:
+        parts.append(f"modulus {margin['modulus']:.4f}")
+    if margin["note"]:
+        parts.append(margin["note"] if parts else f"not known: {margin['note']}")
+    return ", ".join(parts)
 
 
 def margin_and_advice(log, summary):

@@ -26,6 +26,14 @@ constexpr int steps = 16;
 constexpr double near_enough_exact = 1e-4;
 constexpr double near_enough_measured = 5e-3; /* the growth of 20 s tells no more */
 
+constexpr const char *dead_time_key = "robot.dead_time_ms";
+constexpr const char *by_runs = "by runs of 20 s without noise";
+
+double near_enough_of(const compensated_growth &own)
+{
+    return own.is_measured ? near_enough_measured : near_enough_exact;
+}
+
 /* Another hardware under the same firmware; nothing where no rig may have it. */
 std::optional<rig> with_hardware(const rig &original, const rig_key &key, double value)
 {
@@ -136,10 +144,10 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
     const compensated_growth own = growth_of_compensated(rig, amplitude_m);
-    const double near_enough = own.is_measured ? near_enough_measured : near_enough_exact;
+    const double near_enough = near_enough_of(own);
     const search loop{rig, amplitude_m};
     std::vector<compensated_limit> found;
-    for (const char *const path : {"robot.dead_time_ms", "object.mass_kg", "object.stiffness_N_per_m"}) {
+    for (const char *const path : {dead_time_key, "object.mass_kg", "object.stiffness_N_per_m"}) {
         const rig_key &key = *find_key(path);
         berth::rig copy = rig;
         const double value = *static_cast<double *>(key.member(copy));
@@ -150,6 +158,32 @@ std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::option
         }
     }
     return found;
+}
+
+stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits)
+{
+    if (!own.is_stable()) {
+        return {{}, false, {}, own.verdict.is_stable ? "" : own.verdict.because};
+    }
+    for (const compensated_limit &limit : limits) {
+        if (limit.key == dead_time_key) {
+            const double longest_ms = limit.above.value_or(furthest * limit.value);
+            return {longest_ms - limit.value, !limit.above, {}, own.is_measured ? by_runs : ""};
+        }
+    }
+    return {{}, false, {}, "robot.dead_time_ms is 0, and multiples of it are searched"};
+}
+
+stability_margin margin_of_compensated(const rig &rig, std::optional<double> amplitude_m)
+{
+    const compensated_growth own = growth_of_compensated(rig, amplitude_m);
+    const double value_ms = rig.robot.dead_time_ms;
+    if (!own.is_stable() || !(value_ms > 0.0)) {
+        return margin_of_compensated(own, {});
+    }
+    const auto above =
+        first_change({rig, amplitude_m}, *find_key(dead_time_key), value_ms, true, true, near_enough_of(own));
+    return margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
 }
 
 } // namespace berth

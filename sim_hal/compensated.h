@@ -44,6 +44,12 @@ struct compensated_limit {
  * object. */
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
+/* By how much the robot's dead time, that of all its axes, may grow; empty of a loop that is not stable. */
+stability_margin margin_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
+
+/* The same where the limits are known. */
+stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits);
+
 } // namespace berth
 
 #endif

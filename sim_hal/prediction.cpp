@@ -7,8 +7,6 @@
 #include "../hal/rig/rig_file.h"
 #include "effects/active.h"
 #include "stability/dominant_root.h"
-#include "stability/gains.h"
-#include "stability/limits.h"
 #include "stability/loop_timeline.h"
 #include "stability/lyapunov.h"
 #include "stability/spectrum.h"
@@ -18,9 +16,6 @@ namespace berth
 
 namespace
 {
-
-/* A longer dead time would make the prediction take more than a moment. */
-constexpr int predicted_degree_max = 200;
 
 constexpr std::int64_t predicted_ticks = 40000;
 
@@ -88,28 +83,6 @@ std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m)
 try {
     const bool is_known = has_loop_equation(rig) && !effects_of_size(rig).empty() && !is_slow_to_find(rig);
     return is_known && height_m > 0.0 ? limit_cycles(rig, 0.5 * height_m) : std::vector<limit_cycle>();
-} catch (const input_error &) {
-    return {};
-}
-
-stability_margin margin_of(const rig &rig)
-try {
-    const berth::rig linear = in_contact(rig);
-    stability_margin margin;
-    if (!has_loop_equation(linear) || !left_out_when_small(linear).empty() || drifts_freely(linear) ||
-        make_loop_equation(linear).degree() > predicted_degree_max) {
-        return margin;
-    }
-    if (const auto quality = quality_of(linear)) {
-        margin.modulus = quality->margin;
-    }
-    if (margin.modulus && !touches_nothing(rig)) {
-        const parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
-        margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
-        margin.is_dead_time_open = !margin.dead_time_ms;
-        margin.dead_time_ms = margin.dead_time_ms.value_or(dead_time.to - dead_time.value);
-    }
-    return margin;
 } catch (const input_error &) {
     return {};
 }

@@ -12,6 +12,9 @@
 namespace berth
 {
 
+/* A longer dead time would make the prediction take more than a moment. */
+constexpr int predicted_degree_max = 200;
+
 enum class prediction_source {
     none,
     eigenvalues,       /* of one period */
@@ -37,16 +40,6 @@ rig in_contact(const rig &rig);
  * of this height from crest to trough. Empty: there are none, or they take long to find; arms and compensation have
  * none here. */
 std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m);
-
-/* How far a stable loop is from one that swings. */
-struct stability_margin {
-    std::optional<double> dead_time_ms; /* by which the robot's dead time may grow */
-    bool is_dead_time_open = false;     /* by more: that is as far as was searched */
-    std::optional<double> modulus;      /* smallest |1 + L|, see modulus_margin.h */
-};
-
-/* Nothing is known of loops without a loop equation: arms, compensation, and those that change from tick to tick. */
-stability_margin margin_of(const rig &rig);
 
 } // namespace berth
 

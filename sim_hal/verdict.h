@@ -8,6 +8,7 @@
 
 #include "advice.h"
 #include "bounce_finding.h"
+#include "margin.h"
 #include "motion.h"
 #include "prediction.h"
 #include "stability/equivalent_loop.h"

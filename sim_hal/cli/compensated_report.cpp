@@ -38,21 +38,23 @@ int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
 {
     refuse_arm(rig);
     const stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
+    const stability_margin margin = margin_of_compensated(rig, arguments.amplitude_m);
     if (arguments.json) {
-        nlohmann::json json = answer_json(rig, verdict, {});
+        nlohmann::json json = answer_json(rig, verdict, margin);
         json.update({{"rig", rig.name},
                      {"eigenvalues", nullptr},
                      {"spectral_radius", nullptr},
                      {"growth_per_s", growth_json(verdict)},
                      {"source", source_words(true)}});
         print_json(json);
-        return check_exit_code(arguments, verdict, {});
+        return check_exit_code(arguments, verdict, margin);
     }
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
     std::printf("  %-14s %s\n", "source", source_words(true));
     print_delay_budget(rig);
-    return check_exit_code(arguments, verdict, {});
+    print_margin(margin);
+    return check_exit_code(arguments, verdict, margin);
 }
 
 int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, std::vector<std::string> varies)
@@ -67,13 +69,7 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
         without.insert(without.end(), small.begin(), small.end());
     }
     const std::vector<compensated_limit> limits = limits_of_compensated(rig, arguments.amplitude_m);
-    stability_margin margin;
-    for (const compensated_limit &limit : limits) {
-        if (limit.key == "robot.dead_time_ms" && verdict.is_stable == std::optional<bool>(true)) {
-            margin.is_dead_time_open = !limit.above;
-            margin.dead_time_ms = limit.above.value_or(10.0 * limit.value) - limit.value;
-        }
-    }
+    const stability_margin margin = margin_of_compensated(own, limits);
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);
         json.update({{"rig", rig.name},
@@ -94,6 +90,7 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
         std::printf("  left out: %s\n", effect.c_str());
     }
     print_delay_budget(rig);
+    print_margin(margin);
     std::printf("  %-32s %12s %25s\n  %-32s %12s %12s %12s\n", "", "", "nearest limit", "parameter", "value",
                 "below", "above");
     for (const compensated_limit &limit : limits) {

@@ -328,8 +328,8 @@ int limits_command(const limits_arguments &arguments)
     progress.show("");
 
     const bool is_open = verdict.is_stable && !verdict.margin_ms;
-    const stability_margin margin{is_open ? searched_ms : verdict.margin_ms, is_open,
-                                  ranking.now ? ranking.now->margin : std::nullopt};
+    const stability_margin margin{
+        is_open ? searched_ms : verdict.margin_ms, is_open, ranking.now ? ranking.now->margin : std::nullopt, {}};
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
     const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
     const prediction_source source = is_held ? prediction_source::contact : prediction_source::eigenvalues;

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "../../hal/rig/toml_file.h"
+#include "../verdict_words.h"
 #include "colour.h"
 #include "gains_report.h"
 #include "short_number.h"
@@ -72,14 +74,21 @@ void print_delay_budget(const rig &rig)
 
 void print_margin(const stability_margin &margin)
 {
-    if (!margin.modulus) {
-        return;
+    std::vector<std::string> parts;
+    if (margin.dead_time_ms) {
+        const char *const format =
+            margin.is_dead_time_open ? "at least %.4g ms of dead time" : "%.4g ms of dead time";
+        parts.push_back(with_numbers(format, *margin.dead_time_ms));
     }
-    const std::string dead_time = margin.dead_time_ms ? std::string(margin.is_dead_time_open ? "at least " : "") +
-                                                            short_number(*margin.dead_time_ms) + " ms of dead time"
-                                                      : "";
-    std::printf("  %-14s %s%smodulus %.4f\n", "margin", dead_time.c_str(), dead_time.empty() ? "" : ", ",
-                *margin.modulus);
+    if (margin.modulus) {
+        parts.push_back(with_numbers("modulus %.4f", *margin.modulus));
+    }
+    if (!margin.note.empty()) {
+        parts.push_back((parts.empty() ? "not known: " : "") + margin.note);
+    }
+    if (!parts.empty()) {
+        std::printf("  %-14s %s\n", "margin", list_of(parts).c_str());
+    }
 }
 
 void print_peaks(const motion_evidence &motion)
@@ -148,7 +157,8 @@ nlohmann::json margin_json(const stability_margin &margin)
 {
     return {{"dead_time_ms", or_null(margin.dead_time_ms)},
             {"dead_time_is_open", margin.is_dead_time_open},
-            {"modulus", or_null(margin.modulus)}};
+            {"modulus", or_null(margin.modulus)},
+            {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};
 }
 
 nlohmann::json assumed_json(const rig &rig)

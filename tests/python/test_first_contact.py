@@ -293,6 +293,42 @@ def test_json_of_the_prediction_has_the_same_keys():
         assert told["margin"]["modulus"] == pytest.approx(0.5389, abs=1e-4), subcommand
 
 
+@pytest.mark.parametrize("rig_name, settings, note", [
+    ("concept-foam", [], None),
+    ("concept-arm-foam", [], None),  # a whole arm
+    ("ess-pose", [], None),  # a dead time of its own on each axis, and an operator
+    ("concept-foam", ["sensor.loss_probability=0.02"], "without what changes from tick to tick"),
+])
+def test_a_loop_is_stable_up_to_the_margin_that_its_run_says(rig, rig_name, settings, note):
+    changes = [word for setting in settings for word in ("--set", setting)]
+    margin = one_json_object(command("run", rig_name, "--json", "--no-log", *changes).stdout)["margin"]
+    assert margin["note"] == note and not margin["dead_time_is_open"]
+    shipped = (ROOT / "sim_hal/rigs" / f"{rig_name}.toml").read_text()
+    for share, is_stable in ((0.99, True), (1.01, False)):
+        longer, count = re.subn(r"(dead_time_ms = )([\d.]+)", lambda found: found[1] + str(
+            float(found[2]) + share * margin["dead_time_ms"]), shipped)
+        assert count >= 1
+        assert one_json_object(command("eigen", rig(longer), "--json").stdout)["stable"] is is_stable, share
+
+
+@pytest.mark.parametrize("method, rests_on", [("extrapolation-1", None), ("identification", "by runs of 20 s without noise"),
+                                              ("adaptive-inverse", "by runs of 20 s without noise")])
+def test_a_compensated_run_says_the_margin_that_its_limits_have(method, rests_on):
+    told = [one_json_object(command(subcommand, "concept-foam", "--json", "--with", method, *more).stdout)["margin"]
+            for subcommand, more in (("run", ["--no-log"]), ("eigen", []), ("limits", []))]
+    assert told[0]["note"] == rests_on and told[0]["dead_time_ms"] > 0.0
+    assert told[0] == told[1] == told[2]
+    wanted = 0.9 * told[0]["dead_time_ms"], 1.1 * told[0]["dead_time_ms"]
+    codes = [command("run", "concept-foam", "--no-log", "--with", method, "--check", "--margin-ms", str(ms)).returncode
+             for ms in wanted]
+    assert codes == [0, 1]
+
+
+def test_a_margin_that_is_not_known_says_why():
+    line = line_of(lines("run", "ess", "--no-log", "--set", "robot.backlash_m=0.0001"), "margin")
+    assert "not known" in line and "--amplitude" in line
+
+
 @pytest.mark.long
 def test_a_rig_in_contact_has_eigenvalues_a_bounce_and_the_stiffness_at_which_it_gains_energy(rig):
     file = rig(DOCKING)
