@@ -1,5 +1,5 @@
 # What keeps the code in order.
-.PHONY: codec format lint
+.PHONY: codec format lint mutants
 
 #: make codec          generate the CAN codec again from firmware/can/berth.dbc
 codec: setup
@@ -22,3 +22,7 @@ lint: setup-test
 COMPILE_COMMANDS ?= compile_commands.json
 compile_commands.json: scripts/compile_commands.py scripts/programs.mk FORCE
 	@python3 $< '$(COMPILED_C)' '$(COMPILED_CXX) -DBERTH_COMMIT="editor"' > $(COMPILE_COMMANDS)
+
+#: make mutants        how many small mistakes in the safety units the C++ tests notice (COUNT=25 of each file)
+mutants: setup-test
+	@$(PYTHON) scripts/mutants.py --count $(or $(COUNT),25)

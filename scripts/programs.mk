@@ -152,7 +152,7 @@ $(BUILD)/obj/%.cpp.o: $(BUILD)/batch/%.cpp $(OBJECT_NEEDS)
 	$(call COMPILE,c++,$(COMPILED_CXX))
 
 # --- programs -----------------------------------------------------------------------------------------------------
-.PHONY: all FORCE
+.PHONY: all mutants-command FORCE
 LINK = @echo "link $@"; $(CXX) $(LDFLAGS) -o $@ $(filter %.o %.a,$^)
 GPIO_LIBRARY = $$($(PKG_CONFIG) --libs libgpiod)
 
@@ -171,6 +171,11 @@ $(BUILD)/berth-target: $(call object,firmware/main.c $(TARGET)) $(TICK) $(RIG_FI
 
 $(BUILD)/cpp_tests: $(call object,$(CPP_TESTS) $(LOOKS)) $(ONCE_TICK_AND_RIG) $(RIG_FILES)
 	$(LINK) $(LIBRARIES)
+
+# For scripts/mutants.py: how a file of the firmware is compiled, and how the tests are linked of what.
+mutants-command: $(BUILD)/cpp_tests
+	@echo '$(filter-out ccache %/ccache -MMD -MP,$(COMPILED_C))'
+	@echo '$(CXX) $(LDFLAGS) -- $(filter %.o,$(call object,$(CPP_TESTS) $(LOOKS)) $(ONCE_TICK_AND_RIG) $(RIG_FILES)) $(LIBRARIES)'
 
 TARGET_TEST_OBJECTS := $(call object,$(TARGET_TESTS) $(TARGET) sim_hal/far_end/far_end.cpp) $(ONCE_TICK) $(FAR_RIG) $(RIG_FILES)
 $(BUILD)/target_tests: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio.o
