@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "ulog_reader.h"
+
 namespace berth
 {
 
@@ -12,7 +14,8 @@ struct replay_result {
     std::int64_t ticks = 0; /* replayed and equal */
     bool is_equal = true;
     bool is_cut = false;
-    bool has_gap = false; /* records are missing: replayed up to there */
+    bool has_gap = false;                      /* records are missing: replayed up to there */
+    std::optional<ulog_reader::damage> damage; /* of the file: replayed up to it */
     /* The first difference: */
     std::int64_t tick = 0;
     std::string field;
