@@ -16,6 +16,7 @@
 #include "lines.h"
 #include "machine.h"
 #include "real_time.h"
+#include "watchdog.h"
 
 namespace berth
 {
@@ -150,14 +151,25 @@ std::size_t closed_chips()
     return closed;
 }
 
-void check_watchdog(const std::string &device, findings &found)
+/* None is opened: that would start it. */
+void check_watchdog(const std::string &wanted, findings &found)
 {
-    if (!device.empty()) { /* not opened: that would start it */
-        const bool is_there = access(device.c_str(), W_OK) == 0;
-        found.push_back(judge(is_there, verdict::missing, "watchdog",
-                              device + (is_there ? "" : std::string(": ") + std::strerror(errno)),
+    const std::string device = is_any_watchdog(wanted) ? first_watchdog : wanted;
+    const bool is_there = !device.empty() && access(device.c_str(), W_OK) == 0;
+    const std::string shown = device.empty() ? "none" : is_there ? device : device + ": " + std::strerror(errno);
+    if (device.empty()) {
+        found.push_back(
+            {verdict::warning, "watchdog", shown,
+             "a machine that hangs is not restarted: target.watchdog_device = \"auto\" takes the board's"});
+    } else if (is_any_watchdog(wanted)) {
+        found.push_back(
+            judge(is_there, verdict::warning, "watchdog", shown,
+                  "a machine that hangs is not restarted: load the driver of the board's watchdog, and let "
+                  "a udev rule give it to your group"));
+    } else {
+        found.push_back(judge(is_there, verdict::missing, "watchdog", shown,
                               "load its driver, and run as root or let a udev rule give it to your group; "
-                              "target.watchdog_device = \"\" switches it off"));
+                              "target.watchdog_device = \"auto\" goes without it where there is none"));
     }
 }
 

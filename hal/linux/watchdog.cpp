@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -42,12 +43,21 @@ void notify_systemd(const std::string &message)
     close(socket);
 }
 
-watchdog::watchdog(std::string device, const std::atomic<std::uint64_t> &ticks, const cpu_set_t &cpus)
-    : ticks_(ticks), device_(std::move(device))
+bool is_any_watchdog(const std::string &wanted)
+{
+    return wanted == "auto";
+}
+
+watchdog::watchdog(const std::string &wanted, const std::atomic<std::uint64_t> &ticks, const cpu_set_t &cpus,
+                   const std::string &any_device)
+    : ticks_(ticks), device_(is_any_watchdog(wanted) ? any_device : wanted)
 {
     if (!device_.empty()) {
         file_ = open(device_.c_str(), O_WRONLY | O_CLOEXEC);
-        if (file_ < 0) {
+        if (file_ < 0 && is_any_watchdog(wanted)) {
+            std::fprintf(stderr, "berth-target: %s: %s: goes on without this watchdog\n", device_.c_str(),
+                         std::strerror(errno));
+        } else if (file_ < 0) {
             fail_hardware(device_ + ": the watchdog cannot be opened", errno,
                           "is its driver loaded, and does no other program hold it? target.watchdog_device = \"\" "
                           "goes without");

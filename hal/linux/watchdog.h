@@ -13,11 +13,19 @@
 namespace berth
 {
 
+/* Where the kernel has its first watchdog. */
+constexpr const char *first_watchdog = "/dev/watchdog";
+
+/* target.watchdog_device = "auto" */
+bool is_any_watchdog(const std::string &wanted);
+
 class watchdog
 {
   public:
-    /* Feeds while `ticks` goes on, from a thread on `cpus`. An empty device: only systemd. Throws hardware_error. */
-    watchdog(std::string device, const std::atomic<std::uint64_t> &ticks, const cpu_set_t &cpus);
+    /* Feeds while `ticks` goes on, from a thread on `cpus`. `wanted`: a device; "auto": `any_device`, or none where
+     * that cannot be opened; empty: only systemd. Throws hardware_error. */
+    watchdog(const std::string &wanted, const std::atomic<std::uint64_t> &ticks, const cpu_set_t &cpus,
+             const std::string &any_device = first_watchdog);
 
     /* Gives the device back (magic close): a clean stop must not reboot the machine. */
     ~watchdog();

@@ -373,7 +373,7 @@ static std::vector<rig_key> make_own_keys()
         KEY("target.cpu", target.cpu, r::any, "processor that the loop is bound to; negative: any"),
         up_to(98, KEY("target.priority", target.priority, r::positive, "SCHED_FIFO priority of the loop, 1 to 98")),
         KEY("target.watchdog_device", target.watchdog_device, r::any,
-            "watchdog device, as /dev/watchdog; empty: none"),
+            "watchdog device, as /dev/watchdog; \"auto\": that one if there is one; empty: none"),
         KEY("target.log_path", target.log_path, r::any, "where the log goes if the command line names none"),
     };
 }

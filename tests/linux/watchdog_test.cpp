@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 #include <fstream>
 
+#include "../../hal/linux/hardware_error.h"
 #include "../../hal/linux/watchdog.h"
 #include "../support/files.h"
 
@@ -80,6 +81,25 @@ TEST_CASE("watchdog: ready with the first tick, fed while ticks go on, not fed w
     }
     CHECK(systemd.next(patience_ms) == "STOPPING=1");
     CHECK(read_bytes(device) == std::string(2, '\0') + "V");
+}
+
+TEST_CASE("watchdog: \"auto\" takes the one that is there and goes without one, a named one must be there")
+{
+    const temporary_folder folder;
+    const systemd_socket systemd(folder / "notify");
+    const std::string device = folder / "watchdog";
+    std::atomic<std::uint64_t> ticks{1};
+    CHECK_THROWS_AS(watchdog(device, ticks, all_cpus()), hardware_error);
+    {
+        const watchdog guard("auto", ticks, all_cpus(), device);
+        CHECK(systemd.next(patience_ms) == "READY=1");
+    }
+    CHECK(!std::ifstream(device).is_open());
+    std::ofstream(device).close();
+    {
+        const watchdog guard("auto", ticks, all_cpus(), device);
+    }
+    CHECK(read_bytes(device) == "V");
 }
 
 } // namespace berth

@@ -130,6 +130,15 @@ def test_systemd_understands_the_service(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze to judge the service")
+def test_the_service_can_do_little_that_the_loop_does_not_need():
+    """2 of 10, by systemd's own scale."""
+    done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager",
+                           ROOT / "scripts/image/berth.service"], capture_output=True, text=True, timeout=TIMEOUT_s, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Overall exposure level for berth.service" in done.stdout
+
+
 @pytest.mark.long
 def test_sigterm_is_an_orderly_stop(tmp_path):
     process = subprocess.Popen([TARGET, "ess", tmp_path / "log.ulg", "--without-buses", "--until-stopped"],

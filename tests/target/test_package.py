@@ -45,6 +45,20 @@ def test_its_user_has_the_lines_and_the_watchdog(package):
         assert (device, group, mode) == (device, "berth", "660")
 
 
+def test_the_service_can_do_little_that_the_loop_does_not_need(package):
+    """Of 10, by systemd's own scale."""
+    exposure = re.search(r"Overall exposure level for berth.service: ([\d.]+)", package.text("security"))
+    assert float(exposure[1]) <= 2.0, package.text("security")
+
+
+def test_its_watchdog_is_the_machines(package):
+    assert re.search(r"^ok +watchdog +/dev/watchdog$", package.text("check"), re.MULTILINE), package.text("check")
+
+
+def test_a_log_is_for_its_owner_and_group_alone(package):
+    assert package.text("log_mode").split() == ["berth", "berth", "640"]
+
+
 def test_queue_and_throttling_are_set_without_a_reboot(package):
     assert package.number("queue") == 10
     assert package.number("throttling") == -1
