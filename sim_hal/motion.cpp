@@ -182,7 +182,7 @@ void motion_recorder::forget_motion()
     longest_ = {};
     running_m_.clear();
     running_N_.clear();
-    limited_until_sample_ = 0;
+    limited_until_tick_ = 0;
 }
 
 void motion_recorder::end_free_motion()
@@ -248,9 +248,9 @@ void motion_recorder::note_running(const tick_record &record)
         running_ticks_ == 1 ? record.manipulator_position_m : std::min(lowest_m_, record.manipulator_position_m);
     highest_m_ =
         running_ticks_ == 1 ? record.manipulator_position_m : std::max(highest_m_, record.manipulator_position_m);
-    running_m_.push_back(record.manipulator_position_m);
-    running_N_.push_back(std::abs(record.force_N));
-    limited_until_sample_ = record.limits != 0 ? running_m_.size() : limited_until_sample_;
+    running_m_.add(record.manipulator_position_m);
+    running_N_.add(std::abs(record.force_N));
+    limited_until_tick_ = record.limits != 0 ? running_m_.added() : limited_until_tick_;
 }
 
 void motion_recorder::note_tick(const tick_record &record, bool motors_at_limit,
@@ -275,6 +275,9 @@ void motion_recorder::note_tick(const tick_record &record, bool motors_at_limit,
         newest_.position_m.push_back(record.manipulator_position_m);
         newest_.tick.push_back(record.index);
         newest_.motor_limit_ticks += motors_at_limit;
+        if (newest_.tick.size() == kept_ticks_max) {
+            end_free_motion();
+        }
     } else {
         end_free_motion();
     }
@@ -299,23 +302,26 @@ motion_evidence motion_recorder::conclude()
         found.motor_limit_share =
             static_cast<double>(longest_.motor_limit_ticks) / static_cast<double>(longest_.tick.size());
     }
-    if (running_m_.size() < least_heights) {
+    const std::vector<double> &positions_m = running_m_.values();
+    if (positions_m.size() < least_heights) {
         return found;
     }
-    found.has_moved = range_of(running_m_.begin(), running_m_.end()) > stands_still_m;
-    const std::vector<oscillation_height> heights = oscillation_heights(running_m_, period_s_);
-    const double limited_share = static_cast<double>(limited_until_sample_) / static_cast<double>(running_m_.size());
+    found.has_moved = range_of(positions_m.begin(), positions_m.end()) > stands_still_m;
+    const double sample_s = period_s_ * static_cast<double>(running_m_.stride());
+    const std::vector<oscillation_height> heights = oscillation_heights(positions_m, sample_s);
+    const double limited_share = static_cast<double>(limited_until_tick_) / static_cast<double>(running_m_.added());
     found.limits_acted_late = limited_share > 0.75;
     found.falls = falls_nevertheless(heights, limited_share);
     found.height_m =
         heights.size() < least_heights
             ? 0.0
             : median_height(heights.end() - static_cast<std::ptrdiff_t>(least_heights / 2), heights.end());
-    found.is_too_short = is_too_short(heights, period_s_ * static_cast<double>(running_m_.size()), rig_);
-    found.trend = trend_of(running_m_);
-    const auto middle = running_N_.begin() + static_cast<std::ptrdiff_t>(running_N_.size() / 2);
+    found.is_too_short = is_too_short(heights, period_s_ * static_cast<double>(running_m_.added()), rig_);
+    found.trend = trend_of(positions_m);
+    const std::vector<double> &forces_N = running_N_.values();
+    const auto middle = forces_N.begin() + static_cast<std::ptrdiff_t>(forces_N.size() / 2);
     found.force_grows =
-        *std::max_element(middle, running_N_.end()) > grows_by * *std::max_element(running_N_.begin(), middle);
+        *std::max_element(middle, forces_N.end()) > grows_by * *std::max_element(forces_N.begin(), middle);
     return found;
 }
 

@@ -10,12 +10,16 @@
 #include "../firmware/supervisor.h"
 #include "../hal/rig/rig.h"
 #include "stability/growth_fit.h"
+#include "thinned_signal.h"
 
 namespace berth
 {
 
-/* Motion of the manipulator while it runs, without interruption by a limit or an order,
- * from when the object is gripped until it is let go. */
+/* As many ticks of a run are kept at most, so that a day's run takes no more memory than an hour's. */
+constexpr std::size_t kept_ticks_max = 1 << 20;
+
+/* Motion of the manipulator while it runs, without interruption by a limit or an order, from when the object is
+ * gripped until it is let go. After kept_ticks_max another one begins. */
 struct free_motion {
     std::vector<double> position_m;
     std::vector<std::int64_t> tick;     /* index of each sample's tick */
@@ -112,10 +116,11 @@ class motion_recorder
     motion_evidence evidence_;
     std::int64_t held_ticks_ = 0;
     std::int64_t running_ticks_ = 0;
-    bool holds_ = false;                   /* in this tick */
-    std::vector<double> running_m_;        /* manipulator in all ticks of running, limited or not, since the grip */
-    std::vector<double> running_N_;        /* the measured force in the same ticks */
-    std::size_t limited_until_sample_ = 0; /* of running_m_: limits acted last before this one */
+    bool holds_ = false; /* in this tick */
+    /* Since the grip, in all ticks of running, limited or not: the manipulator, and the measured force. */
+    thinned_signal running_m_{thinning::first, kept_ticks_max};
+    thinned_signal running_N_{thinning::largest, kept_ticks_max};
+    std::size_t limited_until_tick_ = 0; /* of those: limits acted last before this one */
     free_motion newest_;
     free_motion longest_;
     std::optional<bounce> open_bounce_;

@@ -339,7 +339,7 @@ arm_description read_arm(const toml::table &table, const std::string &origin)
 
 std::string read_arm_file(const std::string &path)
 {
-    std::string text = read_file(path);
+    std::string text = read_file(path, written_bytes_max);
     if (const std::int64_t line = line_of_xml(text); line > 0) {
         throw input_error(path + ":" + std::to_string(line) +
                           ": is XML, as URDF is, and no arm file; make one of it with `berth arm ROBOT.urdf --tool "

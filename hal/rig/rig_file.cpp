@@ -192,7 +192,7 @@ std::string names_of_shipped_rigs()
 
 std::string read_rig_file(const std::string &path)
 {
-    std::string text = read_file(path);
+    std::string text = read_file(path, written_bytes_max);
     refuse_other_file(path, text);
     return text;
 }
@@ -242,7 +242,7 @@ void read_with_base(rig &rig, const toml::table &table, const std::string &origi
 
 } // namespace
 
-std::string read_file(const std::string &path)
+std::string read_file(const std::string &path, std::size_t at_most_bytes)
 {
     std::ifstream file(path, std::ios::binary);
     constexpr std::size_t at_once_bytes = 1 << 20;
@@ -252,6 +252,10 @@ std::string read_file(const std::string &path)
         text.resize(before + at_once_bytes);
         file.read(&text[before], at_once_bytes);
         text.resize(before + static_cast<std::size_t>(file.gcount()));
+        if (text.size() > at_most_bytes) {
+            throw input_error(path + ": is larger than " + std::to_string(at_most_bytes >> 20) +
+                              " MB, as no such file is; is it another file, or a device?");
+        }
     }
     if (!file.is_open() || file.bad()) {
         throw input_error(path + ": cannot be read; is it a file?");

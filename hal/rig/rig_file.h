@@ -55,8 +55,11 @@ std::string config_hash(const rig &rig);
 /* FNV-1a, 64 bits, as 16 hexadecimal digits. */
 std::string text_hash(std::string_view bytes);
 
-/* All of a file. Throws input_error. */
-std::string read_file(const std::string &path);
+/* All of a file. Throws input_error, also where it is larger: a device has no end. */
+std::string read_file(const std::string &path, std::size_t at_most_bytes = std::size_t{64} << 30);
+
+/* A file that a person writes. */
+constexpr std::size_t written_bytes_max = std::size_t{64} << 20;
 
 } // namespace berth
 

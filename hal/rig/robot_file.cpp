@@ -187,7 +187,7 @@ robot_preset load_robot(const std::string &name_or_path)
             name_or_path + ": no robot preset has this name, and there is no such file; the nearest is " +
             nearest_name(names_of_files(shipped_robots()), name_or_path) + " (berth robots lists them)");
     }
-    robot_preset preset = parse_robot(read_file(name_or_path), name_or_path);
+    robot_preset preset = parse_robot(read_file(name_or_path, written_bytes_max), name_or_path);
     if (preset.name.empty()) {
         preset.name = stem_of(name_or_path);
         if (!is_file_name(preset.name)) {

@@ -51,7 +51,7 @@ arm_description read_urdf(const arm_arguments &arguments, std::string &comments)
         choice.holds.push_back(hold_from(word));
     }
     const bool is_xacro = ends_with(arguments.arm, ".xacro");
-    const std::string text = is_xacro ? expand_xacro(arguments.arm) : read_file(arguments.arm);
+    const std::string text = is_xacro ? expand_xacro(arguments.arm) : read_file(arguments.arm, written_bytes_max);
     urdf_arm arm = arm_from_urdf(text, arguments.arm + (is_xacro ? " (as xacro expands it)" : ""), choice);
     for (const std::string &warning : arm.warnings) {
         std::fprintf(stderr, "berth: warning: %s\n", warning.c_str());
@@ -97,7 +97,7 @@ int arm_command(const arm_arguments &arguments)
     }
     nlohmann::json states;
     try {
-        states = nlohmann::json::parse(read_file(arguments.states_file));
+        states = nlohmann::json::parse(read_file(arguments.states_file, written_bytes_max));
     } catch (const nlohmann::json::parse_error &error) {
         throw input_error(arguments.states_file + ": not JSON, at byte " + std::to_string(error.byte));
     } catch (const nlohmann::json::out_of_range &) {

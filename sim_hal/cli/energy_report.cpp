@@ -12,23 +12,25 @@ void energy_report::note_tick(const tick_record &record)
     last_ = {record.energy_stored_J,     record.energy_operator_J,       record.energy_dissipated_J,
              record.energy_integrator_J, record.energy_simulated_port_J, record.energy_measured_port_J,
              record.energy_dead_time_J,  record.energy_compensation_J};
-    not_by_operator_J_.push_back(last_.stored_J - last_.operator_J);
+    not_by_operator_J_.add(last_.stored_J - last_.operator_J);
 }
 
 std::optional<bool> energy_report::gains() const
 {
-    if (not_by_operator_J_.empty() || has_arm) {
+    const std::vector<double> &not_by_operator_J = not_by_operator_J_.values();
+    if (not_by_operator_J.empty() || has_arm) {
         return {};
     }
-    const auto [least, most] = std::minmax_element(not_by_operator_J_.begin(), not_by_operator_J_.end());
+    const auto [least, most] = std::minmax_element(not_by_operator_J.begin(), not_by_operator_J.end());
     const double range_J = *most - *least;
+    const double at_end_J = last_.stored_J - last_.operator_J;
     /* Force and position that wander with noise swap some energy back and forth without making any. */
     const struct {
         std::size_t from;
         double noticeable;
-    } spans[] = {{not_by_operator_J_.size() / 2, 1e-2}, {0, 1e-6}};
+    } spans[] = {{not_by_operator_J.size() / 2, 1e-2}, {0, 1e-6}};
     for (const auto &span : spans) {
-        const double changed_J = not_by_operator_J_.back() - not_by_operator_J_[span.from];
+        const double changed_J = at_end_J - not_by_operator_J[span.from];
         if (std::abs(changed_J) > span.noticeable * range_J) {
             return changed_J > 0.0;
         }
@@ -38,7 +40,7 @@ std::optional<bool> energy_report::gains() const
 
 void energy_report::print() const
 {
-    if (not_by_operator_J_.empty()) {
+    if (not_by_operator_J_.values().empty()) {
         return;
     }
     const auto has_gained = gains();

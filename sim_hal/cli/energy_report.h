@@ -4,10 +4,11 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <vector>
 
 #include "../../firmware/energy_account.h"
 #include "../../firmware/recorder.h"
+#include "../motion.h"
+#include "../thinned_signal.h"
 
 namespace berth
 {
@@ -32,7 +33,8 @@ class energy_report
 
   private:
     energy_sums last_{};
-    std::vector<double> not_by_operator_J_; /* stored in the manipulator less what the operator gave */
+    /* Stored in the manipulator less what the operator gave. */
+    thinned_signal not_by_operator_J_{thinning::first, kept_ticks_max};
 };
 
 } // namespace berth

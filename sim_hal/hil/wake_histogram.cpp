@@ -111,7 +111,7 @@ wake_histogram load_wake_histogram(const rig &rig)
     if (path.empty()) {
         return {};
     }
-    wake_histogram histogram = parse_wake_histogram(read_file(path), path);
+    wake_histogram histogram = parse_wake_histogram(read_file(path, written_bytes_max), path);
     if (!fits_period(histogram, rig)) {
         char text[160];
         std::snprintf(text, sizeof text,

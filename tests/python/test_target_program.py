@@ -120,6 +120,11 @@ def test_a_file_without_a_histogram_is_refused(tmp_path):
     assert "--histogram" in done.stderr and done.stderr.count("\n") == 1
 
 
+def test_a_rig_without_an_end_is_refused():
+    done = target("/dev/zero", "--check")
+    assert done.returncode == EXIT_INPUT and b"/dev/zero: is larger than 64 MB" in done.stderr
+
+
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze to judge the service")
 def test_systemd_understands_the_service(tmp_path):
     """All but the program, which this machine does not have where a board does."""
