@@ -148,6 +148,25 @@ def test_a_command_without_a_line_fails(monkeypatch):
         docs_reference.cli()
 
 
+EXIT_CODE = re.compile(r"(?:\bexit_\w+|\bEXIT_\w+) = (\d+)|^\s*return (\d+);", re.M)
+PROGRAMS = ["sim_hal/cli/*.cpp", "sim_hal/far_end/main.cpp", "firmware/main.c"]
+
+
+def described_codes(page):
+    """{exit code: its words} of the page's table."""
+    return dict(re.findall(r"^\| (\d+)(?: \+ n)? \| *(\S.*?) *\|$", page, re.M))
+
+
+def test_every_exit_code_is_described():
+    page = (docs.SOURCES / "reference" / "exit-codes.md").read_text()
+    manual = (ROOT / "sim_hal" / "cli" / "man_page.cpp").read_text()
+    sources = [path for pattern in PROGRAMS for path in ROOT.glob(pattern)]
+    codes = {code for path in sources for pair in EXIT_CODE.findall(path.read_text()) for code in pair if code}
+    assert codes == set(described_codes(page)) >= {"0", "1", "2", "3", "128"}
+    assert all(f".TP\\n{code}" in manual for code in codes)
+    assert "3" not in described_codes(re.sub(r"^\| 3 \|.*$", "| 3 | |", page, flags=re.M))
+
+
 def test_every_command_key_and_effect_is_there():
     commands = subprocess.run([docs_reference.BERTH, "--help"], capture_output=True, text=True, check=True).stdout
     pages = docs_reference.pages()
