@@ -15,6 +15,8 @@ from test_summary import BERTH, CASES, run, summary
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
+import report_figure  # noqa: E402
+from berth_log import read_log, read_summary  # noqa: E402
 from report_page import height_ticks  # noqa: E402
 
 SIZE_MAX_BYTES = 1e6
@@ -83,6 +85,23 @@ def made(log):
     assert str(page) in done.stdout and str(picture) in done.stdout
     assert not list(log.parent.glob("*.partial"))
     return Page(page), picture
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("description", ["short", "a long description of the rig " * 20])
+def test_the_head_of_the_picture_stays_within_it(tmp_path, monkeypatch, description):
+    """Facts of a run in which limits act fill more than a line; a long description does so, too."""
+    path, _ = run(tmp_path, "ess", ["object.mass_kg=210", "run.duration_s=20", "limits.velocity_m_per_s=0.05"])
+    log, told = read_log(path), read_summary(path, BERTH)
+    log.config["description"] = description
+    drawn = []
+    monkeypatch.setattr(report_figure.plt, "close", drawn.append)
+    report_figure.build_figure(log, told)
+    figure = drawn[0]
+    boxes = [text.get_window_extent() for text in figure.texts]
+    assert all(box.x0 >= 0 and box.x1 <= report_figure.RIGHT * figure.bbox.width + 10 for box in boxes)
+    lowest = min(box.y0 for box in boxes if box.y0 > 0.5 * figure.bbox.height)
+    assert all(axes.get_tightbbox().y1 < lowest for axes in figure.axes)
 
 
 @pytest.mark.long
