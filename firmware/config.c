@@ -20,10 +20,9 @@ struct app_config config_default(void)
                              .velocity_limit_m_per_s = 2.0,
                              .force_limit_N = 5000.0,
                              .stale_after_ms = 200.0},
-        /* Ten times what the robot may be off when the loop gets ready, for twenty ticks of the paper's robot. A
-         * loop that gets two frames of five still follows, one that gets fewer is led by old ones. Dead time makes
-         * up to 440 W in the stiffest of the stable shipped rigs, ess-beam. The reference case, made unstable,
-         * swings by half a metre at 1000 J: half of the position range, and fifty times where it began. */
+        /* Following error: ten times start_tolerance_m, for twenty ticks at 400 Hz. Link quality: a loop that gets
+         * two frames of five still follows; one that gets fewer acts on old ones. Power and growth are not bounded
+         * by default: a sound bound depends on the rig, so the rig file has to set it. */
         .reflex = {.following_error_m = 0.02,
                    .following_error_ms = 50.0,
                    .link_quality = 0.4,

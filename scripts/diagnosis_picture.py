@@ -11,10 +11,10 @@ import diagnosis_words as words  # noqa: E402
 from diagnosis_data import profile, spectrum  # noqa: E402
 from diagnosis_page import AFTER, BEFORE, CHOSEN, FLOOR, MEASURED, OTHER, RIVAL, shown_unit  # noqa: E402
 from page_data import with_gaps  # noqa: E402
-from report_figure import DOTS_PER_INCH, HEIGHT_PX, STYLE, WIDTH_PX, empty, legend_above  # noqa: E402
+from report_figure import (  # noqa: E402
+    DOTS_PER_INCH, HEIGHT_PX, LEFT, RIGHT, STYLE, WIDTH_PX, empty, legend_above, wrapped)
 
 CANDIDATES_MAX = 8
-LEFT, RIGHT = 0.03, 0.975  # shares of the picture
 HEADLINE_HEIGHT, TEXT_HEIGHT = 0.026, 0.0185  # of the picture, a line
 
 
@@ -84,20 +84,6 @@ def plot_ranking(axes, block):
     axes.set(xlabel="share explained (%)", xlim=(0, 105))
     axes.tick_params(axis="y", labelsize=10, length=0)
     axes.grid(False, axis="y")
-
-
-def wrapped(figure, text, **font):
-    """The text's lines, each as wide as it is drawn and no wider than from LEFT to RIGHT."""
-    probe = figure.text(LEFT, 0.0, "", **font)
-    lines = []
-    for word in text.split():
-        probe.set_text(f"{lines[-1]} {word}" if lines else word)
-        if lines and probe.get_window_extent().x1 <= RIGHT * figure.bbox.width:
-            lines[-1] = probe.get_text()
-        else:
-            lines.append(word)
-    probe.remove()
-    return lines
 
 
 def write_head(figure, diagnosis):

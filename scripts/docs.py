@@ -4,7 +4,8 @@ usage: docs.py     (from anywhere; build/berth must be there)
 
 Pages lie in scripts/docs/, or as README.md beside the code that they describe. Links in them go from file to file, so
 that they work in the repository as well. A link to a file that is no page, such as a source file, keeps its text only; one
-to a file that does not exist is an error.
+to a file or a heading that does not exist is an error. A generated page is no file of the repository: its link leads to
+its row in reference/index.md, whose anchor is the page's name, and on the site to the page itself.
 """
 
 import re
@@ -30,8 +31,10 @@ SECTIONS = {
     "explanation": ("Explanation", ["index", "the-loop", "one-tick", "stability"]),
     "code": ("Beside the code", ["firmware", "hal"]),
 }
+REFERENCE = SOURCES / "reference" / "index.md"
 SINGLE = ["glossary.md", "verification.md", "changelog.md", "contributing.md"]
 
+ANCHOR = re.compile(r'<a id="([\w-]+)"></a>')
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```.*?^```", re.S | re.M)
 
@@ -45,6 +48,12 @@ def site_name(page):
     return Path("index.md") if page == ROOT / "README.md" else None
 
 
+def heading_anchors(text):
+    """What the headings of a page are called in links: as on GitHub, and by the site's table of contents."""
+    headings = re.findall(r"^#+ (.+)$", FENCE.sub("", text), re.M)
+    return {re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", heading.lower()).strip()) for heading in headings}
+
+
 def relative(target, page):
     """From one page of the site to another place of it."""
     return Path("/".join([".."] * (len(page.parts) - 1)) or ".") / target
@@ -55,8 +64,11 @@ class Gathering:
 
     def __init__(self):
         self.reference = docs_reference.pages()
-        self.made = {SOURCES / "reference" / name for name in self.reference}
+        self.made = {Path(name).stem for name in self.reference}
         self.broken = []
+        for name in self.reference:
+            if (SOURCES / "reference" / name).exists():
+                raise SystemExit(f"{SOURCES / 'reference' / name}: a generated page has this name")
 
     def link(self, source, match):
         mark, text, target = match.groups()
@@ -73,10 +85,16 @@ class Gathering:
             (GATHERED / place).parent.mkdir(exist_ok=True)
             shutil.copy(file, GATHERED / place)
             return f"![{text}]({relative(place, here)})"
-        if file in self.made or (file.suffix == ".md" and file.is_file() and site_name(file)):
+        if file == REFERENCE and anchor in self.made:
+            return f"[{text}]({relative(Path('reference') / f'{anchor}.md', here)})"
+        if file.suffix == ".md" and file.is_file() and site_name(file):
+            if anchor and anchor not in heading_anchors(file.read_text()):
+                self.broken.append(f"{source}: no heading {target}")
             return f"[{text}]({relative(site_name(file), here)}{'#' + anchor if anchor else ''})"
         if not file.exists():
-            self.broken.append(f"{source}: no file {target}")
+            is_made = file.parent == REFERENCE.parent and file.stem in self.made
+            remedy = f"; it is generated: link to reference/index.md#{file.stem}" if is_made else ""
+            self.broken.append(f"{source}: no file {target}{remedy}")
         return text
 
     def page(self, source, text):
@@ -96,6 +114,8 @@ class Gathering:
         for source in readme.pages():
             if site_name(source):
                 self.page(source, source.read_text())
+        if rowless := self.made - set(ANCHOR.findall(REFERENCE.read_text())):
+            self.broken.append(f"{REFERENCE}: no row with an anchor for {sorted(rowless)}")
         for name, text in self.reference.items():
             self.page(SOURCES / "reference" / name, text)
         if self.broken:

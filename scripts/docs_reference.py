@@ -14,11 +14,6 @@ import readme
 ROOT = readme.ROOT
 BERTH = ROOT / "build" / "berth"
 DESCRIPTIONS = ROOT / "scripts" / "docs" / "descriptions.toml"
-JSON_EXAMPLES = {
-    "run": "run ess --no-log --json", "eigen": "eigen ess --json", "limits": "limits ess --json",
-    "deadtime": "deadtime ess --json", "map": "map ess --vary mass --grid 4x3 --out build/docs-map.csv --json",
-    "effects": "effects --json", "reduce": "reduce ess --direction 1,0 --json",
-}
 
 
 class Undescribed(Exception):
@@ -131,34 +126,6 @@ def cli():
         if not line.strip():
             raise Undescribed(f"berth {name} has no line in --help")
         text += [f"## {name}", f"```text\n{berth(name, '--help').strip()}\n```"]
-    return "\n\n".join(text)
-
-
-def kind(value):
-    names = {bool: "true/false", int: "number", float: "number", str: "text", type(None): "null", list: "list"}
-    return names.get(type(value), "object")
-
-
-def json_rows(value, path=""):
-    """(path, kind) of everything in a JSON object; of a list, its first element."""
-    if isinstance(value, list):
-        value, path = (value[0] if value else None), path + "[]"
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            here = f"{path}.{key}" if path else key
-            if not isinstance(inner, dict):
-                yield here, kind(inner)
-            yield from json_rows(inner, here) if isinstance(inner, (dict, list)) else ()
-
-
-def json_outputs():
-    text = ["# JSON outputs", "With `--json` a command prints one JSON object, or one array, and nothing else. These are "
-            "the members for the examples that head each table. A member that has no value there is `null`. The "
-            "unit is the last part of the name. `diagnosis.json` has a schema of its own, `scripts/diagnosis.schema.json`.\n"]
-    for name, words in JSON_EXAMPLES.items():
-        value = json.loads(berth(*words.split()))
-        rows = [(f"`{path}`", what, unit_of(path)) for path, what in json_rows(value)]
-        text += [f"## berth {name}", f"`build/berth {words}`", table(["member", "kind", "unit"], rows)]
     return "\n\n".join(text)
 
 
@@ -313,7 +280,7 @@ def oracles():
 
 def pages():
     """{file name: Markdown} of every generated page."""
-    make = {"rig-keys": rig_keys, "cli": cli, "json": json_outputs, "rigs-and-robots": shipped, "effects": effects,
+    make = {"rig-keys": rig_keys, "cli": cli, "rigs-and-robots": shipped, "effects": effects,
             "faults": faults, "log": log, "can": can, "hal": hal, "oracles": oracles}
     return {f"{name}.md": function() for name, function in make.items()}
 

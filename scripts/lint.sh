@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # clang-format, clang-tidy, shellcheck and the rule of dear headers over the sources given (generated code is not among
-# them); banned phrases in README, pages and --help.
+# them); banned phrases in README, pages, --help and messages.
 #
 #   lint.sh FILE...
 set -euo pipefail

@@ -4,7 +4,7 @@
 usage: readability.py [--check] [--rev REVISION] [--worst N]
 
 Read are README.md, the pages, `berth --help` with that of every command, and the texts in the code that a user sees (string
-literals of messages). --check: exit code 1 where a banned phrase stands in README, a page or --help. --rev: README of another
+literals of messages). --check: exit code 1 where a banned phrase stands in any of them. --rev: README of another
 revision alone, to compare.
 """
 
@@ -100,7 +100,7 @@ def main():
         in_messages = [(name, phrase) for name, literal in messages() for phrase in banned_in(literal)]
         print(f"--help of {len(helps) - 1} commands, banned phrases: {len(in_help)}")
         print(f"messages in the code, banned phrases: {len(in_messages)}")
-        found += in_help
+        found += in_help + in_messages
     for name, sentence in sorted(long, key=lambda pair: -len(pair[1].split()))[:arguments.worst]:
         print(f"  {name}, {len(sentence.split())} words: {sentence}")
     for name, phrase in found if not arguments.rev else ():

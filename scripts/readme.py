@@ -1,12 +1,15 @@
-"""Runs the commands of the Markdown pages' console blocks again and writes what they print into the pages.
+"""Runs the commands of the Markdown pages' console blocks again, writes what they print into the pages, and renews the pages'
+pictures.
 
 usage: readme.py [PAGE...]     (default: README.md and every page of the documentation)
 
 Commands that start with one of RUN are run, others are left alone. A line that ends in a backslash goes on in the next.
 A block of a file, whose first line is `# build/NAME`, is written to that path before the page's commands are run.
+A picture comes from the file of the comment `<!-- build/NAME.png -->` before it, which the page's commands write.
 """
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +18,8 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("firmware", "hal", "sim_hal", "tests", "scripts")
 BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.S)
 FILE_BLOCK = re.compile(r"```(?:toml|csv|python)\n# (build/\S+)\n(.*?)```", re.S)
+PICTURE = re.compile(r"<!-- (build/\S+\.png) -->\n\n!\[[^\]]*\]\(([^)\s]+)\)")
+FOOTER = 0.03  # share of a picture's height, at its foot: commit and hashes, which may differ
 COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)\n?", re.M)
 
 RUN = ("build/", ".venv/bin/python scripts/", ".venv/bin/python build/")
@@ -48,6 +53,20 @@ def write_files(text):
         (ROOT / path).write_text(content)
 
 
+def pictures(page):
+    """[(file that the page's commands write, picture of the page)] of a page."""
+    return [(ROOT / made, (page.parent / shown).resolve()) for made, shown in PICTURE.findall(page.read_text())]
+
+
+def differing_pixels(made, shown):
+    """How many pixels of two pictures differ visibly, without their footer; all if they differ in size."""
+    from matplotlib.image import imread  # takes a second, which other users of this module need not wait for
+    one, other = imread(made)[..., :3], imread(shown)[..., :3]
+    if one.shape != other.shape:
+        return one.size
+    return int(((abs(one - other).max(axis=2) > 0.2)[:round((1 - FOOTER) * len(one))]).sum())
+
+
 def refresh(match):
     lines = []
     for command, printed in split_block(match[2]):
@@ -59,6 +78,10 @@ def main():
     for path in [Path(word).resolve() for word in sys.argv[1:]] or pages():
         write_files(path.read_text())
         path.write_text(BLOCK.sub(refresh, path.read_text()))
+        for made, shown in pictures(path):
+            if not shown.exists() or differing_pixels(made, shown):
+                shutil.copy(made, shown)
+                print(f"{shown.relative_to(ROOT)}: new, from {made.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

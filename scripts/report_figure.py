@@ -1,6 +1,5 @@
 """The run on one picture of 1600 x 1000 pixels, for a README or a slide."""
 import io
-import textwrap
 
 import matplotlib
 
@@ -13,7 +12,8 @@ import report_signals as signals  # noqa: E402
 import report_words as told  # noqa: E402
 
 WIDTH_PX, HEIGHT_PX, DOTS_PER_INCH = 1600, 1000, 100
-SENTENCE_CHARACTERS_MAX = 170  # that fit into a line
+LEFT, RIGHT = 0.03, 0.975  # shares of the picture between which text stands
+LINE_HEIGHT = 0.027  # of the picture, a line of the head
 DASHES = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 1.6))}
 STYLE = {"font.size": 12, "axes.titlesize": 13, "axes.titlelocation": "left", "axes.titleweight": "bold",
          "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#E6E6E6",
@@ -75,7 +75,8 @@ def plot_dead_time(axes, log):
     plot_signals(axes, shown, 2.0)
     axes.annotate("", (found.robot_s, found.level_mm), (found.command_s, found.level_mm),
                   arrowprops={"arrowstyle": "->", "color": "#333333", "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0})
-    axes.annotate(f"{1e3 * (found.robot_s - found.command_s):.2f} ms", (found.robot_s, found.level_mm), (9, 0),
+    reported = ", reported" if found.is_reported else ""
+    axes.annotate(f"{1e3 * (found.robot_s - found.command_s):.2f} ms{reported}", (found.robot_s, found.level_mm), (9, 0),
                   textcoords="offset points", verticalalignment="center", weight="bold",
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 2})
     legend_within(axes)
@@ -126,17 +127,39 @@ def empty(axes, text):
     axes.set(xticks=[], yticks=[])
 
 
+def wrapped(figure, text, separator=" ", **font):
+    """The text's lines, broken at separators, each as wide as it is drawn and no wider than from LEFT to RIGHT."""
+    probe = figure.text(LEFT, 0.0, "", **font)
+    lines = []
+    for part in text.split(separator):
+        probe.set_text(f"{lines[-1]}{separator}{part}" if lines else part)
+        if lines and probe.get_window_extent().x1 <= RIGHT * figure.bbox.width:
+            lines[-1] = probe.get_text()
+        else:
+            lines.append(part)
+    probe.remove()
+    return lines
+
+
+def write_lines(figure, below, text, separator=" ", color="#333333", **font):
+    """Writes the text below this height; returns the height of its last line."""
+    for line in wrapped(figure, text, separator, **font):
+        below -= LINE_HEIGHT
+        figure.text(LEFT, below, line, color=color, **font)
+    return below
+
+
 def write_head(figure, log, summary):
+    """Verdict, sentence and facts; returns how far down the picture they reach."""
     verdict = told.verdict(log, summary)
-    figure.text(0.03, 0.955, log.config["name"], fontsize=24, weight="bold")
-    figure.text(0.03, 0.927, log.config["description"], fontsize=13, color="#444444")
-    figure.text(0.975, 0.957, f" {verdict.word} ", fontsize=19, weight="bold", color="white",
+    figure.text(LEFT, 0.955, log.config["name"], fontsize=24, weight="bold")
+    figure.text(RIGHT, 0.957, f" {verdict.word} ", fontsize=19, weight="bold", color="white",
                 horizontalalignment="right", bbox={"facecolor": verdict.colour, "edgecolor": "none", "pad": 5})
     if verdict.alarm:
-        figure.text(0.975, 0.905, f" {verdict.alarm} ", fontsize=13, weight="bold", color="white",
+        figure.text(RIGHT, 0.905, f" {verdict.alarm} ", fontsize=13, weight="bold", color="white",
                     horizontalalignment="right", bbox={"facecolor": signals.BAD, "edgecolor": "none", "pad": 4})
-    sentence = textwrap.shorten(verdict.sentence, SENTENCE_CHARACTERS_MAX, placeholder=" ...")
-    figure.text(0.03, 0.893, sentence, fontsize=14, color=verdict.colour, weight="bold")
+    below = write_lines(figure, 0.955, log.config["description"], color="#444444", fontsize=13)
+    below = write_lines(figure, below - 0.006, verdict.sentence, color=verdict.colour, fontsize=14, weight="bold")
     cause = summary["stop_cause"]
     because = "" if cause == "none" else f" ({signals.words(cause)})"
     ticks = f"{summary['ticks']:,}".replace(",", " ")
@@ -146,20 +169,21 @@ def write_head(figure, log, summary):
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
             f"{told.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")
-    figure.text(0.03, 0.866, line, fontsize=11.5, color="#333333")
-    figure.text(0.975, 0.012, f"configuration {log.config_hash}, berth {log.version}", fontsize=9, color="#888888",
+    below = write_lines(figure, below, line, "   ·   ", fontsize=11.5)
+    figure.text(RIGHT, 0.012, f"configuration {log.config_hash}, berth {log.version}", fontsize=9, color="#888888",
                 horizontalalignment="right")
+    return below
 
 
 def build_figure(log, summary):
     """The picture as the bytes of a PNG."""
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(WIDTH_PX / DOTS_PER_INCH, HEIGHT_PX / DOTS_PER_INCH), dpi=DOTS_PER_INCH)
-        write_head(figure, log, summary)
+        head_end = write_head(figure, log, summary)
         if len(log.tick_s):
             band_rows = len({bar.row for bar in signals.bars(log)})
             grid = figure.add_gridspec(3, 2, height_ratios=[3, 3, 0.32 * band_rows + 0.1], width_ratios=[1.75, 1],
-                                       left=0.105, right=0.98, top=0.805, bottom=0.075, hspace=0.46, wspace=0.17)
+                                       left=0.105, right=0.98, top=head_end - 0.06, bottom=0.075, hspace=0.46, wspace=0.17)
             positions = figure.add_subplot(grid[0, 0])
             plot_positions(positions, log)
             plot_forces(figure.add_subplot(grid[1, 0], sharex=positions), log)

@@ -110,13 +110,14 @@ def add_dead_time(page, log):
     if found is None:
         return
     late_ms = 1e3 * (found.robot_s - found.command_s)
+    reports = "reports that it " if found.is_reported else ""
     arrow = {"x": found.robot_s, "y": found.level_mm, "ax": found.command_s, "ay": found.level_mm, "axref": "x",
              "ayref": "y", "text": "", "arrowhead": 2, "arrowwidth": 2, "arrowcolor": "#333333"}
     label = {"x": found.robot_s, "y": found.level_mm, "xanchor": "left", "yanchor": "top", "xshift": 8,
-             "text": f"<b>{late_ms:.2f} ms</b>", "showarrow": False, "font": {"size": 14},
+             "text": f"<b>{late_ms:.2f} ms{', reported' if found.is_reported else ''}</b>", "showarrow": False, "font": {"size": 14},
              "bgcolor": "#FFFFFFCC"}
     page.add_signals("dead-time", "Dead time: command and robot",
-                     f"Where the command is fastest, the robot passes the same place {late_ms:.2f} ms later "
+                     f"Where the command is fastest, the robot {reports}passes the same place {late_ms:.2f} ms later "
                      f"(configured dead time: {log.config['robot']['dead_time_ms']:g} ms). This plot has its own "
                      "time axis.",
                      signals.command_and_robot(log), "position (mm)", "mm",

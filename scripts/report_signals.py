@@ -48,6 +48,7 @@ class DeadTime:
     level_mm: float
     from_s: float  # a window worth looking at
     to_s: float
+    is_reported: bool  # the robot's own report of where it is, which arrives later
 
 
 def positions(log):
@@ -292,23 +293,23 @@ def _crossing(time_s, values, level, rising, after_s):
 
 
 def dead_time(log):
-    """The command at its fastest while no limit acts, and the robot after it; None where nothing moves or the
-    true motion is not known."""
+    """The command at its fastest while no limit acts, and the robot after it: its true motion, or the reported one where
+    that is not known. None where nothing moves."""
     free = (log.tick["state"] == STATES.index("running")) & (log.tick["limits"] == 0)
     command_mm = 1e3 * log.tick["command_position_m"]
     in_one_tick = free[:-1] & free[1:] & (np.diff(log.tick_s) < 1.5 * log.period_s)
     moved_mm = np.where(in_one_tick, np.abs(np.diff(command_mm)), 0.0)
-    if not log.rig or moved_mm.size == 0 or moved_mm.max() < 1e-6:
+    if moved_mm.size == 0 or moved_mm.max() < 1e-6:
         return None
     i = int(moved_mm.argmax())
     level_mm = 0.5 * (command_mm[i] + command_mm[i + 1])
     command_s = 0.5 * (log.tick_s[i] + log.tick_s[i + 1])
-    robot_s = _crossing(log.rig_s, 1e3 * log.rig["robot_position_m"], level_mm,
-                        command_mm[i + 1] > command_mm[i], command_s)
+    robot = command_and_robot(log)[-1]
+    robot_s = _crossing(robot.time_s, robot.values, level_mm, command_mm[i + 1] > command_mm[i], command_s)
     width_s = max(1e-3 * log.config["robot"]["dead_time_ms"], 2.0 * log.period_s)
     if robot_s is None or robot_s - command_s > 5.0 * width_s:
         return None
-    return DeadTime(command_s, robot_s, level_mm, command_s - 4.0 * width_s, command_s + 5.0 * width_s)
+    return DeadTime(command_s, robot_s, level_mm, command_s - 4.0 * width_s, command_s + 5.0 * width_s, not log.rig)
 
 
 def name_of(names, value):

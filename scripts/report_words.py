@@ -195,6 +195,7 @@ def facts(log, summary):
         *margin_fact(summary["margin"]),
         *peak_facts(summary["peak_force"]),
         ("command to motion", "not shown" if found is None else f"{1e3 * (found.robot_s - found.command_s):.2f} ms",
+         ("by the robot's own reports; " if found and found.is_reported else "") +
          f"dead time of the robot as configured: {log.config['robot']['dead_time_ms']:g} ms"),
         ("ticks", f"{summary['ticks']:,}".replace(",", " "), f"{rate_Hz:g} Hz, {summary['simulated_s']:.2f} s"),
         ("overruns", str(summary["overruns"]), "missed ticks"),

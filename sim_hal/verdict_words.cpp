@@ -78,10 +78,10 @@ std::string motor_words(const motion_evidence &motion)
 
 std::string not_shown_words(const motion_evidence &motion)
 {
-    return motion.stop.is_of_motion()  ? ""
-           : !motion.has_moved         ? "; nothing moved in this run"
-           : motion.is_too_short       ? "; this run is too short to show it"
-           : motion.is_driven          ? "; the operator's motion hides it in this run"
+    return motion.stop.is_of_motion() ? ""
+           : !motion.has_moved        ? "; nothing moved in this run"
+           : motion.is_too_short      ? "; this run is too short to show it"
+           : motion.is_driven ? "; the operator drove most of this run, so berth does not judge it by its growth"
            : motion.growth.has_value() ? "; this run does not tell decay from growth"
                                        : "; this run has too little oscillation to measure it";
 }

@@ -169,7 +169,7 @@ void check_watchdog(const std::string &wanted, findings &found)
     } else {
         found.push_back(judge(is_there, verdict::missing, "watchdog", shown,
                               "load its driver, and run as root or let a udev rule give it to your group; "
-                              "target.watchdog_device = \"auto\" goes without it where there is none"));
+                              "target.watchdog_device = \"auto\" runs without one if there is none"));
     }
 }
 

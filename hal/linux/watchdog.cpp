@@ -60,7 +60,7 @@ watchdog::watchdog(const std::string &wanted, const std::atomic<std::uint64_t> &
         } else if (file_ < 0) {
             fail_hardware(device_ + ": the watchdog cannot be opened", errno,
                           "is its driver loaded, and does no other program hold it? target.watchdog_device = \"\" "
-                          "goes without");
+                          "for none");
         }
     }
     thread_ = start_thread("watchdog", cpus, [this] { run(); });

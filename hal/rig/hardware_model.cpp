@@ -37,7 +37,7 @@ double loop_delay_ms(const hardware_model &model, const rig &rig)
     const double robot_ms =
         model.robot_w_rad_per_s > 0.0 ? 2e3 * model.robot_damping_ratio / model.robot_w_rad_per_s : 0.0;
     const double held_ms = 1e3 * config_force_hold_s(&rig.firmware) + (model.holds ? 0.5 * period_ms : 0.0);
-    const double filter_ms = 1e3 * inverse_filter_delay_s(&rig.firmware); /* less than 0: it makes up for robot_ms */
+    const double filter_ms = 1e3 * inverse_filter_delay_s(&rig.firmware); /* less than 0: it compensates robot_ms */
     return filter_ms + model.setpoint_to_motion_ms + robot_ms + model.robot_lag_ms + model.sample_age_ms +
            1e3 * rig.sensor_low_pass_delay_s() + model.sensor_lag_ms + held_ms;
 }

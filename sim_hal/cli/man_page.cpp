@@ -20,6 +20,7 @@ constexpr const char *exit_status =
     "or\n"
     ".BR \"berth check\" .\n"
     ".TP\n2\nThe command line or a file is wrong; a line on standard error says how.\n"
+    ".TP\n3\nThe robot of the rig does not answer.\n"
     ".TP\n128 + N\nSignal N ended the run.\n";
 
 /* Text of roff: no escapes and no requests of its own. */

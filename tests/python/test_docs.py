@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from browser import Browser
@@ -147,6 +148,25 @@ def test_a_command_without_a_line_fails(monkeypatch):
         docs_reference.cli()
 
 
+EXIT_CODE = re.compile(r"(?:\bexit_\w+|\bEXIT_\w+) = (\d+)|^\s*return (\d+);", re.M)
+PROGRAMS = ["sim_hal/cli/*.cpp", "sim_hal/far_end/main.cpp", "firmware/main.c"]
+
+
+def described_codes(page):
+    """{exit code: its words} of the page's table."""
+    return dict(re.findall(r"^\| (\d+)(?: \+ n)? \| *(\S.*?) *\|$", page, re.M))
+
+
+def test_every_exit_code_is_described():
+    page = (docs.SOURCES / "reference" / "exit-codes.md").read_text()
+    manual = (ROOT / "sim_hal" / "cli" / "man_page.cpp").read_text()
+    sources = [path for pattern in PROGRAMS for path in ROOT.glob(pattern)]
+    codes = {code for path in sources for pair in EXIT_CODE.findall(path.read_text()) for code in pair if code}
+    assert codes == set(described_codes(page)) >= {"0", "1", "2", "3", "128"}
+    assert all(f".TP\\n{code}" in manual for code in codes)
+    assert "3" not in described_codes(re.sub(r"^\| 3 \|.*$", "| 3 | |", page, flags=re.M))
+
+
 def test_every_command_key_and_effect_is_there():
     commands = subprocess.run([docs_reference.BERTH, "--help"], capture_output=True, text=True, check=True).stdout
     pages = docs_reference.pages()
@@ -162,12 +182,39 @@ def test_every_command_key_and_effect_is_there():
         assert f"| `{key}` |" in pages["rig-keys.md"], key
 
 
-def test_a_link_that_leads_nowhere_is_an_error(tmp_path):
+def test_a_link_that_leads_nowhere_is_an_error():
     gathering = docs.Gathering.__new__(docs.Gathering)
-    gathering.made, gathering.broken = set(), []
+    gathering.made, gathering.broken = {"faults"}, []
     source = docs.SOURCES / "glossary.md"
-    for text in ("[a](no-such-page.md)", "![a](no-such-picture.png)"):
-        gathering.link(source, docs.LINK.match(text))
-    assert len(gathering.broken) == 2
-    assert gathering.link(source, docs.LINK.match("[the loop](explanation/the-loop.md)")) == "[the loop](explanation/the-loop.md)"
-    assert gathering.link(source, docs.LINK.match("[code](../../hal/hal.h)")) == "code"
+
+    def link(text):
+        return gathering.link(source, docs.LINK.match(text))
+
+    for text in ("[a](no-such-page.md)", "![a](no-such-picture.png)", "[a](explanation/the-loop.md#no-such-heading)",
+                 "[a](reference/index.md#no-such-row)", "[a](reference/faults.md)"):
+        link(text)
+    assert len(gathering.broken) == 5 and "link to reference/index.md#faults" in gathering.broken[-1]
+    assert link("[the loop](explanation/the-loop.md)") == "[the loop](explanation/the-loop.md)"
+    assert link("[faults](reference/index.md#faults)") == "[faults](reference/faults.md)"
+    assert link("[code](../../hal/hal.h)") == "code"
+    assert len(gathering.broken) == 5
+
+
+def test_links_work_where_a_page_is_read_in_the_repository():
+    """Every link of every page leads to a file that is in the repository, and to a heading or an anchor in it."""
+    kept = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    folders = {str(parent) for name in kept for parent in Path(name).parents}
+    dead, count = [], 0
+    for page in docs.readme.pages():
+        for _, _, target in docs.LINK.findall(docs.FENCE.sub("", page.read_text())):
+            path, _, anchor = target.partition("#")
+            if re.match("[a-z]+:", path):
+                continue
+            count += 1
+            file = (page.parent / path).resolve() if path else page
+            if str(file.relative_to(ROOT)) not in folders | set(kept):
+                dead.append(f"{page}: {target}")
+            elif anchor and anchor not in docs.heading_anchors(file.read_text()) | set(docs.ANCHOR.findall(file.read_text())):
+                dead.append(f"{page}: no heading {target}")
+    assert dead == []
+    assert count > 150

@@ -17,6 +17,7 @@ VOLATILE = [
     (r"\d+ times real time \([\d.]+ ms\)", "SPEED"),  # of the machine
     (r"configuration +.*", "CONFIGURATION"),          # holds the commit
 ]
+PICTURE_PIXELS_MAX = 5  # of 1.6 million; another last digit of a number makes 20
 SLOW = ("build/berth accuracy", "--rig ess-paper")
 LONG = ("scripts/claims.py", "scripts/restitution.py", "report.py", "map_picture.py", "scripts/verification.py")
 
@@ -48,6 +49,29 @@ def stable(text):
 def test_console_block(page, command, expected):
     readme.write_files(PAGES[page].read_text())
     assert stable(readme.run(command)) == stable(expected), f"scripts/readme.py {PAGES[page]} brings it up to date"
+
+
+def page_pictures():
+    """(page, file that its commands wrote, picture that it shows)."""
+    for page, path in PAGES.items():
+        slow = any(words in path.read_text() for words in SLOW)
+        for made, shown in readme.pictures(path):
+            yield pytest.param(page, made, shown, marks=[pytest.mark.slow] if slow else [], id=f"{page}: {shown.name}")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page, made, shown", list(page_pictures()))
+def test_picture_is_what_the_commands_draw(page, made, shown):
+    """The commands ran above."""
+    assert made.is_file(), f"run the page's commands first: pytest -k '{page}' tests/python/test_readme.py"
+    differing = readme.differing_pixels(made, shown)
+    assert differing <= PICTURE_PIXELS_MAX, f"{differing} pixels differ: scripts/readme.py {PAGES[page]} renews {shown}"
+
+
+def test_every_picture_says_which_command_draws_it():
+    drawn = {shown for path in PAGES.values() for _, shown in readme.pictures(path)}
+    kept = set((ROOT / "scripts" / "pictures").glob("*.png"))
+    assert drawn == kept and kept
 
 
 def test_commands_were_found():

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 from browser import Browser
 from plotly.offline import get_plotlyjs
+from test_damage import BLOCK_KEY
 from test_summary import BERTH, CASES, run, summary
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
+import report_figure  # noqa: E402
+from berth_log import read_log, read_summary  # noqa: E402
 from report_page import height_ticks  # noqa: E402
 
 SIZE_MAX_BYTES = 1e6
@@ -83,6 +86,23 @@ def made(log):
     assert str(page) in done.stdout and str(picture) in done.stdout
     assert not list(log.parent.glob("*.partial"))
     return Page(page), picture
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("description", ["short", "a long description of the rig " * 20])
+def test_the_head_of_the_picture_stays_within_it(tmp_path, monkeypatch, description):
+    """Facts of a run in which limits act fill more than a line; a long description does so, too."""
+    path, _ = run(tmp_path, "ess", ["object.mass_kg=210", "run.duration_s=20", "limits.velocity_m_per_s=0.05"])
+    log, told = read_log(path), read_summary(path, BERTH)
+    log.config["description"] = description
+    drawn = []
+    monkeypatch.setattr(report_figure.plt, "close", drawn.append)
+    report_figure.build_figure(log, told)
+    figure = drawn[0]
+    boxes = [text.get_window_extent() for text in figure.texts]
+    assert all(box.x0 >= 0 and box.x1 <= report_figure.RIGHT * figure.bbox.width + 10 for box in boxes)
+    lowest = min(box.y0 for box in boxes if box.y0 > 0.5 * figure.bbox.height)
+    assert all(axes.get_tightbbox().y1 < lowest for axes in figure.axes)
 
 
 @pytest.mark.long
@@ -191,11 +211,17 @@ def messages(content):
         at = end
 
 
+def without_blocks(content):
+    """The log as one from before there were blocks with checksums: an edited one is not damaged."""
+    return content[:16] + b"".join(content[start:end] for start, end in messages(content)
+                                   if BLOCK_KEY not in content[start:end])
+
+
 @pytest.mark.long
 def test_cut_log(tmp_path):
     """A log that is cut among its records gives a report of what is there, one cut in its header a clear error."""
     log, told = run(tmp_path, "ess", ["run.duration_s=5"])
-    content = log.read_bytes()
+    content = without_blocks(log.read_bytes())
     log.write_bytes(content[:-1])
     page, _ = made(log)
     assert "The log is cut" in page.text and f"ticks {told['ticks'] - 1:,}".replace(",", " ") in page.text
@@ -218,7 +244,7 @@ def test_cut_log(tmp_path):
 def test_missing_ticks(tmp_path):
     """Records that a full disk cost: the curves have a gap, and the page says so."""
     log, _ = run(tmp_path, "ess", ["run.duration_s=5"])
-    content = log.read_bytes()
+    content = without_blocks(log.read_bytes())
     kept = bytearray(content[:16])
     for start, end in messages(content):
         is_data = content[start + 2:start + 3] == b"D"

@@ -185,7 +185,7 @@ const row table[] = {
     {"an operator moves it, without a model", predicts_nothing(), driven(moving()), verdict_kind::driven, open,
      "not predicted: an arm moves far"},
     {"an operator moves what is unstable", predicts(0.3), driven(moving()), verdict_kind::unstable, no,
-     "+0.3 /s: doubles every 2.31 s; the operator's motion hides it in this run"},
+     "+0.3 /s: doubles every 2.31 s; the operator drove most of this run, so berth does not judge it by its growth"},
     {"bounces that lose", predicts(-1.0), bounced({0.9, 0.8, 0.85}, true), verdict_kind::bouncing, yes,
      "3 bounces, restitution 0.85 (0.8 to 0.9): a bounce loses"},
     {"bounces that gain", predicts(1.0), bounced({1.1, 1.2, 1.15}, true), verdict_kind::bouncing, no,

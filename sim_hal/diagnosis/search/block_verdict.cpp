@@ -132,8 +132,8 @@ const block_search::doubt block_search::doubts[] = {
     {"beside the others, the size of a cause may be none", &block_search::holds_zero},
     {"a mass or a stiffness would be less than a hundredth, or more than a hundred times, of what the rig file says",
      &block_search::is_another_body},
-    {"what the sensor is late by, the object's damping makes up for: an object that relaxes, as rubber does, is the "
-     "same; what the sensor makes of a force that is known would tell",
+    {"the lag may be the sensor's or the object's: an object that relaxes, as rubber does, gives the same force; "
+     "load the sensor with a known force to decide",
      &block_search::is_late_and_damped},
     {"the object's second mode is at the robot's own frequency: what is not known of that does the same",
      &block_search::is_mode_of_robot},

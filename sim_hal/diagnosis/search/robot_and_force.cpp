@@ -298,8 +298,9 @@ void doubt_force(block_diagnosis &robot, block_diagnosis &force, const block_sta
     if (names_any_of(robot, {"robot.dead_time", "robot.lag", "robot.resonance"}) &&
         names_any_of(force, {"sensor.delay", "sensor.lag"}) &&
         (robot.force_decided || !reports_refute_that_late_robot(robot, force, robot_start, events))) {
-        tell_in_part(force, "robot and sensor are both late otherwise than told: what stands in for the robot's own "
-                            "lateness in its reports would leave as much in the force");
+        tell_in_part(force,
+                     "robot and sensor both have a delay or lag that the rig file does not have: within the noise "
+                     "of the robot's reports, another cause in the robot would leave the same error in the force");
         if (robot.verdict == verdict::named && robot.force_decided) {
             tell_in_part(robot,
                          "its reports leave open which lateness it is, and the force follows the sensor's too");
