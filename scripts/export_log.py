@@ -11,6 +11,7 @@ import json
 import sys
 from pathlib import Path
 
+import progress
 from berth_log import InputError, write_whole
 from pyulog import ULog
 
@@ -82,8 +83,10 @@ def export(log, formats):
     for kind, bytes_of in (("csv", csv_bytes), ("parquet", parquet_bytes)):
         if kind in formats:
             for name, columns in topics.items():
+                progress.show(f"export: {name} as {kind}")
                 yield log.with_suffix(f".{name}.{kind}"), bytes_of(columns)
     if "mcap" in formats:
+        progress.show("export: every message as MCAP")
         yield log.with_suffix(".mcap"), mcap_bytes(topics)
 
 
@@ -97,11 +100,14 @@ def main():
     try:
         for path, content in export(arguments.log, formats):
             write_whole(path, content)
+            progress.show()
             print(path)
     except ImportError as error:
+        progress.show()
         print(f"berth: {error.name} is not installed; `make setup` installs it", file=sys.stderr)
         return EXIT_INPUT
     except (InputError, OSError) as error:
+        progress.show()
         print(f"berth: {error}", file=sys.stderr)
         return EXIT_INPUT
     return 0

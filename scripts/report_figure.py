@@ -141,8 +141,8 @@ def write_head(figure, log, summary):
     because = "" if cause == "none" else f" ({signals.words(cause)})"
     ticks = f"{summary['ticks']:,}".replace(",", " ")
     true_peak = summary["peak_force"]["true"]
-    truly = f" ({true_peak['force_N']:.2f} N in the sensor's spring)" if true_peak else ""
-    line = (f"peak force {summary['peak_force_N']:.2f} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
+    truly = f" ({told.four_digits(true_peak['force_N'])} N in the sensor's spring)" if true_peak else ""
+    line = (f"peak force {told.four_digits(summary['peak_force_N'])} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
             f"{told.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")

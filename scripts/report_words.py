@@ -1,5 +1,6 @@
 """What a report says of a run: the verdict, and the run in numbers. The page and the figure take their words from here,
 so that they tell the same."""
+import math
 from dataclasses import dataclass, field
 
 from berth_log import stretches
@@ -83,6 +84,15 @@ def wheel(summary):
 
 # A stable loop is good, one that is not is bad; without either there is nothing to praise or to blame.
 VERDICT_COLOURS = {True: GOOD, False: BAD, None: NEUTRAL}
+
+
+def four_digits(value):
+    """A number as a person writes it, with four digits and no exponent: 30.37, 14790. As `berth run` prints forces."""
+    size = abs(value)
+    if not 1e-4 <= size < 1e7:
+        return f"{value:.4g}".replace("-", "−")
+    rounded = float(f"{value:.3e}")
+    return f"{rounded:.{max(0, 3 - math.floor(math.log10(abs(rounded))))}f}".replace("-", "−")
 
 
 def capitalised(text):
@@ -173,9 +183,9 @@ def margin_fact(margin):
 
 def peak_facts(peaks):
     """The measured peak, and what the sensor's spring really carried, which only a simulated rig knows."""
-    found = [("peak force", f"{peaks['measured']['force_N']:.2f} N", f"as measured, at {peaks['measured']['at_s']:.3f} s")]
+    found = [("peak force", f"{four_digits(peaks['measured']['force_N'])} N", f"as measured, at {peaks['measured']['at_s']:.3f} s")]
     if peaks["true"]:
-        found.append(("true peak force", f"{peaks['true']['force_N']:.2f} N",
+        found.append(("true peak force", f"{four_digits(peaks['true']['force_N'])} N",
                       f"in the sensor's spring, at {peaks['true']['at_s']:.3f} s"))
     return found
 

@@ -1,5 +1,7 @@
 #include "rig_file.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -206,9 +208,11 @@ std::pair<std::string, std::string> base_text(const toml::node &base, const std:
             return {shipped.text, name + ".toml"};
         }
     }
-    if (!std::ifstream(name)) {
-        fail(where, {"base", "must be a shipped rig (" + names_of_shipped_rigs() +
-                                 ") or the path of a rig file (is " + quoted(name) + ")"});
+    struct stat found = {};
+    if (stat(name.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) {
+        fail(where,
+             {"base", "must be a shipped rig (" + names_of_shipped_rigs() + ") or the path of a rig file (is " +
+                          quoted(name) + ")" + did_you_mean(names_of_files(shipped_rigs()), name)});
     }
     return {read_rig_file(name), name};
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "../../hal/rig/rig_file.h"
+#include "progress_line.h"
 
 namespace berth
 {
@@ -24,13 +25,17 @@ std::filesystem::path repository(const std::string &script)
             return at;
         }
     }
-    throw input_error("scripts/" + script + ": is not there; berth looks for it in the folders above " +
-                      program.string() + ": run it from its repository");
+    throw input_error("scripts/" + script +
+                      ": is not there. Scripts of berth's repository draw pages and pictures; " + program.string() +
+                      " looks for them in " + (program.parent_path() / "scripts").string() +
+                      " and in the same way in each folder above. Call build/berth of the repository, or replace "
+                      "this copy by a link to it (ln -sf REPOSITORY/build/berth " +
+                      program.string() + ")");
 }
 
 } // namespace
 
-int run_script(const std::string &name, const std::vector<std::string> &arguments)
+int run_script(const std::string &name, const std::string &doing, const std::vector<std::string> &arguments)
 {
     const std::filesystem::path top = repository(name);
     const std::string python = (top / ".venv" / "bin" / "python").string();
@@ -48,6 +53,8 @@ int run_script(const std::string &name, const std::vector<std::string> &argument
     }
     argv.push_back(nullptr);
     std::fflush(stdout);
+    const progress_line progress;
+    progress.show(doing);
     const pid_t child = fork();
     if (child == 0) {
         execv(argv[0], argv.data());

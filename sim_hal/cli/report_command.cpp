@@ -11,7 +11,7 @@ int report_command(const report_arguments &arguments)
     if (!arguments.accuracy_file.empty()) {
         words.insert(words.end(), {"--accuracy", arguments.accuracy_file});
     }
-    const int exit_code = run_script("report.py", words);
+    const int exit_code = run_script("report.py", "report: " + arguments.log, words);
     refresh_run_index(arguments.log);
     return exit_code;
 }
