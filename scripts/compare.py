@@ -57,9 +57,11 @@ def curves(page, logs):
         page.add(title.lower(), title, note, drawn, {"yaxis": AXIS | {"title": {"text": f"{title.lower()} ({unit})"}}})
 
 
-def cells(row, classes=("",) * 4):
-    return "<tr>" + "".join(f'<td class="{name}">{html.escape(str(cell))}</td>' if name else
-                            f"<td>{html.escape(str(cell))}</td>" for cell, name in zip(row, classes)) + "</tr>"
+def cells(row, classes=("",) * 3):
+    """A row of a table; a key may break behind a dot or an underscore."""
+    return "<tr>" + "".join((f'<td class="{name}">' if name else "<td>")
+                            + re.sub(r"(?<=[a-z])([._])(?=[a-zA-Z])", r"\1<wbr>", html.escape(str(cell))) + "</td>"
+                            for cell, name in zip(row, classes)) + "</tr>"
 
 
 def number(value, unit):
@@ -99,8 +101,8 @@ def parameters(found):
         a, b = (shortened(one[side]) for side in "ab")
         if a == b:  # beyond six digits
             a, b = one["a"], one["b"]
-        rows.append(cells((one["key"], a, b, one["unit"])))
-    return ('<div class="wide"><table class="differing">\n<thead><tr><th>key</th><th>A</th><th>B</th><th>unit</th></tr>'
+        rows.append(cells((one["key"], a, b)))
+    return ('<div class="wide"><table class="differing">\n<thead><tr><th>key (unit last)</th><th>A</th><th>B</th></tr>'
             "</thead>\n" + "\n".join(rows) + "\n</table></div>")
 
 

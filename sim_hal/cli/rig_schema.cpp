@@ -361,10 +361,10 @@ std::string rig_schema_text()
                       {"title", "Rig file of berth"},
                       {"description", schema_meaning}};
     schema.update(section_of(std::move(properties)));
+    bound_numbers(schema); /* an arm's limits may be inf: its bounds stand in its own table */
     ordered tolerance = described("how far the value may be off, as a share of it", "number");
     tolerance.update({{"minimum", 0.0}, {"exclusiveMaximum", 1.0}});
     schema["$defs"] = {{"tolerance", std::move(tolerance)}, {"arm", arm_schema()}};
-    bound_numbers(schema);
     return schema.dump(2) + "\n";
 }
 

@@ -121,6 +121,9 @@ nlohmann::json row_of(const fs::path &folder, const fs::path &root)
                                   "version", "config_hash", "settings"}) {
         row[key] = record.value(key, nlohmann::json());
     }
+    if (!row["settings"].is_object()) {
+        row["settings"] = nlohmann::json::object();
+    }
     std::error_code error;
     const std::string page = row["rig"].is_string() ? row["rig"].get<std::string>() + ".html" : "";
     if (!page.empty() && fs::exists(folder / page, error)) {
@@ -138,6 +141,21 @@ std::string within_script(std::string text)
     return text;
 }
 
+/* Of the keys that any run states. */
+nlohmann::json defaults_of(const std::vector<nlohmann::json> &rows)
+{
+    const rig usual;
+    nlohmann::json defaults = nlohmann::json::object();
+    for (const nlohmann::json &row : rows) {
+        for (const auto &setting : row["settings"].items()) {
+            if (const rig_key *const known = find_key(setting.key())) {
+                defaults[setting.key()] = value_text(usual, *known);
+            }
+        }
+    }
+    return defaults;
+}
+
 void write_index(const fs::path &root)
 {
     std::vector<nlohmann::json> rows;
@@ -148,11 +166,13 @@ void write_index(const fs::path &root)
         }
     }
     rows.erase(std::remove(rows.begin(), rows.end(), nullptr), rows.end());
-    std::sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) {
+    const nlohmann::json defaults = defaults_of(rows);
+    std::stable_sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) {
         return start_of(a["time"].template get<std::string>()) > start_of(b["time"].template get<std::string>());
     });
     write_whole(root / "index.html",
                 std::string(run_index_head) + "const root = " + within_script(as_text(root.string())) +
+                    ";\nconst defaults = " + within_script(as_text(defaults)) +
                     ";\nconst runs = " + within_script(as_text(rows)) + ";\n" + run_index_script);
 }
 

@@ -23,7 +23,8 @@ th, td { border-bottom: 1px solid var(--line); padding: .3rem .6rem; text-align:
 th, #difference td:first-child { color: var(--quiet); font-weight: 600; }
 #runs td { white-space: nowrap; }
 #runs .number { font-variant-numeric: tabular-nums; text-align: right; }
-#difference th, #difference td { overflow-wrap: anywhere; vertical-align: top; }
+#difference td:nth-child(n+2) { overflow-wrap: anywhere; }
+#difference th, #difference td { vertical-align: top; }
 .stable { color: light-dark(#00629B, #5FB4EA); font-weight: 600; }
 .unstable { color: light-dark(#B84A00, #F38B4A); font-weight: 600; }
 a { color: inherit; }
@@ -85,6 +86,17 @@ function quoted(path) {
   return /^[\w./-]+$/.test(path) ? path : `'${path.replaceAll("'", "'\\''")}'`;
 }
 
+/* Sums and products of one number may differ in their last digit. */
+function isSame(a, b) {
+  return a === b || Math.abs(a - b) <= 1e-12 * Math.max(Math.abs(a), Math.abs(b));
+}
+
+/* Six digits of numbers, unless they differ beyond them. */
+function shortened(a, b) {
+  const short = [a, b].map(text => isNaN(text) ? text : String(Number(Number(text).toPrecision(6))));
+  return short[0] === short[1] ? [a, b] : short;
+}
+
 function compare() {
   const ticked = [...body.querySelectorAll("input:checked")].map(box => runs[box.value]);
   difference.replaceChildren();
@@ -96,8 +108,8 @@ function compare() {
                 ["peak force (N)", number(a.peak_force_N), number(b.peak_force_N)]];
   const measured = rows.length;
   for (const key of [...new Set([...Object.keys(a.settings), ...Object.keys(b.settings)])].sort()) {
-    const [left, right] = [a.settings[key] ?? "default", b.settings[key] ?? "default"];
-    if (left !== right) rows.push([key, left, right]);
+    const [left, right] = [a.settings[key] ?? defaults[key], b.settings[key] ?? defaults[key]];
+    if (!isSame(left, right)) rows.push([key, ...shortened(left, right)]);
   }
   const table = document.createElement("table");
   const head = table.createTHead().insertRow();
@@ -105,7 +117,7 @@ function compare() {
   const lines = table.createTBody();
   for (const cells of rows) {
     const row = lines.insertRow();
-    cells.forEach(text => row.append(element("td", text)));
+    cells.forEach((text, i) => row.append(element("td", i ? text : text.replace(/[._]/g, "$&\u200b"))));
   }
   const wide = element("div", "", "wide");
   wide.append(table);
