@@ -95,7 +95,7 @@ def plot_envelope(axes, summary):
         line_s = np.array([envelope["fit_from_s"], envelope["fit_to_s"]])
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - line_s[0]))
         axes.semilogy(line_s, line_mm, color=signals.ROBOT, linewidth=2,
-                      label=f"fitted: {summary['growth_per_s']:+.4f} /s".replace("-", "−"))
+                      label=f"fitted: {told.with_interval(summary['growth_per_s'], summary['growth_ci95_per_s'])} /s")
     if growth is not None:
         used = (time_s >= envelope["fit_from_s"] - 1e-9) & (time_s <= envelope["fit_to_s"] + 1e-9)
         axes.set_ylim(bottom=0.01 * height_mm[used].min())

@@ -95,6 +95,16 @@ def four_digits(value):
     return f"{rounded:.{max(0, 3 - math.floor(math.log10(abs(rounded))))}f}".replace("-", "−")
 
 
+def signed(text):
+    return text if text.startswith("−") else f"+{text}"
+
+
+def with_interval(value, ci95):
+    """A value with as many decimals as its interval leaves to it, and its sign: −0.298369 with ± 5e-06."""
+    decimals = 6 if ci95 <= 0 else min(6, max(0, -math.floor(math.log10(ci95))))
+    return f"{value:+.{decimals}f}".replace("-", "−")
+
+
 def capitalised(text):
     return text[:1].upper() + text[1:]
 
@@ -173,7 +183,7 @@ def prediction(summary):
     predicted = summary.get("predicted_growth_per_s")
     if predicted is None:
         return []
-    return [("predicted growth", f"{predicted:+.6f} /s".replace("-", "−"), "of small motions, at the start")]
+    return [("predicted growth", signed(four_digits(predicted)) + " /s", "of small motions, at the start")]
 
 
 def margin_fact(margin):
@@ -197,7 +207,7 @@ def facts(log, summary):
     found = dead_time(log) if len(log.tick_s) else None
     cause = summary["stop_cause"]
     return robot_preset(summary["robot"]) + [
-        ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
+        ("growth rate", "not measured" if growth is None else f"{with_interval(growth, summary['growth_ci95_per_s'])} /s",
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
         *prediction(summary),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_Hz']:.4f} Hz", ""),
