@@ -1,7 +1,5 @@
 #include "rig_file.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -18,6 +16,7 @@
 #include "other_files.h"
 #include "robot_file.h"
 #include "toml_file.h"
+#include "unreadable.h"
 #include "wrench.h"
 
 namespace berth
@@ -208,8 +207,7 @@ std::pair<std::string, std::string> base_text(const toml::node &base, const std:
             return {shipped.text, name + ".toml"};
         }
     }
-    struct stat found = {};
-    if (stat(name.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) {
+    if (is_folder(name) || !std::ifstream(name)) {
         fail(where,
              {"base", "must be a shipped rig (" + names_of_shipped_rigs() + ") or the path of a rig file (is " +
                           quoted(name) + ")" + did_you_mean(names_of_files(shipped_rigs()), name)});
@@ -258,7 +256,7 @@ std::string read_file(const std::string &path)
         text.resize(before + static_cast<std::size_t>(file.gcount()));
     }
     if (!file.is_open() || file.bad()) {
-        throw input_error(path + ": cannot be read; is it a file?");
+        throw input_error(unreadable(path));
     }
     return text;
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -16,6 +15,7 @@
 #include "log_result.h"
 #include "number.h"
 #include "python_script.h"
+#include "run_folder.h"
 #include "short_number.h"
 
 namespace berth
@@ -37,26 +37,6 @@ struct differing_key {
     std::string a;
     std::string b;
 };
-
-/* The log in a run's folder, or the path itself. */
-std::string log_of(const std::string &path)
-{
-    std::error_code error;
-    if (!std::filesystem::is_directory(path, error)) {
-        return path;
-    }
-    std::vector<std::string> logs;
-    for (const auto &entry : std::filesystem::directory_iterator(path, error)) {
-        if (entry.path().extension() == ".ulg") {
-            logs.push_back(entry.path().string());
-        }
-    }
-    if (logs.size() != 1) {
-        throw input_error(path + ": holds " + std::to_string(logs.size()) +
-                          " logs; name one .ulg file, or the folder of one run, as build/runs/ess/latest");
-    }
-    return logs.front();
-}
 
 compared_run read_run(const std::string &path)
 {

@@ -2,6 +2,7 @@
 #include "../log/ulog_reader.h"
 #include "commands.h"
 #include "python_script.h"
+#include "run_folder.h"
 
 namespace berth
 {
@@ -12,15 +13,16 @@ int export_command(const export_arguments &arguments)
     if (!arguments.csv && !arguments.parquet && !arguments.mcap) {
         throw input_error("export: says no format; give --csv, --parquet or --mcap, or several of them");
     }
-    ulog_reader readable(arguments.log); /* throws before Python is asked */
-    std::vector<std::string> words = {arguments.log};
+    const std::string log = log_of(arguments.log);
+    ulog_reader readable(log); /* throws before Python is asked */
+    std::vector<std::string> words = {log};
     for (const auto &[is_wanted, word] :
          {std::pair(arguments.csv, "--csv"), {arguments.parquet, "--parquet"}, {arguments.mcap, "--mcap"}}) {
         if (is_wanted) {
             words.emplace_back(word);
         }
     }
-    return run_script("export_log.py", "export: " + arguments.log, words);
+    return run_script("export_log.py", "export: " + log, words);
 }
 
 } // namespace berth

@@ -224,6 +224,25 @@ void keep_run(const std::string &folder, const nlohmann::json &result, const rig
     write_index(rig_folder.parent_path());
 }
 
+std::string log_of(const std::string &path)
+{
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+        return path;
+    }
+    std::vector<std::string> logs;
+    for (const fs::directory_entry &entry : fs::directory_iterator(path, error)) {
+        if (entry.path().extension() == ".ulg") {
+            logs.push_back(entry.path().string());
+        }
+    }
+    if (logs.size() != 1) {
+        throw input_error(path + ": cannot be read: it is a folder with " + std::to_string(logs.size()) +
+                          " logs; name one .ulg file, or the folder of one run, as build/runs/ess/latest");
+    }
+    return logs.front();
+}
+
 void refresh_run_index(const std::string &log)
 {
     std::error_code error;

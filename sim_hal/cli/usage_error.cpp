@@ -28,6 +28,9 @@ bool is_one_of(const std::vector<std::string> &names, const std::string &name)
 std::string no_subcommand(const std::vector<std::string> &names, const std::vector<std::string> &words)
 {
     std::string message = words[0] + ": no such subcommand; ";
+    if (words[0] == "help") {
+        return message + "berth --help lists them, and berth COMMAND --help says more of one";
+    }
     if (words.size() > 1 && is_one_of(names, words[1])) {
         message += "it stands first: berth " + words[1] + " " + words[0] + "; ";
     } else if (const std::string nearest = near_name(names, words[0]); !nearest.empty()) {
@@ -130,6 +133,21 @@ std::string option_comes_first(const CLI::App &app, const std::vector<std::strin
     return words[0] + ": options stand behind the subcommand, as berth " + *subcommand + " ... " + words[0];
 }
 
+/* What the command still needs, and what that is. */
+std::string missing(const CLI::App &app, const CLI::ParseError &error)
+{
+    const std::vector<CLI::App *> chosen = app.get_subcommands();
+    if (chosen.empty()) {
+        return error.what();
+    }
+    for (const CLI::Option *const option : chosen.front()->get_options()) {
+        if (option->get_required() && option->count() == 0) {
+            return option->get_name(option->get_positional()) + " is missing: " + option->get_description();
+        }
+    }
+    return error.what();
+}
+
 } // namespace
 
 std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const std::vector<std::string> &words)
@@ -148,6 +166,9 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
     std::string setting = wrong_setting(words);
     if (!setting.empty()) {
         return setting;
+    }
+    if (dynamic_cast<const CLI::RequiredError *>(&error) != nullptr) {
+        return missing(app, error);
     }
     return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app) : error.what();
 }
