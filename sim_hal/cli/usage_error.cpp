@@ -1,6 +1,7 @@
 #include "usage_error.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/names.h"
@@ -133,6 +134,23 @@ std::string option_comes_first(const CLI::App &app, const std::vector<std::strin
     return words[0] + ": options stand behind the subcommand, as berth " + *subcommand + " ... " + words[0];
 }
 
+/* "--object: walll not in {gripped,contact,beam,none}", and which of them is near. */
+std::string with_near_word(const std::string &message)
+{
+    const std::string between = " not in {";
+    const std::size_t at = message.find(between);
+    const std::size_t colon = message.rfind(": ", at);
+    if (at == std::string::npos || colon == std::string::npos) {
+        return message;
+    }
+    std::vector<std::string> words;
+    std::istringstream list(message.substr(at + between.size(), message.rfind('}') - at - between.size()));
+    for (std::string word; std::getline(list, word, ',');) {
+        words.push_back(word);
+    }
+    return message + did_you_mean(words, message.substr(colon + 2, at - colon - 2));
+}
+
 /* What the command still needs, and what that is. */
 std::string missing(const CLI::App &app, const CLI::ParseError &error)
 {
@@ -170,7 +188,8 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
     if (dynamic_cast<const CLI::RequiredError *>(&error) != nullptr) {
         return missing(app, error);
     }
-    return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app) : error.what();
+    return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app)
+                                                                     : with_near_word(error.what());
 }
 
 } // namespace berth

@@ -188,7 +188,7 @@ def test_compare_and_report_draw_pages_and_the_list_links_the_report(kept):
     assert "<td>robot.<wbr>dead_<wbr>time_<wbr>ms</td><td>17.5</td><td>25</td>" in page and len(page) < 1e6
     assert page.count('"name":"A"') == page.count('"name":"B"') == 3 and "force (N)" in page
     assert f'src="../assets/{PLOTLY}"' in page and (folder / "build" / "assets" / PLOTLY).exists()
-    done = berth(folder, "report", a)
+    done = berth(folder, "report", pathlib.Path(a).parent)
     assert done.returncode == EXIT_DONE, done.stderr
     assert f'src="../../../assets/{PLOTLY}"' in (folder / a).with_suffix(".html").read_text()
     assert len(list(folder.rglob(PLOTLY))) == 1
@@ -300,6 +300,14 @@ def test_without_its_python_the_report_says_what_to_do(kept, tmp_path):
     (["--hlp"], "did you mean --help?"),
     (["--jsn", "run", "ess"], "did you mean --json?"),
     (["--json", "run", "ess"], "options stand behind the subcommand, as berth run ... --json"),
+    (["init", "x.toml", "--object", "beem"], "did you mean beam?"),
+    (["completion", "BASH"], "did you mean bash?"),
+    (["compare"], "A is missing: a .ulg file written by `berth run`, or the folder of one run; see berth compare --help"),
+    (["help", "run"], "berth COMMAND --help"),
+    (["run", "none/x.toml"], "none/x.toml: cannot be read: there is no folder none"),
+    (["run", "./none.toml"], "none.toml: cannot be read: there is no such file"),
+    (["check", "."], ".: cannot be read: it is a folder"),
+    (["summary", "scripts"], "scripts: cannot be read: it is a folder with 0 logs"),
     (["man", "rum"], "there are run, replay"),
     (["man", "rum"], "did you mean run?"),
 ])
