@@ -128,6 +128,7 @@ def build_page(logs, summaries, found, path):
 
 
 def main():
+    progress.end_with_the_pipe()
     arguments = parse_arguments()
     try:
         logs, summaries = zip(*(read_run(path, arguments.berth) for path in arguments.logs))

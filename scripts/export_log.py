@@ -91,6 +91,7 @@ def export(log, formats):
 
 
 def main():
+    progress.end_with_the_pipe()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("log", metavar="LOG", type=Path, help="a .ulg file written by `berth run`")
     for kind in ("csv", "parquet", "mcap"):

@@ -163,6 +163,7 @@ def draw(found, picture):
 
 def main():
     """Draws each map that is named."""
+    progress.end_with_the_pipe()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="+", type=Path, help="a CSV file written by `berth map`")
     for csv in parser.parse_args().csv:

@@ -27,6 +27,7 @@ def parse_arguments():
 
 
 def main():
+    progress.end_with_the_pipe()
     arguments = parse_arguments()
     try:
         progress.show(f"report: reads {arguments.log}")

@@ -1,6 +1,7 @@
 """What a report says of a run: the verdict, and the run in numbers. The page and the figure take their words from here,
 so that they tell the same."""
 import math
+import re
 from dataclasses import dataclass, field
 
 from berth_log import stretches
@@ -95,6 +96,11 @@ def four_digits(value):
     return f"{rounded:.{max(0, 3 - math.floor(math.log10(abs(rounded))))}f}".replace("-", "−")
 
 
+def typeset(text):
+    """A sentence of `berth run` with the signs of print: ± and −."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace(" +- ", " ± "))
+
+
 def signed(text):
     return text if text.startswith("−") else f"+{text}"
 
@@ -131,7 +137,7 @@ def margin_and_advice(log, summary):
     elif summary["stable"] is False:
         found.append(("Margin", "none: the loop is beyond its limit"))
     if summary["advice"]:
-        found.append(("Advice", summary["advice"].replace(": -", ": −")))
+        found.append(("Advice", typeset(summary["advice"])))
     return found
 
 
@@ -152,7 +158,7 @@ def verdict(log, summary):
         notes.append(f"{summary['missing_ticks']} ticks are missing in the log.")
     if len(log.tick_s) == 0:
         return Verdict("No ticks", "The log holds no whole tick.", NEUTRAL, "", notes)
-    return Verdict(capitalised(summary["verdict"]), capitalised(summary["because"]) + ".",
+    return Verdict(capitalised(summary["verdict"]), typeset(capitalised(summary["because"])) + ".",
                    VERDICT_COLOURS[summary["stable"]], alarm(summary), notes)
 
 

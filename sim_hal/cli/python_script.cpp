@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 
@@ -14,6 +15,8 @@ namespace berth
 
 namespace
 {
+
+constexpr int exit_signal = 128; /* plus the number of the signal, as shells have it */
 
 /* Of the repository in which the program was built: it stands in build/ there, or in a folder of build/. */
 std::filesystem::path repository(const std::string &script)
@@ -61,7 +64,11 @@ int run_script(const std::string &name, const std::string &doing, const std::vec
         _exit(127);
     }
     int status = 0;
-    if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) {
+    const bool has_ended = child > 0 && waitpid(child, &status, 0) == child;
+    if (has_ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE) {
+        return exit_signal + SIGPIPE; /* nobody reads on, as behind `| head` */
+    }
+    if (!has_ended || !WIFEXITED(status)) {
         throw input_error(words[1] + ": could not be run to its end");
     }
     return WEXITSTATUS(status);

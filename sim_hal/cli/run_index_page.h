@@ -72,7 +72,7 @@ function growth(run) {
 
 function link(text, address) {
   const made = element("a", text);
-  made.href = address;
+  made.href = address.split("/").map(encodeURIComponent).join("/");
   return made;
 }
 

@@ -6,6 +6,7 @@ import pathlib
 import pty
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tomllib
@@ -194,6 +195,16 @@ def test_compare_and_report_draw_pages_and_the_list_links_the_report(kept):
     assert len(list(folder.rglob(PLOTLY))) == 1
     assert '"report":"ess.html"' in (folder / "build" / "runs" / "index.html").read_text()
     assert berth(folder, "report", "none.ulg").returncode == EXIT_INPUT
+
+
+def test_a_pipe_that_is_closed_ends_a_drawing_without_a_word(kept, tmp_path):
+    folder, runs = kept
+    words = [str(BERTH), "export", str(folder / runs[0]["log"]), "--csv"]
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(words, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, restore_signals=True)
+    os.close(writer)
+    assert done.stderr == b"" and done.returncode == 128 + signal.SIGPIPE
 
 
 @pytest.mark.parametrize("stiffness_N_per_m", [2000.0, 2e5, 1e6])
