@@ -236,7 +236,7 @@ struct config_error config_validate(const struct app_config *config)
         {!within(limits->position_min_m, CAN_POSITION_MAX_m), {"limits.position_min_m", must_fit_frame}},
         {!within(limits->position_max_m, CAN_POSITION_MAX_m), {"limits.position_max_m", must_fit_frame}},
         {limits->position_min_m >= limits->position_max_m,
-         {"limits.position_min_m", "must be smaller than limits.position_max_m"}},
+         {"limits.position_min_m", "must be smaller than limits.position_max_m; are the two exchanged?"}},
         {!positive(limits->velocity_m_per_s), {"limits.velocity_m_per_s", must_be_positive}},
         {!positive(limits->acceleration_m_per_s2), {"limits.acceleration_m_per_s2", must_be_positive}},
         {manipulator->initial_position_m < limits->position_min_m ||

@@ -26,7 +26,8 @@ def level_text(growth_per_s):
     """A growth rate with the time in which the motion doubles or halves: +3 (0.23 s)."""
     if growth_per_s == 0.0:
         return "0"
-    return f"{growth_per_s:+g} ({np.log(2.0) / abs(growth_per_s):.2g} s)".replace("-", "−")
+    time_s = float(f"{np.log(2.0) / abs(growth_per_s):.2g}")  # 230, not 2.3e+02
+    return f"{growth_per_s:+g} ({time_s:g} s)".replace("-", "−")
 
 
 @dataclass(frozen=True)

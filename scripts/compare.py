@@ -5,22 +5,27 @@
 """
 import argparse
 import html
+import json
+import re
+import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
-
+import progress
 from berth_log import InputError, read_log, read_summary, write_whole
+from page_data import AXIS, VERDICT_CLASSES, Page, filled, shared_parts, with_gaps
+from report_signals import MANIPULATOR, ROBOT, part_that_matters
+from report_words import VERDICT_COLOURS, four_digits
 
 ROOT = Path(__file__).resolve().parents[1]
 EXIT_INPUT = 2
-POINTS_MAX = 4000  # of a curve: more than a screen is wide
-ROWS = (("command_position_m", "manipulator (m)"), ("robot_position_m", "robot (m)"), ("force_N", "force (N)"))
-COLOURS = ("#0072B2", "#D55E00")  # of Okabe and Ito: told apart by everybody
-FACTS = (("verdict", "verdict", ""), ("growth_per_s", "growth", "1/s"), ("frequency_Hz", "frequency", "Hz"),
-         ("peak_force_N", "peak force", "N"), ("version", "commit", ""), ("config_hash", "configuration", ""))
+# Field of the log, factor to the unit that is shown, that unit, name of the panel, its note.
+PANELS = (("command_position_m", 1e3, "mm", "Command", "Where the manipulator sends the robot."),
+          ("robot_position_m", 1e3, "mm", "Robot", "Where the robot reports to be."),
+          ("force_N", 1.0, "N", "Force", "As the loop receives it from the sensor."))
+RUNS = (("A", MANIPULATOR, "solid"), ("B", ROBOT, "dash"))
+FACTS = (("frequency", "frequency_Hz", "Hz"), ("growth", "growth_per_s", "1/s"),
+         ("predicted growth", "predicted_growth_per_s", "1/s"), ("peak force", "peak_force_N", "N"))
 
 
 def parse_arguments():
@@ -31,95 +36,110 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def thinned(time_s, values):
-    """The lowest and the highest sample of each stretch, in their order."""
-    stretch = -(-len(values) // (POINTS_MAX // 2))
-    if stretch <= 2:
-        return time_s, values
-    whole = len(values) // stretch * stretch
-    blocks = values[:whole].reshape(-1, stretch)
-    first = np.arange(0, whole, stretch)
-    picked = np.unique(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1))))
-    return time_s[picked], values[picked]
+def read_run(path, berth):
+    """Log and summary of a run that has ticks. Raises InputError."""
+    progress.show(f"compare: reads {path}")
+    log = read_log(path)
+    if len(log.tick_s) == 0:
+        raise InputError(f"{path}: has no ticks; there is nothing to draw")
+    return log, read_summary(path, berth)
 
 
-def curves(logs):
-    figure = make_subplots(rows=len(ROWS), shared_xaxes=True, vertical_spacing=0.04)
-    for name, log, colour, dash in zip("AB", logs, COLOURS, ("solid", "dash")):
-        for row, (field, title) in enumerate(ROWS, start=1):
-            time_s, values = thinned(log.tick_s, log.tick[field].astype(float))
-            figure.add_scatter(x=time_s, y=values, row=row, col=1, name=name, legendgroup=name, showlegend=row == 1,
-                               line={"color": colour, "width": 1.5, "dash": dash})
-            figure.update_yaxes(title_text=title, row=row, col=1)
-    figure.update_xaxes(title_text="time (s)", row=len(ROWS), col=1)
-    figure.update_layout(height=780, template="plotly_white", margin={"l": 70, "r": 20, "t": 30, "b": 50},
-                         hovermode="x unified", legend={"orientation": "h", "y": 1.05})
-    return figure
+def curves(page, logs):
+    """A panel for each signal, with a curve of each run."""
+    for field, factor, unit, title, note in PANELS:
+        drawn = []
+        for log, (name, colour, dash) in zip(logs, RUNS):
+            values = factor * log.tick[field].astype(float)
+            trace = {"type": "scatter", "mode": "lines", "name": name, "line": {"color": colour, "dash": dash},
+                     "hovertemplate": f"%{{y:.6~g}} {unit}"}
+            drawn.append(page.curve(*with_gaps(log.tick_s, values, log.period_s), trace))
+        page.add(title.lower(), title, note, drawn, {"yaxis": AXIS | {"title": {"text": f"{title.lower()} ({unit})"}}})
 
 
-def flat(config):
-    return {f"{section}.{key}": value for section, keys in config.items() if isinstance(keys, dict)
-            for key, value in keys.items()}
+def cells(row, classes=("",) * 3):
+    """A row of a table; a key may break behind a dot or an underscore."""
+    return "<tr>" + "".join((f'<td class="{name}">' if name else "<td>")
+                            + re.sub(r"(?<=[a-z])([._])(?=[a-zA-Z])", r"\1<wbr>", html.escape(str(cell))) + "</td>"
+                            for cell, name in zip(row, classes)) + "</tr>"
 
 
-def table(rows):
-    lines = ("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
-    return '<div class="wide"><table>' + "".join(lines) + "</table></div>"
+def number(value, unit):
+    return "none" if value is None else f"{four_digits(value)} {unit}"
 
 
-def shown(value):
-    return "none" if value is None else f"{value:.4g}" if isinstance(value, float) else value
+def fact_rows(logs, summaries):
+    """Verdict, figures and versions of both runs, as rows of a table."""
+    marks = [VERDICT_CLASSES[VERDICT_COLOURS[one["stable"]]] for one in summaries]
+    rows = [cells(("rig", *(log.config["name"] for log in logs))),
+            cells(("verdict", *(one["verdict"] for one in summaries)), ("", *marks))]
+    rows += [cells((title, *(number(one[key], unit) for one in summaries))) for title, key, unit in FACTS]
+    rows += [cells((title, *(one[key] for one in summaries)))
+             for title, key in (("commit", "version"), ("configuration", "config_hash"))]
+    return "\n".join(rows)
 
 
-def build_page(logs, summaries, plots):
-    facts = [("", "A", "B")] + [(f"{title} ({unit})" if unit else title, *(shown(one[key]) for one in summaries))
-                                for key, title, unit in FACTS]
-    a, b = (flat(log.config) for log in logs)
-    differing = [(key, a.get(key, "none"), b.get(key, "none")) for key in [*a, *(b.keys() - a.keys())]
-                 if a.get(key) != b.get(key)]
-    parameters = table([("parameter", "A", "B"), *differing]) if differing else "<p>No parameter differs.</p>"
-    return f"""<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>berth: two runs compared</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; margin: 1.5rem auto; max-width: 75rem; padding: 0 1rem; color: #222;
-        background: #fff; }}
-.wide {{ overflow-x: auto; }}
-td {{ border-bottom: 1px solid #ddd; padding: .25rem .8rem .25rem 0; overflow-wrap: anywhere; }}
-code {{ overflow-wrap: anywhere; }}
-</style>
-<h1>Two runs compared</h1>
-<p>A: <code>{html.escape(str(logs[0].path))}</code><br>B: <code>{html.escape(str(logs[1].path))}</code></p>
-{table(facts)}
-<h2>Parameters that differ</h2>
-{parameters}
-<h2>Curves</h2>
-{plots}
-</html>
-"""
+def differences(paths, berth):
+    """What `berth compare A B --json` says of the parameters. Raises InputError."""
+    done = subprocess.run([str(berth), "compare", *map(str, paths), "--json"], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise InputError(done.stderr.strip().removeprefix("berth: "))
+    return json.loads(done.stdout)["differences"]
+
+
+def shortened(text):
+    """A number of a rig file with six digits; other values as they are."""
+    return re.sub(r"^-?\d[\d.e+-]*$", lambda found: f"{float(found[0]):.6g}", text)
+
+
+def parameters(found):
+    """What differs of the two configurations, as a table."""
+    if not found:
+        return "<p>No parameter differs.</p>"
+    rows = []
+    for one in found:
+        a, b = (shortened(one[side]) for side in "ab")
+        if a == b:  # beyond six digits
+            a, b = one["a"], one["b"]
+        rows.append(cells((one["key"], a, b)))
+    return ('<div class="wide"><table class="differing">\n<thead><tr><th>key (unit last)</th><th>A</th><th>B</th></tr>'
+            "</thead>\n" + "\n".join(rows) + "\n</table></div>")
+
+
+def span_shown(logs, summaries):
+    """From when to when the page opens: what matters of either run."""
+    parts = [part_that_matters(log, summary) for log, summary in zip(logs, summaries)]
+    return min(start for start, _ in parts), max(end for _, end in parts)
+
+
+def build_page(logs, summaries, found, path):
+    """The page as text, for a file at `path`. `found`: what differs, see differences."""
+    whole_s = (min(float(log.tick_s[0]) for log in logs), max(float(log.tick_s[-1] + log.period_s) for log in logs))
+    shown_s = span_shown(logs, summaries)
+    page = Page(logs[0].period_s, None if shown_s == whole_s else shown_s)
+    curves(page, logs)
+    data = page.data(*whole_s)
+    names = [log.config["name"] for log in logs]
+    title = f"Two runs of {names[0]}" if names[0] == names[1] else f"{names[0]} and {names[1]}"
+    return filled("compare_page.html", shared_parts(path, ("compare_page.css",), ("report_page.js",)) | {
+        "title": html.escape(title), "log_a": html.escape(str(logs[0].path)), "log_b": html.escape(str(logs[1].path)),
+        "facts": fact_rows(logs, summaries), "parameters": parameters(found), "data": data,
+        "thinned": html.escape(page.thinning_words())})
 
 
 def main():
+    progress.end_with_the_pipe()
     arguments = parse_arguments()
     try:
-        logs = [read_log(path) for path in arguments.logs]
-        for log in logs:
-            if len(log.tick_s) == 0:
-                raise InputError(f"{log.path}: has no ticks; there is nothing to draw")
-        summaries = [read_summary(path, arguments.berth) for path in arguments.logs]
-        figure = curves(logs)
+        logs, summaries = zip(*(read_run(path, arguments.berth) for path in arguments.logs))
+        progress.show(f"compare: draws {arguments.out}")
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        script = arguments.out.parent / "plotly.min.js"
-        if not script.exists():
-            from plotly.offline import get_plotlyjs
-            write_whole(script, get_plotlyjs().encode())
-        plots = figure.to_html(full_html=False, include_plotlyjs=script.name, config={"responsive": True})
-        page = build_page(logs, summaries, plots).encode()
+        page = build_page(logs, summaries, differences(arguments.logs, arguments.berth), arguments.out).encode()
         write_whole(arguments.out, page)
+        progress.show()
         print(f"{arguments.out} ({len(page) / 1e6:.1f} MB)")
     except (InputError, OSError) as error:
+        progress.show()
         print(f"compare: {error}", file=sys.stderr)
         return EXIT_INPUT
     return 0

@@ -91,14 +91,13 @@ def causes_tables(diagnosis):
                  for i, other in enumerate(told["alternatives"])]
         text += "<h2>Causes</h2>\n" + table(["effect", *right("BIC better by", "share explained",
                                                               "held-out gain (95 %)")], rows, "causes")
-    rows = [[cause["effect"], *parameter_cells(parameter, f"causes.{i}.parameters.{j}")]
+    rows = [[*parameter_cells(parameter, f"causes.{i}.parameters.{j}"), cause["effect"]]
             for i, cause in enumerate(told["causes"]) for j, parameter in enumerate(cause["parameters"])]
     named = {parameter["key"] for cause in told["causes"] for parameter in cause["parameters"]}
-    rows += [[f"re-tuned with the {words.BLOCKS[block.name][0]}",
-              *parameter_cells(parameter, f"blocks.{i}.base.{j}")]
+    rows += [[*parameter_cells(parameter, f"blocks.{i}.base.{j}"), f"re-tuned with the {words.BLOCKS[block.name][0]}"]
              for i, block in enumerate(diagnosis.blocks) for j, parameter in enumerate(block.told["base"])
              if parameter["key"] not in named]
-    return text + ("\n<h2>Parameters</h2>\n" + table(["of", "key", *right("fitted (± 95 %)", "given")], rows,
+    return text + ("\n<h2>Parameters</h2>\n" + table(["key", *right("fitted (± 95 %)", "given"), "of"], rows,
                                                     "parameters") if rows else "")
 
 

@@ -5,6 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import progress
 from berth_log import InputError
 from berth_program import ROOT, Berth
 from diagnosis_data import read_diagnosis
@@ -25,15 +26,19 @@ def parse_arguments():
 def main():
     arguments = parse_arguments()
     try:
+        progress.show(f"diagnosis_report: {arguments.folder}")
         diagnosis = read_diagnosis(arguments.folder)
         with tempfile.TemporaryDirectory() as folder:
             found = measure(diagnosis, Berth(folder, arguments.berth))
-        reports = {"report.html": build_page(diagnosis, found, arguments.folder / "report.html").encode(), "report.png": build_picture(diagnosis)}
+        page = build_page(diagnosis, found, arguments.folder / "report.html")
+        reports = {"report.html": page.encode(), "report.png": build_picture(diagnosis)}
+        progress.show()
         for name, content in reports.items():
             path = arguments.folder / name
             write_whole(path, content)
             print(f"{path} ({len(content) / 1e6:.1f} MB)")
     except InputError as error:
+        progress.show()
         print(f"diagnosis_report: {error}", file=sys.stderr)
         return EXIT_INPUT
     return 0

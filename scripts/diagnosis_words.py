@@ -56,7 +56,7 @@ def estimate(parameter):
     half = None if low is None or high is None else 0.5 * (high - low)
     digits = 6
     if half and value:
-        digits = min(10, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
+        digits = min(6, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
     text = f"{value:.{digits}g}"
     if half is None:
         text += " (no interval)"

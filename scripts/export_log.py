@@ -11,6 +11,7 @@ import json
 import sys
 from pathlib import Path
 
+import progress
 from berth_log import InputError, write_whole
 from pyulog import ULog
 
@@ -82,12 +83,15 @@ def export(log, formats):
     for kind, bytes_of in (("csv", csv_bytes), ("parquet", parquet_bytes)):
         if kind in formats:
             for name, columns in topics.items():
+                progress.show(f"export: {name} as {kind}")
                 yield log.with_suffix(f".{name}.{kind}"), bytes_of(columns)
     if "mcap" in formats:
+        progress.show("export: every message as MCAP")
         yield log.with_suffix(".mcap"), mcap_bytes(topics)
 
 
 def main():
+    progress.end_with_the_pipe()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("log", metavar="LOG", type=Path, help="a .ulg file written by `berth run`")
     for kind in ("csv", "parquet", "mcap"):
@@ -97,11 +101,14 @@ def main():
     try:
         for path, content in export(arguments.log, formats):
             write_whole(path, content)
+            progress.show()
             print(path)
     except ImportError as error:
+        progress.show()
         print(f"berth: {error.name} is not installed; `make setup` installs it", file=sys.stderr)
         return EXIT_INPUT
     except (InputError, OSError) as error:
+        progress.show()
         print(f"berth: {error}", file=sys.stderr)
         return EXIT_INPUT
     return 0

@@ -8,7 +8,7 @@ import numpy as np
 
 from berth_map import LEVELS_A_SIDE, level_text
 from map_picture import FAULT, HATCH, NOT_POSSIBLE, OWN, SHADES, WALL, grown
-from page_data import AXIS, filled, script_safe, shared_parts
+from page_data import AXIS, extremes, filled, script_safe, shared_parts
 from paper_figures import Contour, Plot, Surface
 
 MARKERS = {"points": {"symbol": "circle", "size": 7}, "star": {"symbol": "star", "size": 14},
@@ -16,6 +16,7 @@ MARKERS = {"points": {"symbol": "circle", "size": 7}, "star": {"symbol": "star",
 DASHES = {"line": "solid", "dash": "dash", "dot": "dot"}
 BLACK = "#000000"
 POINTS_A_SIDE_MAX = 121  # of a map: what a plot of this size shows
+CURVE_POINTS_MAX = 1200  # the lowest and the highest of each of 600 pixels, the width of a plot
 HATCHES_WIDE, HATCHES_HIGH = 64, 48
 PLACES = 1000  # to which a level of the scale is divided, for 16 bits
 
@@ -47,13 +48,15 @@ def thinned_map(grid):
     return grid[::step, ::step]
 
 
-def shortened(values):
-    return [float(f"{value:.7g}") for value in values]
+def shortened(values, digits=7):
+    return [float(f"{value:.{digits}g}") for value in values]
 
 
 def curve_trace(curve):
-    """A curve; its numbers as text, since eigenvalues near 1 need more than seven digits."""
-    trace = {"type": "scatter", "name": curve.label, "x": curve.x.tolist(), "y": curve.y.tolist()}
+    """A curve, thinned to what a plot shows. Ten digits: eigenvalues near 1 need more than seven."""
+    picked, _ = extremes(curve.y, CURVE_POINTS_MAX)
+    trace = {"type": "scatter", "name": curve.label, "x": shortened(curve.x[picked], 10),
+             "y": shortened(curve.y[picked], 10)}
     if curve.style in MARKERS:
         return trace | {"mode": "markers", "marker": MARKERS[curve.style] | {"color": curve.colour}}
     return trace | {"mode": "lines", "line": {"color": curve.colour, "width": 2, "dash": DASHES[curve.style]}}

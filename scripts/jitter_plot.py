@@ -116,9 +116,9 @@ def draw_percentiles(axes, histograms, colours):
     for one, colour in zip(histograms, colours):
         times_us = [max(0.1, one.percentile_us(share)) for share in SHARES_DRAWN]
         axes.plot(places, times_us, "o-", color=colour, linewidth=1.6, markersize=5)
-    for i, (one, colour) in enumerate(zip(histograms[:1] + histograms[-1:] if len(histograms) > 1 else histograms,
-                                          (colours[0], colours[-1]))):
-        for place, share in zip(places, SHARES_DRAWN):
+    named = [(histograms[0], colours[0])] + [(histograms[-1], colours[-1])] * (len(histograms) > 1)
+    for place, share in zip(places, SHARES_DRAWN):  # the number of the upper line above it, of the lower below
+        for i, (one, colour) in enumerate(sorted(named, key=lambda pair: -pair[0].percentile_us(share))):
             axes.annotate(f"{one.percentile_us(share):.0f}", (place, max(0.1, one.percentile_us(share))), (0, -15 if i else 7),
                           textcoords="offset points", horizontalalignment="center", fontsize=9.5, color=colour)
     axes.set(yscale="log", xlabel="share of all times (%)", ylabel="time (µs)", title="Percentiles",

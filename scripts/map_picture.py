@@ -16,6 +16,7 @@ import numpy as np  # noqa: E402
 from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+import progress  # noqa: E402
 from berth_map import LEVELS_A_SIDE, level_text, read_map  # noqa: E402
 
 # Stable blue, unstable red, each from pale to dark. The palest of each differs from white and from the other.
@@ -162,6 +163,7 @@ def draw(found, picture):
 
 def main():
     """Draws each map that is named."""
+    progress.end_with_the_pipe()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="+", type=Path, help="a CSV file written by `berth map`")
     for csv in parser.parse_args().csv:
@@ -170,8 +172,11 @@ def main():
             found = read_map(csv)
             if not np.isfinite(found.radius).any():
                 sys.exit(f"{csv}: no point of this map has a value")
+            progress.show(f"map: draws {picture}")
             draw(found, picture)
+            progress.show()
         except (OSError, ValueError, KeyError) as error:
+            progress.show()
             sys.exit(f"{csv}: not a map written by `berth map`: {error}")
         print(picture)
 

@@ -33,11 +33,21 @@ AXIS = {"gridcolor": "#E6E6E6", "zeroline": True, "zerolinecolor": "#CCCCCC", "l
         "ticks": "outside", "tickcolor": "#999999", "showline": True}
 
 
+def shared_folder(folder):
+    """The build folder that a page in `folder` lies in: the repository's, or one where `berth run` keeps its runs. None
+    elsewhere."""
+    if folder.is_relative_to(BUILD.resolve()):
+        return BUILD
+    parts = folder.parts
+    found = [i for i in range(1, len(parts)) if parts[i - 1:i + 1] == ("build", "runs")]
+    return Path(*parts[:found[-1]]) if found else None
+
+
 def plotly_address(page):
-    """Where the page at this path finds plotly, relative to it. All pages in the build folder share one file there;
-    for a page elsewhere the file is copied beside it. Raises InputError."""
+    """Where the page at this path finds plotly, relative to it. All pages of a build folder share one file there; for a
+    page elsewhere the file is copied beside it. Raises InputError."""
     folder = page.resolve().parent
-    assets = BUILD / "assets" if folder.is_relative_to(BUILD.resolve()) else folder / "assets"
+    assets = (shared_folder(folder) or folder) / "assets"
     content = get_plotlyjs().encode()
     file = assets / PLOTLY
     try:

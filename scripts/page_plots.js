@@ -53,6 +53,8 @@ function swatch(trace) {
     for (const x of [2, 8, 14, 20]) svg("line", { x1: x, y1: 11, x2: x + 5, y2: 1, stroke: marker.color, "stroke-width": 1.5 }, picture);
   } else if (trace.fill) {
     svg("rect", { width: 26, height: 12, fill: trace.fillcolor }, picture);
+  } else if (trace.mode === "markers" && marker.symbol === "star") {
+    svg("path", { d: "M13 0L14.6 4.2 19 4.3 15.5 7 16.8 11.3 13 8.8 9.2 11.3 10.5 7 7 4.3 11.4 4.2Z", fill: marker.color }, picture);
   } else if (trace.mode === "markers") {
     const is_open = String(marker.symbol || "").endsWith("-open");
     const edge = is_open ? marker.color : (marker.line && marker.line.color) || "none";

@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+import progress
 from berth_log import InputError, read_log, read_summary, write_whole
 from report_accuracy import accuracy_of
 from report_figure import build_figure
@@ -26,16 +27,25 @@ def parse_arguments():
 
 
 def main():
+    progress.end_with_the_pipe()
     arguments = parse_arguments()
     try:
+        progress.show(f"report: reads {arguments.log}")
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
         page = arguments.log.with_suffix(".html")
-        text = build_page(log, summary, page, accuracy_of(log, arguments.accuracy), sweeps_of(log, arguments.berth))
-        for path, content in ((page, text.encode()), (page.with_suffix(".png"), build_figure(log, summary))):
+        sweeps = sweeps_of(log, arguments.berth)
+        progress.show(f"report: draws {page}")
+        text = build_page(log, summary, page, accuracy_of(log, arguments.accuracy), sweeps)
+        picture = page.with_suffix(".png")
+        progress.show(f"report: draws {picture}")
+        contents = {page: text.encode(), picture: build_figure(log, summary)}
+        progress.show()
+        for path, content in contents.items():
             write_whole(path, content)
             print(f"{path} ({len(content) / 1e6:.1f} MB)")
     except InputError as error:
+        progress.show()
         print(f"report: {error}", file=sys.stderr)
         return EXIT_INPUT
     return 0

@@ -29,7 +29,9 @@ def accuracy_of(log, path):
     try:
         found = json.loads(path.read_text())
         arm_hash, step_ms, _ = found["arm_hash"], found["step_ms"], (found["substeps"], found["force"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: is not what `berth accuracy RIG --json` prints ({error!r})") from error
     if ARM_SECTION not in log.config_text:
         raise InputError(f"{path}: is about an arm, and {log.path} has none; leave it out")

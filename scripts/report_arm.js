@@ -44,7 +44,7 @@ const ASPECT = 2.4; // of the picture, width over height
 
   function label(x, y, text, anchor) {
     const drawn = document.createElementNS(svg.namespaceURI, "text");
-    for (const [name, value] of Object.entries({ x, y, "text-anchor": anchor, "font-size": 0.016 * view.width }))
+    for (const [name, value] of Object.entries({ x, y, "text-anchor": anchor, "font-size": 12 * view.pixel_m }))
       drawn.setAttribute(name, value);
     drawn.textContent = text;
     return drawn;
@@ -56,24 +56,28 @@ const ASPECT = 2.4; // of the picture, width over height
     const [right, high] = box.high;
     const width = 1.1 * Math.max(right - left, ASPECT * (high - low));
     const height = width / ASPECT;
-    view = { left: (left + right - width) / 2, top: (low + high + height) / 2, width };
+    const pixel_m = width / (svg.clientWidth || 1000); // letters are as large on every screen
+    view = { left: (left + right - width) / 2, top: (low + high + height) / 2, width, pixel_m };
     const bottom = view.top - height;
     svg.setAttribute("viewBox", `${view.left} ${-view.top} ${width} ${height}`);
-    const rough_m = width / 12;
+    const rough_m = Math.max(width / 12, 36 * pixel_m);
     const power_m = 10 ** Math.floor(Math.log10(rough_m));
     const gap_m = power_m * [1, 2, 5, 10].find((many) => many * power_m >= rough_m);
     const digits = Math.max(0, -Math.floor(Math.log10(gap_m) + 1e-9));
+    const metres = (value) => `${value.toFixed(digits).replace("-", "\u2212")} m`;
     const lines = [];
     const labels = [];
     for (let i = Math.ceil(view.left / gap_m); i * gap_m < view.left + width; i++) {
       const x = i * gap_m;
       lines.push(line(x, -view.top, x, -bottom));
-      if (x > view.left + 0.06 * width) labels.push(label(x, -bottom - 0.008 * width, x.toFixed(digits), "middle"));
+      const is_inside = x > view.left + 60 * pixel_m && x < view.left + width - 22 * pixel_m;
+      if (is_inside) labels.push(label(x, -bottom - 6 * pixel_m, metres(x), "middle"));
     }
     for (let i = Math.ceil(bottom / gap_m); i * gap_m < view.top; i++) {
       const y = i * gap_m;
       lines.push(line(view.left, -y, view.left + width, -y));
-      if (y > bottom + 0.04 * width) labels.push(label(view.left + 0.005 * width, -y, `${y.toFixed(digits)} m`, "start"));
+      const is_inside = y > bottom + 22 * pixel_m && y < view.top - 12 * pixel_m;
+      if (is_inside) labels.push(label(view.left + 4 * pixel_m, -y, metres(y), "start"));
     }
     get("arm-grid").replaceChildren(...lines);
     get("arm-labels").replaceChildren(...labels);

@@ -96,7 +96,7 @@ def plot_envelope(axes, summary):
         line_s = np.array([envelope["fit_from_s"], envelope["fit_to_s"]])
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - line_s[0]))
         axes.semilogy(line_s, line_mm, color=signals.ROBOT, linewidth=2,
-                      label=f"fitted: {summary['growth_per_s']:+.4f} /s".replace("-", "−"))
+                      label=f"fitted: {told.with_interval(summary['growth_per_s'], summary['growth_ci95_per_s'])} /s")
     if growth is not None:
         used = (time_s >= envelope["fit_from_s"] - 1e-9) & (time_s <= envelope["fit_to_s"] + 1e-9)
         axes.set_ylim(bottom=0.01 * height_mm[used].min())
@@ -164,8 +164,8 @@ def write_head(figure, log, summary):
     because = "" if cause == "none" else f" ({signals.words(cause)})"
     ticks = f"{summary['ticks']:,}".replace(",", " ")
     true_peak = summary["peak_force"]["true"]
-    truly = f" ({true_peak['force_N']:.2f} N in the sensor's spring)" if true_peak else ""
-    line = (f"peak force {summary['peak_force_N']:.2f} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
+    truly = f" ({told.four_digits(true_peak['force_N'])} N in the sensor's spring)" if true_peak else ""
+    line = (f"peak force {told.four_digits(summary['peak_force_N'])} N{truly}   ·   {ticks} ticks at {log.config['loop']['rate_Hz']:g} Hz, "
             f"{summary['overruns']} overruns   ·   supervisor: {summary['state']}{because}   ·   limits acted: "
             f"{told.limit_words(summary)}   ·   frames: {summary['frames_rejected']} rejected, "
             f"{summary['frames_lost']} lost, {summary['error_frames']} error")

@@ -101,6 +101,12 @@ function tracesOf(panel) {
   return traces;
 }
 
+// On a phone the name of a row has two lines.
+function heightOf(panel) {
+  if (!NARROW.matches) return panel.height;
+  return panel.bars.length ? 70 + 42 * panel.layout.yaxis.categoryarray.length : Math.min(panel.height, 260);
+}
+
 function layoutOf(panel) {
   const base = baseLayout("yaxis2" in panel.layout);
   if (!NARROW.matches) base.margin = { ...base.margin, l: BAND_FROM, r: hasSecondAxis ? 74 : 20 };
@@ -111,7 +117,7 @@ function layoutOf(panel) {
     yaxis.ticktext = yaxis.categoryarray.map((row) => row.replace(" ", "<br>"));
   }
   return {
-    ...base, height: NARROW.matches ? Math.min(panel.height, 260) : panel.height, hovermode: "x unified", ...panel.layout,
+    ...base, height: heightOf(panel), hovermode: "x unified", ...panel.layout,
     yaxis,
     xaxis: { ...data.axis, title: { text: "time (s)" }, range: [...panel.shown], hoverformat: ".6~g",
       nticks: NARROW.matches ? 6 : 12 },

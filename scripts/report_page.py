@@ -1,6 +1,7 @@
 """The HTML report of a run: verdict, margin, advice and delay budget, then the signals over time. It opens on the part
 that matters, and without a network; its plots need the script file that all pages share, see page_data."""
 import html
+import math
 
 import numpy as np
 
@@ -132,10 +133,16 @@ def height_range(height_mm, used):
 
 
 def height_ticks(low, high):
-    """An axis from one power of ten to another: labels at whole powers, or where plotly likes them if there are too few."""
+    """An axis from one power of ten to another: labels at whole powers, at 1, 2 and 5 of each if these are few, or where
+    plotly likes them."""
     decades = high - low
-    ticks = {"dtick": max(1, round(decades / 6))} if decades > 2 else {"dtick": "D2"} if decades > 0.7 else {}
-    return {"range": [low, high], "exponentformat": "power"} | ticks
+    axis = {"range": [low, high], "exponentformat": "power"}
+    if decades > 2:
+        return axis | {"dtick": max(1, round(decades / 6))}
+    if decades > 0.7:
+        values = [float(f"{digit}e{power}") for power in range(math.floor(low), math.ceil(high) + 1) for digit in (1, 2, 5)]
+        return axis | {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
+    return axis
 
 
 def add_envelope(page, summary):
@@ -152,7 +159,8 @@ def add_envelope(page, summary):
         used = (time_s >= start_s - 1e-9) & (time_s <= end_s + 1e-9)
         line_s = np.linspace(start_s, end_s, 50)
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - start_s))
-        name = f"fitted exponential: {summary['growth_per_s']:+.6f} /s".replace("-", "−")
+        growth = told.with_interval(summary["growth_per_s"], summary["growth_ci95_per_s"])
+        name = f"fitted exponential: {growth} /s"
         fit.append(page.curve(line_s, line_mm, {"type": "scatter", "mode": "lines", "name": name,
                                                 "line": {"color": signals.ROBOT, "width": 2.5},
                                                 "hovertemplate": "%{y:.4~g} mm"}))

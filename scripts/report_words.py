@@ -1,5 +1,7 @@
 """What a report says of a run: the verdict, and the run in numbers. The page and the figure take their words from here,
 so that they tell the same."""
+import math
+import re
 from dataclasses import dataclass, field
 
 from berth_log import stretches
@@ -85,6 +87,30 @@ def wheel(summary):
 VERDICT_COLOURS = {True: GOOD, False: BAD, None: NEUTRAL}
 
 
+def four_digits(value):
+    """A number as a person writes it, with four digits and no exponent: 30.37, 14790. As `berth run` prints forces."""
+    size = abs(value)
+    if not 1e-4 <= size < 1e7:
+        return f"{value:.4g}".replace("-", "−")
+    rounded = float(f"{value:.3e}")
+    return f"{rounded:.{max(0, 3 - math.floor(math.log10(abs(rounded))))}f}".replace("-", "−")
+
+
+def typeset(text):
+    """A sentence of `berth run` with the signs of print: ± and −."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace(" +- ", " ± "))
+
+
+def signed(text):
+    return text if text.startswith("−") else f"+{text}"
+
+
+def with_interval(value, ci95):
+    """A value with as many decimals as its interval leaves to it, and its sign: −0.298369 with ± 5e-06."""
+    decimals = 6 if ci95 <= 0 else min(6, max(0, -math.floor(math.log10(ci95))))
+    return f"{value:+.{decimals}f}".replace("-", "−")
+
+
 def capitalised(text):
     return text[:1].upper() + text[1:]
 
@@ -111,7 +137,7 @@ def margin_and_advice(log, summary):
     elif summary["stable"] is False:
         found.append(("Margin", "none: the loop is beyond its limit"))
     if summary["advice"]:
-        found.append(("Advice", summary["advice"].replace(": -", ": −")))
+        found.append(("Advice", typeset(summary["advice"])))
     return found
 
 
@@ -132,7 +158,7 @@ def verdict(log, summary):
         notes.append(f"{summary['missing_ticks']} ticks are missing in the log.")
     if len(log.tick_s) == 0:
         return Verdict("No ticks", "The log holds no whole tick.", NEUTRAL, "", notes)
-    return Verdict(capitalised(summary["verdict"]), capitalised(summary["because"]) + ".",
+    return Verdict(capitalised(summary["verdict"]), typeset(capitalised(summary["because"])) + ".",
                    VERDICT_COLOURS[summary["stable"]], alarm(summary), notes)
 
 
@@ -163,7 +189,7 @@ def prediction(summary):
     predicted = summary.get("predicted_growth_per_s")
     if predicted is None:
         return []
-    return [("predicted growth", f"{predicted:+.6f} /s".replace("-", "−"), "of small motions, at the start")]
+    return [("predicted growth", signed(four_digits(predicted)) + " /s", "of small motions, at the start")]
 
 
 def margin_fact(margin):
@@ -173,9 +199,9 @@ def margin_fact(margin):
 
 def peak_facts(peaks):
     """The measured peak, and what the sensor's spring really carried, which only a simulated rig knows."""
-    found = [("peak force", f"{peaks['measured']['force_N']:.2f} N", f"as measured, at {peaks['measured']['at_s']:.3f} s")]
+    found = [("peak force", f"{four_digits(peaks['measured']['force_N'])} N", f"as measured, at {peaks['measured']['at_s']:.3f} s")]
     if peaks["true"]:
-        found.append(("true peak force", f"{peaks['true']['force_N']:.2f} N",
+        found.append(("true peak force", f"{four_digits(peaks['true']['force_N'])} N",
                       f"in the sensor's spring, at {peaks['true']['at_s']:.3f} s"))
     return found
 
@@ -187,7 +213,7 @@ def facts(log, summary):
     found = dead_time(log) if len(log.tick_s) else None
     cause = summary["stop_cause"]
     return robot_preset(summary["robot"]) + [
-        ("growth rate", "not measured" if growth is None else f"{growth:+.6f} /s".replace("-", "−"),
+        ("growth rate", "not measured" if growth is None else f"{with_interval(growth, summary['growth_ci95_per_s'])} /s",
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
         *prediction(summary),
         ("frequency", "not measured" if growth is None else f"{summary['frequency_Hz']:.4f} Hz", ""),

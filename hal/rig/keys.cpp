@@ -95,7 +95,8 @@ std::optional<rig_error> set_number(rig &rig, const rig_key &key, std::string_vi
                          "must be a number (is " + std::string(text) + ")" + (remedy.empty() ? "" : "; " + remedy)};
     }
     if (std::isnan(value) || (std::isinf(value) && !key.infinity_is_allowed)) {
-        return rig_error{std::string(key.path), "must be a finite number (is " + std::string(text) + ")"};
+        return rig_error{std::string(key.path), "must be a finite number (is " + std::string(text) +
+                                                    "); write a number, or leave the key out"};
     }
     if (!in_range(key, value)) {
         return rig_error{std::string(key.path), range_text(key) + " (is " + std::string(text) + ")"};

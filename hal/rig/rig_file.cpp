@@ -16,6 +16,7 @@
 #include "other_files.h"
 #include "robot_file.h"
 #include "toml_file.h"
+#include "unreadable.h"
 #include "wrench.h"
 
 namespace berth
@@ -206,9 +207,10 @@ std::pair<std::string, std::string> base_text(const toml::node &base, const std:
             return {shipped.text, name + ".toml"};
         }
     }
-    if (!std::ifstream(name)) {
-        fail(where, {"base", "must be a shipped rig (" + names_of_shipped_rigs() +
-                                 ") or the path of a rig file (is " + quoted(name) + ")"});
+    if (is_folder(name) || !std::ifstream(name)) {
+        fail(where,
+             {"base", "must be a shipped rig (" + names_of_shipped_rigs() + ") or the path of a rig file (is " +
+                          quoted(name) + ")" + did_you_mean(names_of_files(shipped_rigs()), name)});
     }
     return {read_rig_file(name), name};
 }
@@ -258,7 +260,7 @@ std::string read_file(const std::string &path, std::size_t at_most_bytes)
         }
     }
     if (!file.is_open() || file.bad()) {
-        throw input_error(path + ": cannot be read; is it a file?");
+        throw input_error(unreadable(path));
     }
     return text;
 }

@@ -1,6 +1,7 @@
 #include "command_table.h"
 
 #include <CLI/CLI.hpp>
+#include <set>
 #include <sstream>
 
 #include "../../hal/rig/arm_file.h"
@@ -37,6 +38,13 @@ std::vector<std::string> known_settings()
         words.push_back(std::string(key.path) + "=");
     }
     return words;
+}
+
+/* What names something that the program knows and reads from files as well. */
+bool names_a_file_too(const std::string &name)
+{
+    static const std::set<std::string> names = {"RIG", "--rig", "NAME", "--robot", "ARM", "--arm"};
+    return names.count(name) > 0;
 }
 
 /* What names something that the program knows. */
@@ -77,10 +85,21 @@ option_entry entry_of(const CLI::Option &option)
     if (entry.words.empty()) {
         entry.words = known_words(entry.name);
     }
+    entry.takes_files = !entry.value.empty() && (entry.words.empty() || names_a_file_too(entry.name));
     return entry;
 }
 
 } // namespace
+
+std::vector<std::string> names_of(const std::vector<command_entry> &table)
+{
+    std::vector<std::string> names;
+    names.reserve(table.size());
+    for (const command_entry &entry : table) {
+        names.push_back(entry.name);
+    }
+    return names;
+}
 
 std::vector<command_entry> command_table(const CLI::App &app)
 {
@@ -93,6 +112,14 @@ std::vector<command_entry> command_table(const CLI::App &app)
             }
         }
         table.push_back(std::move(entry));
+    }
+    for (command_entry &entry : table) {
+        for (option_entry &option : entry.options) {
+            if (option.name == "COMMAND") {
+                option.words = names_of(table);
+                option.takes_files = false;
+            }
+        }
     }
     return table;
 }

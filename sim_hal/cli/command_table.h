@@ -17,8 +17,9 @@ struct option_entry {
     std::string name;  /* "--json", or "RIG" of a positional one */
     std::string value; /* what it takes, as "NAME"; empty: a flag */
     std::string meaning;
-    std::vector<std::string> words; /* permitted or known values; empty: files */
+    std::vector<std::string> words; /* permitted or known values */
     bool is_needed = false;
+    bool takes_files = false; /* also, or only */
 
     bool is_positional() const { return name[0] != '-'; }
 };
@@ -31,6 +32,8 @@ struct command_entry {
 
 /* In the order of the program's help. */
 std::vector<command_entry> command_table(const CLI::App &app);
+
+std::vector<std::string> names_of(const std::vector<command_entry> &table);
 
 } // namespace berth
 

@@ -1,16 +1,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "../../hal/rig/axes.h"
 #include "../../hal/rig/keys.h"
+#include "../../hal/rig/knowledge.h"
+#include "../../hal/rig/orders.h"
 #include "../../hal/rig/units.h"
 #include "../effects/effect.h"
 #include "commands.h"
 #include "log_damage.h"
 #include "log_result.h"
+#include "number.h"
 #include "python_script.h"
+#include "run_folder.h"
 #include "short_number.h"
 
 namespace berth
@@ -32,26 +37,6 @@ struct differing_key {
     std::string a;
     std::string b;
 };
-
-/* The log in a run's folder, or the path itself. */
-std::string log_of(const std::string &path)
-{
-    std::error_code error;
-    if (!std::filesystem::is_directory(path, error)) {
-        return path;
-    }
-    std::vector<std::string> logs;
-    for (const auto &entry : std::filesystem::directory_iterator(path, error)) {
-        if (entry.path().extension() == ".ulg") {
-            logs.push_back(entry.path().string());
-        }
-    }
-    if (logs.size() != 1) {
-        throw input_error(path + ": holds " + std::to_string(logs.size()) +
-                          " logs; name one .ulg file, or the folder of one run, as build/runs/ess/latest");
-    }
-    return logs.front();
-}
 
 compared_run read_run(const std::string &path)
 {
@@ -77,6 +62,25 @@ bool are_equal(const rig &a, const rig &b, const rig_key &key, const std::string
     return std::abs(value_a - value_b) <= rounded * std::max(std::abs(value_a), std::abs(value_b));
 }
 
+template <auto print>
+std::string text_of(const rig &of)
+{
+    std::ostringstream text;
+    print(of, text);
+    return text.str();
+}
+
+/* What is compared as a whole. */
+struct whole_section {
+    const char *name;
+    std::string (*text)(const rig &);
+};
+
+constexpr whole_section whole_sections[] = {{"axis, wrench", text_of<print_axes>},
+                                            {"orders", text_of<print_orders>},
+                                            {"signals, tolerances", text_of<print_knowledge>},
+                                            {"manipulator.arm", [](const rig &of) { return of.arm_text; }}};
+
 std::vector<differing_key> differences(const rig &a, const rig &b)
 {
     std::vector<differing_key> found;
@@ -87,11 +91,15 @@ std::vector<differing_key> differences(const rig &a, const rig &b)
             found.push_back({std::string(key.path), of_a, of_b});
         }
     }
-    if (a.arm_text != b.arm_text) {
-        found.push_back({"manipulator.arm", a.arm_text.empty() ? "none" : "an arm",
-                         b.arm_text.empty()   ? "none"
-                         : a.arm_text.empty() ? "an arm"
-                                              : "another"});
+    for (const whole_section &section : whole_sections) {
+        const std::string of_a = section.text(a);
+        const std::string of_b = section.text(b);
+        if (of_a != of_b) {
+            found.push_back({section.name, of_a.empty() ? "none" : "stated",
+                             of_b.empty()   ? "none"
+                             : of_a.empty() ? "stated"
+                                            : "stated otherwise"});
+        }
     }
     return found;
 }
@@ -99,9 +107,17 @@ std::vector<differing_key> differences(const rig &a, const rig &b)
 std::string cell_text(const nlohmann::json &value)
 {
     return value.is_null()     ? "none"
-           : value.is_number() ? short_number(value.get<double>())
+           : value.is_number() ? four_digits(value.get<double>())
            : value.is_string() ? value.get<std::string>()
                                : value.dump();
+}
+
+/* Of a number; other values as they are. */
+std::string six_digits(const std::string &value)
+{
+    const char *end = nullptr;
+    const double number = number_at<double>(value.c_str(), &end);
+    return end != value.c_str() && *end == '\0' ? short_number(number) : value;
 }
 
 nlohmann::json as_json(const compared_run &run)
@@ -142,7 +158,11 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
     std::printf(row_format, "in the sensor's spring (N)", spring_N(a).c_str(), spring_N(b).c_str());
     std::printf("%s\n", found.empty() ? "no parameter differs" : "parameters that differ");
     for (const differing_key &one : found) {
-        std::printf(row_format, one.key.c_str(), one.a.c_str(), one.b.c_str());
+        const std::string short_a = six_digits(one.a);
+        const std::string short_b = six_digits(one.b);
+        const bool is_told = short_a != short_b; /* else they differ beyond six digits */
+        std::printf(row_format, one.key.c_str(), (is_told ? short_a : one.a).c_str(),
+                    (is_told ? short_b : one.b).c_str());
     }
 }
 
@@ -158,7 +178,9 @@ int compare_command(const compare_arguments &arguments)
     } else {
         print_comparison(a, b, found);
     }
-    return arguments.page.empty() ? 0 : run_script("compare.py", {a.log, b.log, "--out", arguments.page});
+    return arguments.page.empty() ? 0
+                                  : run_script("compare.py", "compare: draws " + arguments.page,
+                                               {a.log, b.log, "--out", arguments.page});
 }
 
 } // namespace berth

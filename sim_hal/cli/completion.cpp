@@ -47,6 +47,13 @@ std::vector<std::string> first_words(const command_entry &command)
     return found == command.options.end() ? std::vector<std::string>() : found->words;
 }
 
+/* Whether a word behind the command may be a file. */
+bool takes_files(const command_entry &command)
+{
+    return std::any_of(command.options.begin(), command.options.end(),
+                       [](const option_entry &option) { return option.is_positional() && option.takes_files; });
+}
+
 /* Options that take a value, with what is known of it; the name means the same in every command. */
 std::map<std::string, std::vector<std::string>> valued_options(const std::vector<command_entry> &table)
 {
@@ -66,7 +73,7 @@ std::string bash_script(const std::vector<command_entry> &table)
     std::ostringstream script;
     script << "# bash completion of berth; source it, or put it into a folder of bash-completion\n"
               "_berth() {\n"
-              "    local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} words=\n"
+              "    local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} words= files=\n"
               "    COMPREPLY=()\n"
               "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
               "        COMPREPLY=($(compgen -W '";
@@ -85,7 +92,8 @@ std::string bash_script(const std::vector<command_entry> &table)
     }
     script << "    esac\n    case ${COMP_WORDS[1]} in\n";
     for (const command_entry &command : table) {
-        script << "    " << command.name << ") words='" << joined_words(option_names(command)) << "'\n";
+        script << "    " << command.name << ") words='" << joined_words(option_names(command)) << "'\n"
+               << (takes_files(command) ? "        files=-f\n" : "");
         if (const auto first = first_words(command); !first.empty()) {
             script << "        [ \"$COMP_CWORD\" -eq 2 ] && words=\"$words " << joined_words(first) << "\"\n";
         }
@@ -93,7 +101,7 @@ std::string bash_script(const std::vector<command_entry> &table)
     }
     script << "    esac\n"
               "    COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
-              "    if [ \"${current:0:1}\" != - ]; then\n"
+              "    if [ -n \"$files\" ] && [ \"${current:0:1}\" != - ]; then\n"
               "        COMPREPLY+=($(compgen -f -- \"$current\"))\n"
               "    fi\n"
               "}\n"
@@ -112,7 +120,8 @@ std::string zsh_script(const std::vector<command_entry> &table)
     std::ostringstream script;
     script
         << "#compdef berth\n# zsh completion of berth; source it behind compinit, or save it as _berth in a folder "
-           "of $fpath\n_berth() {\n    local -a known\n    if (( CURRENT == 2 )); then\n        known=(\n";
+           "of $fpath\n_berth() {\n    local -a known\n    local files=\n    if (( CURRENT == 2 )); then\n        "
+           "known=(\n";
     for (const command_entry &command : table) {
         script << "            " << zsh_entry(command.name, command.meaning) << "\n";
     }
@@ -136,9 +145,10 @@ std::string zsh_script(const std::vector<command_entry> &table)
         if (const auto first = first_words(command); !first.empty()) {
             script << "        (( CURRENT == 3 )) && compadd -- " << joined_words(first) << "\n";
         }
+        script << (takes_files(command) ? "        files=yes\n" : "");
         script << "        ;;\n";
     }
-    script << "    esac\n    _describe option known\n    [[ $PREFIX == -* ]] || _files\n}\n"
+    script << "    esac\n    _describe option known\n    [[ -z $files || $PREFIX == -* ]] || _files\n}\n"
               "if [[ $funcstack[1] == _berth ]]; then\n    _berth \"$@\"\nelse\n    compdef _berth berth\nfi\n";
     return script.str();
 }
@@ -147,11 +157,16 @@ std::string fish_script(const std::vector<command_entry> &table)
 {
     std::ostringstream script;
     script << "# fish completion of berth; save it as ~/.config/fish/completions/berth.fish\n"
+              "function __berth_command\n"
+              "    set -l words (commandline -opc)\n"
+              "    test (count $words) -ge 2; and test $words[2] = $argv[1]\n"
+              "end\n"
               "complete -c berth -f -n __fish_use_subcommand -l version -d 'print the version'\n";
     for (const command_entry &command : table) {
         script << "complete -c berth -f -n __fish_use_subcommand -a " << command.name << " -d "
                << quoted_for_shell(command.meaning, "\\'") << "\n";
-        const std::string here = "complete -c berth -n '__fish_seen_subcommand_from " + command.name + "' ";
+        const std::string here = "complete -c berth -n '__berth_command " + command.name + "' ";
+        script << (takes_files(command) ? "" : here + "-f\n");
         for (const option_entry &option : command.options) {
             const std::string words = quoted_for_shell(joined_words(option.words), "\\'");
             if (!option.is_positional()) {
@@ -161,7 +176,8 @@ std::string fish_script(const std::vector<command_entry> &table)
                                                   : " -x -a " + words)
                        << " -d " << quoted_for_shell(option.meaning, "\\'") << "\n";
             } else if (!option.words.empty()) {
-                script << here << "-a " << words << "\n";
+                script << "complete -c berth -n '__berth_command " << command.name
+                       << "; and test (count (commandline -opc)) -eq 2' -a " << words << "\n";
             }
         }
     }

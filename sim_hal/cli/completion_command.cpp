@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "../../hal/rig/names.h"
 #include "commands.h"
 #include "completion.h"
 #include "man_page.h"
@@ -25,7 +26,12 @@ int man_command(const CLI::App &app, const std::string &name)
     const auto found =
         std::find_if(table.begin(), table.end(), [&](const auto &command) { return command.name == name; });
     if (found == table.end()) {
-        throw input_error(name + ": no such subcommand; see berth --help");
+        const std::vector<std::string> pages = names_of(table);
+        std::string message = name + ": there is no such manual page; there are";
+        for (const std::string &page : pages) {
+            message += (page == pages.front() ? " " : ", ") + page;
+        }
+        throw input_error(message + did_you_mean(pages, name));
     }
     std::fputs(man_page(*found).c_str(), stdout);
     return 0;

@@ -22,6 +22,19 @@ void write_and_name(const std::filesystem::path &path, const std::string &text)
     std::printf("%s\n", path.c_str());
 }
 
+void refuse_missing_folder(const std::filesystem::path &file)
+{
+    const std::filesystem::path folder = file.parent_path();
+    std::error_code error;
+    if (folder.empty() || std::filesystem::is_directory(folder, error)) {
+        return;
+    }
+    const bool is_there = std::filesystem::exists(folder, error);
+    throw input_error(file.string() + ": the folder " + folder.string() +
+                      (is_there ? " is a file; choose another name"
+                                : " does not exist; make it with mkdir -p " + folder.string()));
+}
+
 } // namespace
 
 int init_command(const init_arguments &arguments)
@@ -33,6 +46,7 @@ int init_command(const init_arguments &arguments)
     if (!arguments.force && std::ifstream(path)) {
         throw input_error(arguments.file + ": is there already, and stays as it is; --force overwrites it");
     }
+    refuse_missing_folder(path);
     template_choice choice;
     choice.name = path.stem().string();
     choice.object = arguments.object;

@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "completion.h"
 #include "options.h"
+#include "run_folder.h"
 #include "usage_error.h"
 
 namespace
@@ -56,24 +57,24 @@ int run(int argc, char **argv)
     bool json = false;
     CLI::App *replay_app =
         app.add_subcommand("replay", "feed a log's inputs through the firmware again and compare");
-    replay_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    replay_app->add_option("LOG", log, berth::log_meaning)->required();
     replay_app->add_flag("--json", json, "print one JSON object and nothing else");
-    replay_app->callback([&] { exit_code = berth::replay_command(log, json); });
+    replay_app->callback([&] { exit_code = berth::replay_command(berth::log_of(log), json); });
 
     CLI::App *summary_app = app.add_subcommand("summary", "tell from a log what `berth run` told after the run");
-    summary_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    summary_app->add_option("LOG", log, berth::log_meaning)->required();
     summary_app->add_flag("--json", json, "print one JSON object and nothing else");
-    summary_app->callback([&] { exit_code = berth::summary_command(log, json); });
+    summary_app->callback([&] { exit_code = berth::summary_command(berth::log_of(log), json); });
 
     CLI::App *candump_app =
         app.add_subcommand("candump", "write a log's frames as candump -L text, one file per bus");
-    candump_app->add_option("LOG", log, "a .ulg file written by `berth run`")->required();
+    candump_app->add_option("LOG", log, berth::log_meaning)->required();
     candump_app->add_flag("--json", json, "print one JSON object and nothing else");
-    candump_app->callback([&] { exit_code = berth::candump_command(log, json); });
+    candump_app->callback([&] { exit_code = berth::candump_command(berth::log_of(log), json); });
 
     berth::export_arguments exported;
     CLI::App *export_app = app.add_subcommand("export", "write a log for other programs");
-    export_app->add_option("LOG", exported.log, "a .ulg file written by `berth run`")->required();
+    export_app->add_option("LOG", exported.log, berth::log_meaning)->required();
     export_app->add_flag("--csv", exported.csv, "one file a topic");
     export_app->add_flag("--parquet", exported.parquet, "one file a topic");
     export_app->add_flag("--mcap", exported.mcap, "one file, with schemas, as Foxglove opens it");
@@ -212,8 +213,10 @@ int run(int argc, char **argv)
         if (error.get_exit_code() == 0) { /* --help, --version */
             return app.exit(error);
         }
-        std::fprintf(stderr, "berth: %s; see berth --help\n",
-                     berth::usage_error(app, error, {argv + 1, argv + argc}).c_str());
+        const std::vector<CLI::App *> chosen = app.get_subcommands();
+        std::fprintf(stderr, "berth: %s; see berth %s--help\n",
+                     berth::usage_error(app, error, {argv + 1, argv + argc}).c_str(),
+                     chosen.empty() ? "" : (chosen.front()->get_name() + " ").c_str());
         return exit_usage_or_input;
     }
     return exit_code;

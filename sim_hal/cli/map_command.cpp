@@ -370,7 +370,7 @@ int map_command(const map_arguments &arguments)
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
     if (arguments.picture) {
-        const int exit_code = run_script("map_picture.py", {stem + ".csv"});
+        const int exit_code = run_script("map_picture.py", "map: draws " + stem + ".png", {stem + ".csv"});
         if (exit_code != 0) {
             return exit_code;
         }

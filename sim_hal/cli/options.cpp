@@ -124,9 +124,8 @@ void add_init_options(CLI::App &command, init_arguments &arguments)
 
 void add_compare_options(CLI::App &command, compare_arguments &arguments)
 {
-    const char *const run = "a .ulg file written by `berth run`, or the folder of one run";
-    command.add_option("A", arguments.a, run)->required();
-    command.add_option("B", arguments.b, run)->required();
+    command.add_option("A", arguments.a, log_meaning)->required();
+    command.add_option("B", arguments.b, log_meaning)->required();
     command.add_option("--page", arguments.page, "write a page with the curves of both over each other")
         ->type_name("FILE.html");
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
@@ -134,7 +133,7 @@ void add_compare_options(CLI::App &command, compare_arguments &arguments)
 
 void add_report_options(CLI::App &command, report_arguments &arguments)
 {
-    command.add_option("LOG", arguments.log, "a .ulg file written by `berth run`")->required();
+    command.add_option("LOG", arguments.log, log_meaning)->required();
     command
         .add_option("--accuracy", arguments.accuracy_file,
                     "what `berth accuracy RIG --json` printed, of a run with an arm")

@@ -17,6 +17,9 @@ CLI::Validator is_named(const std::string &advice);
 /* As CLI::Range, which takes what is no number for one within. */
 CLI::Validator is_within(double low, double high);
 
+/* What a positional LOG is. */
+constexpr const char *log_meaning = "a .ulg file written by `berth run`, or the folder of one run";
+
 void add_set_option(CLI::App &command, std::vector<std::string> &overrides);
 void add_rig_options(CLI::App &command, rig_arguments &arguments);
 void add_amplitude_option(CLI::App &command, rig_arguments &arguments);

@@ -3,17 +3,20 @@
 #define SIM_HAL_CLI_PROGRESS_LINE_H
 
 #include <cstdio>
+#include <cstdlib>
 #include <string>
+#include <string_view>
 #include <unistd.h>
 
 namespace berth
 {
 
-/* One line of standard error, gone at the end. Nothing is shown where that is no terminal. */
+/* One line of standard error, gone at the end. Nothing is shown where that is no terminal, or one that only prints.
+ */
 class progress_line
 {
   public:
-    progress_line() : is_shown_(isatty(STDERR_FILENO) != 0) {}
+    progress_line() : is_shown_(isatty(STDERR_FILENO) != 0 && can_erase()) {}
     progress_line(const progress_line &) = delete;
     progress_line &operator=(const progress_line &) = delete;
     ~progress_line() { show(""); }
@@ -25,6 +28,12 @@ class progress_line
     }
 
   private:
+    static bool can_erase()
+    {
+        const char *const terminal = std::getenv("TERM");
+        return terminal != nullptr && std::string_view(terminal) != "dumb";
+    }
+
     bool is_shown_;
 };
 

@@ -3,16 +3,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 
 #include "../../hal/rig/rig_file.h"
+#include "progress_line.h"
 
 namespace berth
 {
 
 namespace
 {
+
+constexpr int exit_signal = 128; /* plus the number of the signal, as shells have it */
 
 /* Of the repository in which the program was built: it stands in build/ there, or in a folder of build/. */
 std::filesystem::path repository(const std::string &script)
@@ -24,13 +28,17 @@ std::filesystem::path repository(const std::string &script)
             return at;
         }
     }
-    throw input_error("scripts/" + script + ": is not there; berth looks for it in the folders above " +
-                      program.string() + ": run it from its repository");
+    throw input_error("scripts/" + script +
+                      ": is not there. Scripts of berth's repository draw pages and pictures; " + program.string() +
+                      " looks for them in " + (program.parent_path() / "scripts").string() +
+                      " and in the same way in each folder above. Call build/berth of the repository, or replace "
+                      "this copy by a link to it (ln -sf REPOSITORY/build/berth " +
+                      program.string() + ")");
 }
 
 } // namespace
 
-int run_script(const std::string &name, const std::vector<std::string> &arguments)
+int run_script(const std::string &name, const std::string &doing, const std::vector<std::string> &arguments)
 {
     const std::filesystem::path top = repository(name);
     const std::string python = (top / ".venv" / "bin" / "python").string();
@@ -48,13 +56,19 @@ int run_script(const std::string &name, const std::vector<std::string> &argument
     }
     argv.push_back(nullptr);
     std::fflush(stdout);
+    const progress_line progress;
+    progress.show(doing);
     const pid_t child = fork();
     if (child == 0) {
         execv(argv[0], argv.data());
         _exit(127);
     }
     int status = 0;
-    if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) {
+    const bool has_ended = child > 0 && waitpid(child, &status, 0) == child;
+    if (has_ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE) {
+        return exit_signal + SIGPIPE; /* nobody reads on, as behind `| head` */
+    }
+    if (!has_ended || !WIFEXITED(status)) {
         throw input_error(words[1] + ": could not be run to its end");
     }
     return WEXITSTATUS(status);

@@ -8,9 +8,9 @@
 namespace berth
 {
 
-/* `name`: of a file in scripts/. Returns the script's exit code. Throws input_error, with what to do, where the
- * script or its Python is missing. */
-int run_script(const std::string &name, const std::vector<std::string> &arguments);
+/* `name`: of a file in scripts/; `doing`: what a terminal shows meanwhile. Returns the script's exit code. Throws
+ * input_error, with what to do, where the script or its Python is missing. */
+int run_script(const std::string &name, const std::string &doing, const std::vector<std::string> &arguments);
 
 } // namespace berth
 

@@ -8,6 +8,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
 #include "number.h"
+#include "progress_line.h"
 
 namespace berth
 {
@@ -157,7 +158,9 @@ amplitude_result look_at_amplitudes(const arm_config &config, const reduction_ch
     amplitude_result result;
     result.small = *found.coupled_full;
     result.reduced = found.coupled_reduced;
+    const progress_line progress;
     for (int i = 0; i < range.count; i++) {
+        progress.show("reduce: amplitude " + std::to_string(i + 1) + " of " + std::to_string(range.count));
         const double share = static_cast<double>(i) / (range.count - 1);
         const double amplitude_m = std::pow(range.from_m, 1.0 - share) * std::pow(range.to_m, share);
         result.rows.push_back({amplitude_m, measured(amplitude_m)});

@@ -7,6 +7,7 @@
 #include "../stability/loop_timeline.h"
 #include "commands.h"
 #include "number.h"
+#include "progress_line.h"
 #include "reduce_amplitude.h"
 #include "reduction_report.h"
 #include "robot_choice.h"
@@ -220,7 +221,11 @@ void sweep_a_joint(const reduce_arguments &arguments, const rig &rig, const arm_
                     static_cast<int>(sweep.joint) + 1, conditions_text(arm.config, choice).c_str());
         print_sweep_head();
     }
+    const progress_line progress;
     for (int i = 0; i < sweep.count; i++) {
+        if (arguments.json) { /* else the rows show how far it is */
+            progress.show("reduce: pose " + std::to_string(i + 1) + " of " + std::to_string(sweep.count));
+        }
         const double angle_rad = sweep.from_rad + (sweep.to_rad - sweep.from_rad) * i / (sweep.count - 1);
         choice.pose_rad(sweep.joint) = angle_rad;
         try {

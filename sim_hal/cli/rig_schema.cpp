@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/arm_keys.h"
 #include "../../hal/rig/keys.h"
+#include "../../hal/rig/names.h"
+#include "../../hal/rig/rig_file.h"
 #include "../../hal/rig/sections.h"
 #include "../../hal/rig/units.h"
 
@@ -62,6 +65,9 @@ void allow_tolerance(ordered &schema, const ordered &range)
 {
     ordered value = {{"type", "number"}};
     value.update(range);
+    if (schema.contains("inf")) {
+        value["inf"] = true;
+    }
     schema["type"] = {"number", "object"};
     schema["properties"] = {{"value", std::move(value)}, {"tolerance", {{"$ref", "#/$defs/tolerance"}}}};
     schema["required"] = {"value"};
@@ -292,15 +298,54 @@ ordered sections_of_keys()
     return sections;
 }
 
+/* The name of a shipped rig, or the path of a file. */
+ordered base_schema()
+{
+    ordered schema =
+        described("what this file leaves out comes from there: a shipped rig, or the path of a rig file", "string");
+    schema["anyOf"] = {{{"enum", names_of_files(shipped_rigs())}}, {{"pattern", R"(\.toml$)"}}};
+    return schema;
+}
+
+bool is_number(const ordered &schema)
+{
+    const auto type = schema.find("type");
+    return type != schema.end() && (*type == "number" || (type->is_array() && type->front() == "number"));
+}
+
+/* A number without a bound of its own gets the largest there is: TOML's inf is beyond it. */
+void bound_numbers(ordered &schema)
+{
+    constexpr double most = std::numeric_limits<double>::max();
+    if (schema.is_object() && is_number(schema) && !schema.contains("inf")) {
+        if (!schema.contains("minimum") && !schema.contains("exclusiveMinimum")) {
+            schema["minimum"] = -most;
+        }
+        if (!schema.contains("maximum") && !schema.contains("exclusiveMaximum")) {
+            schema["maximum"] = most;
+        }
+    }
+    for (ordered &inner : schema) {
+        if (inner.is_structured()) {
+            bound_numbers(inner);
+        }
+    }
+}
+
+constexpr const char *schema_meaning =
+    "Keys, units, ranges and words of a rig file. JSON has no nan, so a schema cannot refuse it, and it does not "
+    "compare "
+    "one key with another, such as limits.position_min_m with limits.position_max_m: berth check FILE refuses both "
+    "with file, line and key.";
+
 } // namespace
 
 std::string rig_schema_text()
 {
-    ordered properties = {
-        {"name", described("name of the rig and of its logs", "string")},
-        {"description", described("what rig it is, in a sentence", "string")},
-        {"base", described("a shipped rig or a rig file that gives what this file leaves out", "string")},
-        {"assumed", described("sections and keys that count as not stated", "array")}};
+    ordered properties = {{"name", described("name of the rig and of its logs", "string")},
+                          {"description", described("what rig it is, in a sentence", "string")},
+                          {"base", base_schema()},
+                          {"assumed", described("sections and keys that count as not stated", "array")}};
     properties["assumed"]["items"] = {{"type", "string"}};
     properties.update(sections_of_keys());
     const std::pair<const char *, ordered (*)(std::string_view)> whole[] = {{"axis", axes_schema},
@@ -313,8 +358,10 @@ std::string rig_schema_text()
     }
     ordered schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                       {"$id", rig_schema_file},
-                      {"title", "Rig file of berth"}};
+                      {"title", "Rig file of berth"},
+                      {"description", schema_meaning}};
     schema.update(section_of(std::move(properties)));
+    bound_numbers(schema); /* an arm's limits may be inf: its bounds stand in its own table */
     ordered tolerance = described("how far the value may be off, as a share of it", "number");
     tolerance.update({{"minimum", 0.0}, {"exclusiveMaximum", 1.0}});
     schema["$defs"] = {{"tolerance", std::move(tolerance)}, {"arm", arm_schema()}};

@@ -5,6 +5,7 @@
 #include "../rths/benchmark.h"
 #include "atomic_file.h"
 #include "commands.h"
+#include "progress_line.h"
 
 namespace berth
 {
@@ -112,7 +113,9 @@ benchmark_result run_all(const rths_arguments &arguments)
     if (!arguments.samples_file.empty()) {
         write_samples(arguments.samples_file, nominal);
     }
+    const progress_line progress;
     for (int plant = 1; plant <= arguments.perturbed; plant++) {
+        progress.show("rths: plant " + std::to_string(plant) + " of " + std::to_string(arguments.perturbed));
         const std::int64_t seed = arguments.seed + plant;
         result.perturbed.push_back(judged(run(rths::perturbed(seed), seed)));
         for (std::size_t j = 0; j < result.worst.size(); j++) {

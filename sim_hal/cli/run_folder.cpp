@@ -1,6 +1,12 @@
 #include "run_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -56,7 +62,39 @@ std::string as_text(const nlohmann::json &object)
     return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/* Folders of kept runs below `folder`, oldest first: their names are times. */
+/* Held while links, folders and the page change: runs may end at the same time. Where the file system has no locks,
+ * nothing is held. */
+class runs_lock
+{
+  public:
+    explicit runs_lock(const fs::path &root) : folder_(open(root.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))
+    {
+        while (folder_ >= 0 && flock(folder_, LOCK_EX) != 0 && errno == EINTR) {
+        }
+    }
+    runs_lock(const runs_lock &) = delete;
+    runs_lock &operator=(const runs_lock &) = delete;
+    ~runs_lock()
+    {
+        if (folder_ >= 0) {
+            close(folder_);
+        }
+    }
+
+  private:
+    int folder_;
+};
+
+/* When a run began, as its folder's name tells: 2026-11-29T23-40-05 and, of the tenth run of this second, -10. */
+std::pair<std::string, int> start_of(const fs::path &folder)
+{
+    constexpr std::size_t time_length = std::string_view("2026-11-29T23-40-05").size();
+    const std::string name = folder.filename().string();
+    const std::string number = name.size() > time_length ? name.substr(time_length + 1) : "1";
+    return {name.substr(0, time_length), std::atoi(number.c_str())};
+}
+
+/* Folders of kept runs below `folder`, oldest first. */
 std::vector<fs::path> run_folders(const fs::path &folder)
 {
     std::vector<fs::path> found;
@@ -66,7 +104,7 @@ std::vector<fs::path> run_folders(const fs::path &folder)
             found.push_back(entry.path());
         }
     }
-    std::sort(found.begin(), found.end());
+    std::sort(found.begin(), found.end(), [](const auto &a, const auto &b) { return start_of(a) < start_of(b); });
     return found;
 }
 
@@ -79,9 +117,12 @@ nlohmann::json row_of(const fs::path &folder, const fs::path &root)
     }
     nlohmann::json row = {
         {"folder", fs::relative(folder, root).string()}, {"time", folder.filename().string()}, {"report", nullptr}};
-    for (const char *const key :
-         {"rig", "verdict", "growth_per_s", "predicted_growth_per_s", "peak_force_N", "version", "settings"}) {
+    for (const char *const key : {"rig", "verdict", "growth_per_s", "predicted_growth_per_s", "peak_force_N",
+                                  "version", "config_hash", "settings"}) {
         row[key] = record.value(key, nlohmann::json());
+    }
+    if (!row["settings"].is_object()) {
+        row["settings"] = nlohmann::json::object();
     }
     std::error_code error;
     const std::string page = row["rig"].is_string() ? row["rig"].get<std::string>() + ".html" : "";
@@ -100,6 +141,21 @@ std::string within_script(std::string text)
     return text;
 }
 
+/* Of the keys that any run states. */
+nlohmann::json defaults_of(const std::vector<nlohmann::json> &rows)
+{
+    const rig usual;
+    nlohmann::json defaults = nlohmann::json::object();
+    for (const nlohmann::json &row : rows) {
+        for (const auto &setting : row["settings"].items()) {
+            if (const rig_key *const known = find_key(setting.key())) {
+                defaults[setting.key()] = value_text(usual, *known);
+            }
+        }
+    }
+    return defaults;
+}
+
 void write_index(const fs::path &root)
 {
     std::vector<nlohmann::json> rows;
@@ -110,18 +166,25 @@ void write_index(const fs::path &root)
         }
     }
     rows.erase(std::remove(rows.begin(), rows.end(), nullptr), rows.end());
-    std::sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) { return a["time"] > b["time"]; });
+    const nlohmann::json defaults = defaults_of(rows);
+    std::stable_sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) {
+        return start_of(a["time"].template get<std::string>()) > start_of(b["time"].template get<std::string>());
+    });
     write_whole(root / "index.html",
                 std::string(run_index_head) + "const root = " + within_script(as_text(root.string())) +
+                    ";\nconst defaults = " + within_script(as_text(defaults)) +
                     ";\nconst runs = " + within_script(as_text(rows)) + ";\n" + run_index_script);
 }
 
+/* The link is replaced in one step: whoever reads it meanwhile finds the old run or the new one. */
 void point_latest(const fs::path &folder)
 {
     std::error_code error;
     const fs::path link = folder.parent_path() / latest_name;
-    fs::remove(link, error);
-    fs::create_directory_symlink(folder.filename(), link, error);
+    const fs::path next = link.string() + ".partial";
+    fs::remove(next, error);
+    fs::create_directory_symlink(folder.filename(), next, error);
+    fs::rename(next, link, error);
 }
 
 } // namespace
@@ -147,15 +210,37 @@ void keep_run(const std::string &folder, const nlohmann::json &result, const rig
     nlohmann::json record = result;
     record["settings"] = settings_of(rig);
     write_whole(fs::path(folder) / record_name, as_text(record) + "\n");
-    point_latest(folder);
     const fs::path rig_folder = fs::path(folder).parent_path();
+    const runs_lock lock(rig_folder.parent_path());
     const std::vector<fs::path> runs = run_folders(rig_folder);
+    point_latest(runs.back());
     const std::size_t kept = keep > 0 ? static_cast<std::size_t>(keep) : runs.size();
     for (std::size_t i = 0; i + kept < runs.size(); i++) {
         std::error_code error;
-        fs::remove_all(runs[i], error);
+        if (runs[i] != folder) { /* a run may end when newer ones are there; its log has just been promised */
+            fs::remove_all(runs[i], error);
+        }
     }
     write_index(rig_folder.parent_path());
+}
+
+std::string log_of(const std::string &path)
+{
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+        return path;
+    }
+    std::vector<std::string> logs;
+    for (const fs::directory_entry &entry : fs::directory_iterator(path, error)) {
+        if (entry.path().extension() == ".ulg") {
+            logs.push_back(entry.path().string());
+        }
+    }
+    if (logs.size() != 1) {
+        throw input_error(path + ": cannot be read: it is a folder with " + std::to_string(logs.size()) +
+                          " logs; name one .ulg file, or the folder of one run, as build/runs/ess/latest");
+    }
+    return logs.front();
 }
 
 void refresh_run_index(const std::string &log)
@@ -164,6 +249,7 @@ void refresh_run_index(const std::string &log)
     const fs::path folder = fs::canonical(log, error).parent_path();
     const fs::path root = folder.parent_path().parent_path();
     if (!error && fs::exists(folder / record_name, error) && fs::exists(root / "index.html", error)) {
+        const runs_lock lock(root);
         write_index(fs::relative(root, error));
     }
 }

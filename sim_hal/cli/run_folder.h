@@ -16,9 +16,12 @@ constexpr const char *kept_runs = "build/runs";
  * this second. Throws input_error. */
 std::string make_run_folder(const std::string &rig_name);
 
-/* Puts the run's result beside its log, points `latest` to it, removes this rig's oldest runs beyond `keep` (0:
- * none) and writes the page of all runs. */
+/* Puts the run's result beside its log, points `latest` to the newest run by its start, removes this rig's oldest
+ * runs beyond `keep` (0: none) and writes the page of all runs. */
 void keep_run(const std::string &folder, const nlohmann::json &result, const rig &rig, std::int64_t keep);
+
+/* The log in a run's folder, or the path itself. Throws input_error where the folder has no log, or several. */
+std::string log_of(const std::string &path);
 
 /* After a report was made of a kept run: its link comes onto the page. Other logs are left alone. */
 void refresh_run_index(const std::string &log);

@@ -11,20 +11,36 @@ constexpr const char *run_index_head = R"page(<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>berth: runs</title>
 <style>
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 1.5rem auto; max-width: 75rem; padding: 0 1rem; }
+:root { color-scheme: light dark; --line: light-dark(#DCE0E3, #333B42); --quiet: light-dark(#555E66, #A3ACB4); }
+body { font: 15px/1.5 system-ui, "Segoe UI", "Liberation Sans", "DejaVu Sans", sans-serif; margin: 1.5rem auto;
+  max-width: 75rem; padding: 0 1rem; color: light-dark(#1B2025, #E4E8EB); background: light-dark(#FFFFFF, #14181C); }
+h1 { font-size: 28px; font-weight: 600; margin: 0; }
+h2 { font-size: 18px; font-weight: 600; margin: 34px 0 4px; }
 .wide { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; }
-th, td { border-bottom: 1px solid #8884; padding: .3rem .6rem; text-align: left; white-space: nowrap; }
-td.number { font-variant-numeric: tabular-nums; text-align: right; }
-.stable { color: light-dark(#1a7f37, #56d364); }
-.unstable { color: light-dark(#b42318, #ff7b72); }
-code { overflow-wrap: anywhere; }
+table { border-collapse: collapse; }
+#runs { width: 100%; }
+th, td { border-bottom: 1px solid var(--line); padding: .3rem .6rem; text-align: left; }
+th, #difference td:first-child { color: var(--quiet); font-weight: 600; }
+#runs td { white-space: nowrap; }
+#runs .number { font-variant-numeric: tabular-nums; text-align: right; }
+#difference td:nth-child(n+2) { overflow-wrap: anywhere; }
+#difference th, #difference td { vertical-align: top; }
+.stable { color: light-dark(#00629B, #5FB4EA); font-weight: 600; }
+.unstable { color: light-dark(#B84A00, #F38B4A); font-weight: 600; }
+a { color: inherit; }
+pre { background: light-dark(#F4F6F7, #1C2227); border: 1px solid var(--line); padding: 10px 14px; overflow-x: auto; }
+@media (max-width: 640px) { /* a run is a card: each cell says what it is */
+  #runs thead { display: none; }
+  #runs tr { display: flex; flex-wrap: wrap; gap: 0 14px; border-bottom: 1px solid var(--line); padding: 6px 0; }
+  #runs td { border: 0; padding: 2px 0; white-space: normal; }
+  #runs td[data-title]::before { content: attr(data-title) " "; color: var(--quiet); }
+}
 </style>
 <h1>Runs</h1>
-<p>Tick two runs to see how they differ. Growth is in 1/s, peak force in N.</p>
-<div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>verdict</th><th>growth (1/s)</th><th>time</th>
-<th>peak force (N)</th><th>commit</th><th>files</th></tr></thead><tbody></tbody></table></div>
+<p>Tick two runs to see how they differ.</p>
+<div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>start</th><th>verdict</th>
+<th class="number">growth (1/s)</th><th class="number">peak force (N)</th><th>commit</th><th>files</th></tr></thead>
+<tbody></tbody></table></div>
 <section id="difference" aria-live="polite"></section>
 <script>
 )page";
@@ -40,20 +56,45 @@ function element(name, text, className) {
   return made;
 }
 
-function number(value, digits) {
-  return value === null ? "\u2013" : Number(value).toPrecision(digits);
+/* Four digits and no exponent, as `berth run` prints forces. */
+function number(value) {
+  if (value === null) return "\u2013";
+  if (Math.abs(value) < 1e-4 || Math.abs(value) >= 1e7) return value === 0 ? "0" : value.toPrecision(4);
+  const rounded = Number(value.toPrecision(4));
+  return rounded.toFixed(Math.max(0, 3 - Math.floor(Math.log10(Math.abs(rounded))))).replace("-", "\u2212");
 }
 
 /* A run that was stopped too early has the growth that its eigenvalues predict. */
 function growth(run) {
   return run.growth_per_s === null && run.predicted_growth_per_s !== null
-    ? `predicted ${number(run.predicted_growth_per_s, 4)}` : number(run.growth_per_s, 4);
+    ? `predicted ${number(run.predicted_growth_per_s)}` : number(run.growth_per_s);
 }
 
 function link(text, address) {
   const made = element("a", text);
-  made.href = address;
+  made.href = address.split("/").map(encodeURIComponent).join("/");
   return made;
+}
+
+/* 2026-11-29T23-40-05-2 is the second run of that second. */
+function start(run) {
+  return run.time.replace(/T(\d+)-(\d+)-(\d+)(?:-(\d+))?/,
+    (_, h, m, s, n) => ` ${h}:${m}:${s}${n ? ` (${n})` : ""}`);
+}
+
+function quoted(path) {
+  return /^[\w./-]+$/.test(path) ? path : `'${path.replaceAll("'", "'\\''")}'`;
+}
+
+/* Sums and products of one number may differ in their last digit. */
+function isSame(a, b) {
+  return a === b || Math.abs(a - b) <= 1e-12 * Math.max(Math.abs(a), Math.abs(b));
+}
+
+/* Six digits of numbers, unless they differ beyond them. */
+function shortened(a, b) {
+  const short = [a, b].map(text => isNaN(text) ? text : String(Number(Number(text).toPrecision(6))));
+  return short[0] === short[1] ? [a, b] : short;
 }
 
 function compare() {
@@ -61,24 +102,30 @@ function compare() {
   difference.replaceChildren();
   if (ticked.length !== 2) return;
   const [b, a] = ticked;
-  const log = run => `${root}/${run.folder}/${run.rig}.ulg`;
+  const log = run => quoted(`${root}/${run.folder}/${run.rig}.ulg`);
   const rows = [["verdict", a.verdict, b.verdict],
                 ["growth (1/s)", growth(a), growth(b)],
-                ["peak force (N)", number(a.peak_force_N, 4), number(b.peak_force_N, 4)]];
+                ["peak force (N)", number(a.peak_force_N), number(b.peak_force_N)]];
+  const measured = rows.length;
   for (const key of [...new Set([...Object.keys(a.settings), ...Object.keys(b.settings)])].sort()) {
-    const [left, right] = [a.settings[key] ?? "default", b.settings[key] ?? "default"];
-    if (left !== right) rows.push([key, left, right]);
+    const [left, right] = [a.settings[key] ?? defaults[key], b.settings[key] ?? defaults[key]];
+    if (!isSame(left, right)) rows.push([key, ...shortened(left, right)]);
   }
   const table = document.createElement("table");
-  for (const cells of [["", `${a.rig} ${a.time}`, `${b.rig} ${b.time}`], ...rows]) {
-    const row = table.insertRow();
-    cells.forEach(text => row.append(element("td", text)));
+  const head = table.createTHead().insertRow();
+  ["", `${a.rig} ${start(a)}`, `${b.rig} ${start(b)}`].forEach(text => head.append(element("th", text)));
+  const lines = table.createTBody();
+  for (const cells of rows) {
+    const row = lines.insertRow();
+    cells.forEach((text, i) => row.append(element("td", i ? text : text.replace(/[._]/g, "$&\u200b"))));
   }
   const wide = element("div", "", "wide");
   wide.append(table);
-  const curves = element("p", "Curves over each other: ");
-  curves.append(element("code", `build/berth compare ${log(a)} ${log(b)} --page ${root}/compare.html`));
-  difference.append(element("h2", "Difference"), wide, curves);
+  difference.append(element("h2", "Difference"), wide);
+  if (rows.length === measured) difference.append(element("p", a.config_hash === b.config_hash ? "No parameter differs."
+    : "Axes, orders or the arm differ; berth compare says which."));
+  difference.append(element("p", "This command draws their curves over each other:"),
+    element("pre", `berth compare ${log(a)} ${log(b)} --page ${quoted(`${root}/compare.html`)}`));
 }
 
 runs.forEach((run, index) => {
@@ -89,8 +136,17 @@ runs.forEach((run, index) => {
   box.setAttribute("aria-label", `compare ${run.rig} ${run.time}`);
   box.addEventListener("change", compare);
   row.insertCell().append(box);
-  row.append(element("td", run.rig), element("td", run.verdict, run.verdict), element("td", growth(run), "number"),
-             element("td", run.time.replace(/T(\d+)-(\d+)-(\d+)/, " $1:$2:$3")), element("td", number(run.peak_force_N, 4), "number"), element("td", run.version));
+  const cell = (text, title, className) => {
+    const made = element("td", text, className);
+    if (title) made.dataset.title = title;
+    row.append(made);
+  };
+  cell(run.rig);
+  cell(start(run));
+  cell(run.verdict, "", run.verdict);
+  cell(growth(run), "growth (1/s)", "number");
+  cell(number(run.peak_force_N), "peak force (N)", "number");
+  cell(run.version, "commit");
   const files = row.insertCell();
   files.append(link("log", `${run.folder}/${run.rig}.ulg`));
   if (run.report) files.append(" ", link("report", `${run.folder}/${run.report}`));

@@ -1,6 +1,7 @@
 #include "usage_error.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/names.h"
@@ -28,6 +29,9 @@ bool is_one_of(const std::vector<std::string> &names, const std::string &name)
 std::string no_subcommand(const std::vector<std::string> &names, const std::vector<std::string> &words)
 {
     std::string message = words[0] + ": no such subcommand; ";
+    if (words[0] == "help") {
+        return message + "berth --help lists them, and berth COMMAND --help says more of one";
+    }
     if (words.size() > 1 && is_one_of(names, words[1])) {
         message += "it stands first: berth " + words[1] + " " + words[0] + "; ";
     } else if (const std::string nearest = near_name(names, words[0]); !nearest.empty()) {
@@ -64,24 +68,102 @@ std::string wrong_setting(const std::vector<std::string> &words)
     return "";
 }
 
+/* "--set=robot.clock=2" -> "--set" */
+std::string name_of(const std::string &word)
+{
+    return word.substr(0, word.find('='));
+}
+
+std::vector<std::string> options_of(const CLI::App &command)
+{
+    std::vector<std::string> names;
+    for (const CLI::Option *const option : command.get_options()) {
+        for (const std::string &name : option->get_lnames()) {
+            names.push_back("--" + name);
+        }
+    }
+    return names;
+}
+
+/* "; did you mean --version?", of "--verison" and of "-v", or nothing. */
+std::string did_you_mean_option(const std::vector<std::string> &options, const std::string &word)
+{
+    const auto letters_of = [](const std::string &name) {
+        return name.substr(std::min(name.find_first_not_of('-'), name.size()));
+    };
+    std::vector<std::string> names;
+    names.reserve(options.size());
+    for (const std::string &option : options) {
+        names.push_back(letters_of(option));
+    }
+    const std::string letters = letters_of(name_of(word));
+    const std::string near = letters.empty() ? "" : near_name(names, letters);
+    return near.empty() ? "" : "; did you mean --" + near + "?";
+}
+
 /* In the order in which they were written, which CLI11 turns round. */
 std::string unexpected(const CLI::App &app)
 {
-    const CLI::App &command = *app.get_subcommands().front();
     const std::vector<std::string> words = app.remaining(true);
     std::string message;
     for (const std::string &word : words) {
         message += (message.empty() ? "" : " ") + word;
     }
     message += std::string(words.size() > 1 ? ": are" : ": is") + " not expected";
-    std::vector<std::string> options;
-    for (const CLI::Option *const option : command.get_options()) {
-        for (const std::string &name : option->get_lnames()) {
-            options.push_back("--" + name);
+    const bool is_option = !words.empty() && words[0][0] == '-';
+    return message + (is_option ? did_you_mean_option(options_of(*app.get_subcommands().front()), words[0]) : "");
+}
+
+/* An option where the subcommand has to be. */
+std::string option_comes_first(const CLI::App &app, const std::vector<std::string> &words)
+{
+    const std::string option = name_of(words[0]);
+    const std::vector<std::string> names = names_of_subcommands(app);
+    const auto subcommand =
+        std::find_if(words.begin(), words.end(), [&](const auto &word) { return is_one_of(names, word); });
+    std::vector<std::string> known = options_of(app);
+    if (subcommand == words.end()) {
+        return words[0] + ": is not expected; a subcommand comes first, as berth run ess" +
+               did_you_mean_option(known, words[0]);
+    }
+    const std::vector<std::string> of_subcommand = options_of(*app.get_subcommand(*subcommand));
+    if (!is_one_of(of_subcommand, option)) {
+        known.insert(known.end(), of_subcommand.begin(), of_subcommand.end());
+        return words[0] + ": is not expected" + did_you_mean_option(known, words[0]);
+    }
+    return words[0] + ": options stand behind the subcommand, as berth " + *subcommand + " ... " + words[0];
+}
+
+/* "--object: walll not in {gripped,contact,beam,none}", and which of them is near. */
+std::string with_near_word(const std::string &message)
+{
+    const std::string between = " not in {";
+    const std::size_t at = message.find(between);
+    const std::size_t colon = message.rfind(": ", at);
+    if (at == std::string::npos || colon == std::string::npos) {
+        return message;
+    }
+    std::vector<std::string> words;
+    std::istringstream list(message.substr(at + between.size(), message.rfind('}') - at - between.size()));
+    for (std::string word; std::getline(list, word, ',');) {
+        words.push_back(word);
+    }
+    return message + did_you_mean(words, message.substr(colon + 2, at - colon - 2));
+}
+
+/* What the command still needs, and what that is. */
+std::string missing(const CLI::App &app, const CLI::ParseError &error)
+{
+    const std::vector<CLI::App *> chosen = app.get_subcommands();
+    if (chosen.empty()) {
+        return error.what();
+    }
+    for (const CLI::Option *const option : chosen.front()->get_options()) {
+        if (option->get_required() && option->count() == 0) {
+            return option->get_name(option->get_positional()) + " is missing: " + option->get_description();
         }
     }
-    const bool is_option = !words.empty() && words[0][0] == '-';
-    return message + (is_option ? did_you_mean(options, words[0].substr(0, words[0].find('='))) : "");
+    return error.what();
 }
 
 } // namespace
@@ -94,11 +176,7 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
     }
     const std::string &first = words[0];
     if (first[0] == '-') {
-        const auto subcommand =
-            std::find_if(words.begin(), words.end(), [&](const auto &word) { return is_one_of(names, word); });
-        return subcommand == words.end()
-                   ? error.what()
-                   : first + ": options stand behind the subcommand, as berth " + *subcommand + " ... " + first;
+        return option_comes_first(app, words);
     }
     if (!is_one_of(names, first)) {
         return no_subcommand(names, words);
@@ -107,7 +185,11 @@ std::string usage_error(const CLI::App &app, const CLI::ParseError &error, const
     if (!setting.empty()) {
         return setting;
     }
-    return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app) : error.what();
+    if (dynamic_cast<const CLI::RequiredError *>(&error) != nullptr) {
+        return missing(app, error);
+    }
+    return dynamic_cast<const CLI::ExtrasError *>(&error) != nullptr ? unexpected(app)
+                                                                     : with_near_word(error.what());
 }
 
 } // namespace berth

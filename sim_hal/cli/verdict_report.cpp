@@ -93,10 +93,11 @@ void print_margin(const stability_margin &margin)
 
 void print_peaks(const motion_evidence &motion)
 {
-    std::printf("  %-14s %.2f N measured at %.3f s", "peak force", motion.measured_peak.force_N,
+    std::printf("  %-14s %s N measured at %.3f s", "peak force", four_digits(motion.measured_peak.force_N).c_str(),
                 motion.measured_peak.at_s);
     if (motion.true_peak) {
-        std::printf(", %.2f N in the sensor's spring at %.3f s", motion.true_peak->force_N, motion.true_peak->at_s);
+        std::printf(", %s N in the sensor's spring at %.3f s", four_digits(motion.true_peak->force_N).c_str(),
+                    motion.true_peak->at_s);
     }
     std::printf("\n");
 }

@@ -5,6 +5,7 @@
 #endif
 
 #include "../../hal/rig/rig_file.h"
+#include "../../hal/rig/unreadable.h"
 
 namespace berth
 {
@@ -77,7 +78,7 @@ class unpacker
 text_lines::text_lines(const std::string &path) : file_(std::fopen(path.c_str(), "rb")), path_(path)
 {
     if (!file_) {
-        throw input_error(path + ": cannot be read; is it a file?");
+        throw input_error(unreadable(path));
     }
     read_stored();
     if (stored_.compare(0, packed_mark.size(), packed_mark) == 0) {
@@ -150,7 +151,7 @@ bool text_lines::read_stored()
     stored_.resize(block_bytes);
     stored_.resize(std::fread(stored_.data(), 1, stored_.size(), file_.get()));
     if (std::ferror(file_.get()) != 0) {
-        throw input_error(path_ + ": cannot be read; is it a file?");
+        throw input_error(unreadable(path_));
     }
     for (const char c : stored_) {
         hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;

@@ -1,4 +1,4 @@
-"""Commands that people expect: init, check, runs that are kept, compare, report, names, colours, completion, man."""
+"""Commands that people expect: init, check, runs that are kept, compare, report, names, colours, progress."""
 
 import json
 import os
@@ -6,12 +6,19 @@ import pathlib
 import pty
 import re
 import shutil
+import signal
 import subprocess
+import sys
 import tomllib
 
 import jsonschema
 import pytest
-from conftest import BERTH, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, RIGS, ROOT, command, one_json_object, settings
+from conftest import (BERTH, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, RIGS, ROOT, command, data_folder, one_json_object,
+                      settings)
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from page_data import PLOTLY  # noqa: E402
+from report_words import four_digits  # noqa: E402
 
 ROBOTS = sorted(path.stem for path in (ROOT / "sim_hal" / "robots").glob("*.toml"))
 SENSORS = ("one-axis", "six-axis", "unfiltered")
@@ -68,6 +75,9 @@ def test_init_does_not_overwrite_without_force(tmp_path):
     assert file.read_text() == "mine = true\n"
     assert command("init", file, "--force").returncode == EXIT_DONE
     assert file.read_text().startswith("#:schema ./berth-rig.schema.json\n")
+    lost = command("init", tmp_path / "none" / "mine.toml")
+    assert lost.returncode == EXIT_INPUT and f"the folder {tmp_path}/none does not exist" in lost.stderr.decode()
+    assert b"mkdir -p" in lost.stderr
     assert command("init", tmp_path / "mine.txt").returncode == EXIT_INPUT
     assert command("init", tmp_path / "other.toml", "--object", "wall").returncode == EXIT_INPUT
 
@@ -163,7 +173,7 @@ def test_compare_says_which_parameters_differ_and_both_verdicts(kept):
         assert told[side]["growth_per_s"] == run["growth_per_s"]
         assert told[side]["verdict"] == run["verdict"]
     shown = berth(folder, "compare", pathlib.Path(a).parent, "build/runs/ess/latest").stdout
-    assert re.search(r"robot.dead_time_ms +17.5 +25.0", shown) and a in shown
+    assert re.search(r"robot.dead_time_ms +17.5 +25\n", shown) and a in shown
     same = berth(folder, "compare", a, a).stdout
     assert "no parameter differs" in same
     assert berth(folder, "compare", a, "build/runs").returncode == EXIT_INPUT
@@ -176,13 +186,99 @@ def test_compare_and_report_draw_pages_and_the_list_links_the_report(kept):
     done = berth(folder, "compare", a, b, "--page", "build/runs/compare.html")
     assert done.returncode == EXIT_DONE, done.stderr
     page = (folder / "build" / "runs" / "compare.html").read_text()
-    assert "<td>robot.dead_time_ms</td><td>17.5</td><td>25.0</td>" in page and len(page) < 1e6
-    assert page.count('"legendgroup":"A"') == 3 and "force (N)" in page
-    done = berth(folder, "report", a)
+    assert "<td>robot.<wbr>dead_<wbr>time_<wbr>ms</td><td>17.5</td><td>25</td>" in page and len(page) < 1e6
+    assert page.count('"name":"A"') == page.count('"name":"B"') == 3 and "force (N)" in page
+    assert f'src="../assets/{PLOTLY}"' in page and (folder / "build" / "assets" / PLOTLY).exists()
+    done = berth(folder, "report", pathlib.Path(a).parent)
     assert done.returncode == EXIT_DONE, done.stderr
-    assert (folder / a).with_suffix(".html").exists()
+    assert f'src="../../../assets/{PLOTLY}"' in (folder / a).with_suffix(".html").read_text()
+    assert len(list(folder.rglob(PLOTLY))) == 1
     assert '"report":"ess.html"' in (folder / "build" / "runs" / "index.html").read_text()
     assert berth(folder, "report", "none.ulg").returncode == EXIT_INPUT
+
+
+def test_a_pipe_that_is_closed_ends_a_drawing_without_a_word(kept, tmp_path):
+    folder, runs = kept
+    words = [str(BERTH), "export", str(folder / runs[0]["log"]), "--csv"]
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(words, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, restore_signals=True)
+    os.close(writer)
+    assert done.stderr == b"" and done.returncode == 128 + signal.SIGPIPE
+
+
+@pytest.mark.parametrize("stiffness_N_per_m", [2000.0, 2e5, 1e6])
+def test_a_peak_force_has_four_digits_wherever_it_is_told(stiffness_N_per_m, tmp_path):
+    """From tens to ten thousands of N."""
+    log = json.loads(berth(tmp_path, "run", "ess", "--robot", "abb-egm", "--json", *settings(
+        {**SHORT, "object.stiffness_N_per_m": stiffness_N_per_m})).stdout)["log"]
+    told = json.loads(berth(tmp_path, "summary", log, "--json").stdout)
+    places = {"summary": r"peak force +(\S+) N measured", "compare": r"peak force \(N\) +(\S+) "}
+    found = {}
+    for name, pattern in places.items():
+        shown = berth(tmp_path, name, log, *([log] if name == "compare" else [])).stdout
+        found[name] = re.search(pattern, shown)[1]
+    found["page"] = four_digits(told["peak_force_N"])
+    assert len(set(found.values())) == 1, found
+    text = found["page"]
+    assert float(text) == float(f"{told['peak_force_N']:.4g}") and "e" not in text
+    assert len(text.replace(".", "").lstrip("0")) == max(4, len(text.partition(".")[0]))
+
+
+@pytest.mark.parametrize("rig, line, other, key", [
+    ("ess-berthing", "at_s = 1.0", "at_s = 1.5", "orders"),
+    ("ess-pose", "robot_dead_time_ms = 20.0", "robot_dead_time_ms = 25.0", "axis, wrench"),
+    ("ess-pose", "roll_rad = 0.1", "roll_rad = 0.2", "axis, wrench"),
+])
+def test_compare_tells_parts_that_are_no_single_keys(rig, line, other, key, tmp_path):
+    """Two files that differ in nothing but a list or a table."""
+    text = (ROOT / "sim_hal" / "rigs" / f"{rig}.toml").read_text()
+    assert text.count(line) == 1
+    logs = []
+    for name, content in (("one", text), ("other", text.replace(line, other))):
+        file = tmp_path / f"{name}.toml"
+        file.write_text(content)
+        done = berth(tmp_path, "run", file, "--json", "--out", name, *settings(SHORT))
+        assert done.returncode == EXIT_DONE, done.stderr
+        logs.append(json.loads(done.stdout)["log"])
+    told = json.loads(berth(tmp_path, "compare", *logs, "--json").stdout)
+    assert [one["key"] for one in told["differences"]] == [key]
+
+
+def test_latest_is_the_newest_by_its_start_and_never_dangles(tmp_path):
+    """Runs of one rig at the same time, while a reader follows the link."""
+    short = settings({"run.duration_s": 1.0})
+    assert berth(tmp_path, "run", "ess", "--json", *short).returncode == EXIT_DONE
+    rig = tmp_path / "build" / "runs" / "ess"
+    late = subprocess.Popen([str(word) for word in (BERTH, "run", "ess", "--json", *settings({"run.duration_s": 400.0}))],
+                            cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    while len(list(rig.glob("2*"))) < 2:  # it has begun
+        assert late.poll() is None
+    runs = [subprocess.Popen([str(word) for word in (BERTH, "run", "ess", "--json", *short)], cwd=tmp_path,
+                             stdout=subprocess.PIPE, text=True) for _ in range(12)]
+    seen = 0
+    while any(run.poll() is None for run in (*runs, late)):
+        assert (rig / "latest" / "run.json").exists()
+        seen += 1
+    told = [json.loads(run.communicate()[0])["log"] for run in (*runs, late)]
+    assert seen > 10 and len(set(told)) == 13 and not list(rig.glob("*.partial"))
+    starts = sorted((name[:19], int(name[20:] or 1)) for name in (pathlib.Path(log).parent.name for log in told))
+    newest = starts[-1][0] + (f"-{starts[-1][1]}" if starts[-1][1] > 1 else "")
+    assert os.readlink(rig / "latest") == newest
+    rows = json.loads(re.search(r"^const runs = (.*);$", (rig.parent / "index.html").read_text(), re.MULTILINE)[1])
+    assert [row["folder"].rpartition("/")[2] for row in rows][0] == newest and len(rows) == 14
+
+
+def test_a_copied_program_says_where_it_looks_for_scripts(kept, tmp_path):
+    folder, runs = kept
+    log = (folder / runs[0]["log"]).resolve()
+    shutil.copy(BERTH, tmp_path / "copy")
+    for words in (["report", log], ["compare", log, log, "--page", tmp_path / "page.html"], ["export", log, "--csv"]):
+        done = subprocess.run([tmp_path / "copy", *words], capture_output=True, text=True)
+        assert done.returncode == EXIT_INPUT
+        assert str(tmp_path / "scripts") in done.stderr and "ln -sf" in done.stderr, done.stderr
+    (tmp_path / "link").symlink_to(BERTH)
+    assert subprocess.run([tmp_path / "link", "export", log, "--csv"], capture_output=True).returncode == EXIT_DONE
 
 
 def test_without_its_python_the_report_says_what_to_do(kept, tmp_path):
@@ -210,6 +306,21 @@ def test_without_its_python_the_report_says_what_to_do(kept, tmp_path):
     (["run", "ess", "a", "b", "c"], "berth: a b c: are not expected"),
     (["run", "ess", "a"], "berth: a: is not expected"),
     (["arm", "es"], "did you mean ess?"),
+    (["--verison"], "did you mean --version?"),
+    (["-v"], "did you mean --version?"),
+    (["--hlp"], "did you mean --help?"),
+    (["--jsn", "run", "ess"], "did you mean --json?"),
+    (["--json", "run", "ess"], "options stand behind the subcommand, as berth run ... --json"),
+    (["init", "x.toml", "--object", "beem"], "did you mean beam?"),
+    (["completion", "BASH"], "did you mean bash?"),
+    (["compare"], "A is missing: a .ulg file written by `berth run`, or the folder of one run; see berth compare --help"),
+    (["help", "run"], "berth COMMAND --help"),
+    (["run", "none/x.toml"], "none/x.toml: cannot be read: there is no folder none"),
+    (["run", "./none.toml"], "none.toml: cannot be read: there is no such file"),
+    (["check", "."], ".: cannot be read: it is a folder"),
+    (["summary", "scripts"], "scripts: cannot be read: it is a folder with 0 logs"),
+    (["man", "rum"], "there are run, replay"),
+    (["man", "rum"], "did you mean run?"),
 ])
 def test_the_nearest_name_is_told(words, answer):
     done = command(*words)
@@ -254,104 +365,34 @@ def test_colours_are_on_a_terminal_only(words):
     assert ESCAPE not in piped.stdout + piped.stderr
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("words, doing", [
+    (["report", "LOG"], b"report: draws"),
+    (["compare", "LOG", "LOG", "--page", "FOLDER/page.html"], b"compare: draws"),
+    (["export", "LOG", "--mcap"], b"export: every message"),
+    (["map", "ess", "--vary", "mass", "--grid", "4x4", "--out", "FOLDER", "--picture"], b"map: draws"),
+    (["reduce", "ess", "--arm", "ess", "--sweep", "1=0:1:3", "--json"], b"reduce: pose 3 of 3"),
+    (["rths", "DATA/rths", "--perturbed", "2"], b"rths: plant 2 of 2"),
+])
+def test_what_takes_seconds_says_on_a_terminal_what_it_does(words, doing, kept, tmp_path):
+    """The line is erased before anything else is printed; in a pipe there is none."""
+    folder, runs = kept
+    names = {"LOG": folder / runs[0]["log"], "FOLDER": tmp_path, "DATA": data_folder()}
+    if "DATA/rths" in words and names["DATA"] is None:
+        pytest.skip("the benchmark's data are not here; BERTH_DATA names their folder")
+    for name, value in names.items():
+        words = [word.replace(name, str(value)) for word in words]
+    shown = on_terminal(words)
+    assert doing in shown
+    assert all(line.startswith(b"\033[K") for line in shown.split(b"\r")[1:] if doing in line), shown
+    last = shown.rindex(doing)
+    assert b"\r\033[K" in shown[last:] and doing not in command(*words).stderr
+
+
+def test_a_terminal_that_only_prints_has_no_line_to_erase():
+    assert ESCAPE not in on_terminal(["reduce", "ess", "--arm", "ess", "--sweep", "1=0:1:3", "--json"], TERM="dumb")
+
+
 def test_an_empty_no_color_counts_as_unset():
     """As https://no-color.org has it."""
     assert ESCAPE in on_terminal(["eigen", "ess"], NO_COLOR="")
-
-
-# --- completion and manual pages ----------------------------------------------------------------------------------
-def subcommands():
-    shown = command("--help").stdout.decode()
-    return re.findall(r"^  ([a-z]+) ", shown[shown.index("Subcommands"):], re.MULTILINE)
-
-
-@pytest.fixture(scope="module")
-def scripts(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("completion")
-    made = {}
-    for shell in ("bash", "zsh", "fish"):
-        done = command("completion", shell)
-        assert done.returncode == EXIT_DONE
-        made[shell] = folder / f"berth.{shell}"
-        made[shell].write_bytes(done.stdout)
-    return made
-
-
-LINES = [
-    ("berth ei", {"eigen"}, set()),
-    ("berth ", {"run", "init", "check", "schema"}, {"--json"}),
-    ("berth run ess-b", {"ess-beam", "ess-berthing"}, {"ess", "eigen"}),
-    ("berth run ess --rob", {"--robot"}, {"--json"}),
-    ("berth run ess --robot ur", {"ur10e-servoj", "ur5cb3-servoj"}, {"abb-egm"}),
-    ("berth eigen ess --set robot.dead_time_m", {"robot.dead_time_ms="}, {"robot.clock="}),
-    ("berth run ess --with pre", {"prediction"}, {"tank"}),
-    ("berth init mine.toml --object be", {"beam"}, {"gripped"}),
-    ("berth completion z", {"zsh"}, {"bash"}),
-]
-
-
-@pytest.mark.parametrize("line, there, absent", LINES)
-def test_bash_completes(line, there, absent, scripts):
-    words = line.split(" ")
-    program = f"""source {scripts['bash']}
-        COMP_WORDS=({' '.join(word or "''" for word in words)}); COMP_CWORD={len(words) - 1}; COMP_LINE='{line}'
-        _berth berth; printf '%s\\n' "${{COMPREPLY[@]}}" """
-    done = subprocess.run(["bash", "--norc", "-c", program], capture_output=True, text=True)
-    assert done.stderr == ""
-    found = set(done.stdout.split())
-    assert there <= found and not absent & found, found
-
-
-@pytest.mark.parametrize("line, there, absent", LINES)
-def test_fish_completes(line, there, absent, scripts):
-    done = subprocess.run(["fish", "--no-config", "-c", f"source {scripts['fish']}; complete -C '{line}'"],
-                          capture_output=True, text=True, cwd=ROOT)
-    assert done.stderr == ""
-    found = {shown.split("\t")[0] for shown in done.stdout.splitlines()}
-    assert there <= found and not absent & found, found
-
-
-@pytest.mark.parametrize("line, there, absent", LINES)
-def test_zsh_completes(line, there, absent, scripts):
-    assert subprocess.run(["zsh", "-n", scripts["zsh"]], capture_output=True).returncode == 0
-    found = zsh_completions(scripts["zsh"], line)
-    assert there <= found and not absent & found, found
-
-
-def zsh_completions(script, line):
-    """What the function hands to zsh's own builtins, which need a line editor and stand in for here."""
-    words = line.split(" ")
-    program = f"""
-        compdef() {{ :; }}
-        _files() {{ :; }}
-        compadd() {{ while [[ $1 == -* && $1 != -- ]]; do [[ $1 == -S ]] && shift; shift; done; shift; print -l -- "$@"; }}
-        _describe() {{ local name=$2; print -l -- "${{(@P)name%%:*}}"; }}
-        source {script}
-        words=({' '.join(word or "''" for word in words)}); CURRENT={len(words)}; PREFIX='{words[-1]}'
-        _berth"""
-    done = subprocess.run(["zsh", "-f", "-c", program], capture_output=True, text=True)
-    assert done.stderr == "", done.stderr
-    return {word for word in done.stdout.split() if word.startswith(words[-1])}
-
-
-@pytest.mark.parametrize("name", ["", *subcommands()] if BERTH.exists() else [""])
-def test_a_manual_page_opens_without_warnings(name, tmp_path):
-    done = command("man", *([name] if name else []))
-    assert done.returncode == EXIT_DONE
-    page = tmp_path / "berth.1"
-    page.write_bytes(done.stdout)
-    shown = subprocess.run(["man", "--warnings", "-l", page], capture_output=True, text=True,
-                           env={**os.environ, "MANWIDTH": "100", "LC_ALL": "C.UTF-8", "PAGER": "cat"})
-    assert shown.returncode == 0 and shown.stderr == "", shown.stderr
-    text = re.sub(r".\x08", "", shown.stdout)
-    assert "SYNOPSIS" in text and "EXIT STATUS" in text
-    if name:
-        options = re.findall(r"(--[a-z][a-z-]*)", command(name, "--help").stdout.decode().split("Options:")[-1])
-        assert options and all(option in text for option in options)
-    else:
-        assert all(f"berth {one}" in text for one in subcommands())
-
-
-def test_an_unknown_shell_or_page_is_refused():
-    assert command("completion", "tcsh").returncode == EXIT_INPUT
-    assert command("man", "walk").returncode == EXIT_INPUT

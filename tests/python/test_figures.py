@@ -13,7 +13,7 @@ from conftest import EXIT_INPUT, ROOT
 from test_report import Page, is_beside
 
 pytestmark = pytest.mark.slow  # the page takes minutes
-SIZE_MAX_BYTES = 2e6
+SIZE_MAX_BYTES = 1e6
 OF_THE_PAPER = ["fig-04", "fig-05", "fig-06", *(f"fig-{n}" for n in range(10, 18)), "refinement"]
 MAPS = OF_THE_PAPER[5:11]
 PANELS = {"fig-04": 3, "fig-05": 1, "fig-06": 1, "fig-10": 3, "fig-11": 3, "refinement": 2} | dict.fromkeys(MAPS, 2)

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 from browser import Browser
-from conftest import EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object
+from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object
 from matplotlib.image import imread
 from test_report import made as made_report
 from test_report import report
@@ -91,9 +91,40 @@ def figures(maps, tmp_path_factory):
     return path
 
 
-@pytest.fixture(params=["failing", "arm", "diagnosis", "figures"])
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A folder of kept runs with a report, and two of them compared: the first is stopped, the other is not."""
+    folder = tmp_path_factory.mktemp("runs")
+
+    def berth(*arguments):
+        done = subprocess.run([str(word) for word in (BERTH, *arguments)], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == EXIT_DONE, done.stderr
+        return done.stdout
+    logs = [json.loads(berth("run", *rig, "--json"))["log"] for rig in (FAILING, ["ess"], ["concept-arm-copper"])]
+    berth("report", logs[0])
+    berth("compare", *logs[:2], "--page", "build/runs/compare.html")
+    return folder / "build" / "runs"
+
+
+@pytest.fixture(scope="module")
+def compared(runs):
+    return runs / "compare.html"
+
+
+@pytest.fixture(scope="module")
+def index(runs):
+    return runs / "index.html"
+
+
+@pytest.fixture(params=["failing", "arm", "diagnosis", "figures", "compared", "index"])
 def page(request):
     return request.getfixturevalue(request.param).with_suffix(".html")
+
+
+# Ready when this has a value: the list of runs has no plot, and compares the two that are ticked.
+READY = """(typeof allDrawn !== "undefined" ? allDrawn : typeof panelsDrawn !== "undefined" ? panelsDrawn
+  : Promise.resolve([...document.querySelectorAll("#runs input")].slice(0, 2).forEach((box) => box.click())))
+  .then(() => true)"""
 
 
 @pytest.mark.long
@@ -101,14 +132,31 @@ def test_a_page_is_readable_on_every_screen(page, tmp_path):
     with Browser(page, tmp_path) as browser:
         for width_px, scheme in SCREENS:
             browser.look(width_px, scheme)
-            browser.evaluate("(typeof allDrawn === 'undefined' ? panelsDrawn : allDrawn).then(() => true)")
-            assert browser.evaluate(CHECKS) == [], (width_px, scheme)
+            browser.evaluate(READY)
+            has_plots = page.name != "index.html"
+            assert browser.evaluate(CHECKS) == ([] if has_plots else ["there is no plot"]), (width_px, scheme)
             folder = os.environ.get("BERTH_PICTURES")
-            shot = (pathlib.Path(folder) if folder else tmp_path) / f"{page.parent.name}-{width_px}-{scheme}.png"
+            shot = (pathlib.Path(folder) if folder else tmp_path) / f"{page.parent.name}-{page.stem}-{width_px}-{scheme}.png"
             browser.picture(shot)
             corner = imread(shot)[:8, :8, :3].mean()
             assert corner > 0.95 if scheme == "light" else corner < 0.15, (width_px, scheme, corner)
         assert browser.console == []
+
+
+@pytest.mark.long
+def test_two_ticked_runs_are_compared_in_their_list(index, tmp_path):
+    with Browser(index, tmp_path) as browser:
+        browser.look(1400, "light")
+        browser.evaluate("document.querySelectorAll('#runs input').forEach((box, i) => runs[i].rig === 'ess' && box.click())")
+        rows = browser.evaluate("[...document.querySelectorAll('#difference tr')].map((row) => [...row.cells].map((cell) => "
+                                "cell.textContent.replaceAll('\\u200b', '')))")
+        told = {key: values for key, *values in rows}
+        assert told["verdict"] == ["unstable", "stable"] and told["peak force (N)"][1] == "30.37"
+        assert told["object.stiffness_N_per_m"] == ["200000", "2368.71"] and told["robot.dead_time_ms"] == ["80", "17.5"]
+        assert set(told) == {"", "verdict", "growth (1/s)", "peak force (N)", "object.stiffness_N_per_m",
+                             "robot.dead_time_ms", "loop.rate_Hz"}
+        words = browser.evaluate("document.querySelector('#difference pre').textContent").split()
+        assert words[:2] == ["berth", "compare"] and all((index.parents[2] / word).exists() for word in words[2:4])
 
 
 @pytest.mark.long
@@ -178,7 +226,7 @@ def test_a_page_of_a_stable_run_opens_on_its_motion(tmp_path):
     assert f"Margin at least {told['margin']['dead_time_ms']:.4g} ms of dead time" in page.text
 
 
-@pytest.mark.parametrize("name", ["failing", "arm", "diagnosis"])
+@pytest.mark.parametrize("name", ["failing", "arm", "diagnosis", "compared"])
 def test_a_page_is_below_a_megabyte(name, request):
     assert request.getfixturevalue(name).with_suffix(".html").stat().st_size < RUN_MAX_BYTES
 

@@ -19,6 +19,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import report_figure  # noqa: E402
 from berth_log import read_log, read_summary  # noqa: E402
 from report_page import height_ticks  # noqa: E402
+from report_words import four_digits, typeset  # noqa: E402
 
 SIZE_MAX_BYTES = 1e6
 CASES = CASES | {"concept-foam": ("concept-foam", []), "force interface": ("ess", ["operator.interface=force",
@@ -115,8 +116,8 @@ def test_report_tells_the_run(tmp_path, case):
     assert log.with_suffix(".html").stat().st_size < SIZE_MAX_BYTES
 
     assert f" {VERDICTS.get(case, 'Stable')} " in page.text
-    assert told["because"][1:] in page.text
-    assert f"peak force {told['peak_force_N']:.2f} N" in page.text
+    assert typeset(told["because"][1:]) in page.text
+    assert f"peak force {four_digits(told['peak_force_N'])} N" in page.text
     assert f"overruns {told['overruns']} missed" in page.text
     assert f"supervisor {told['state']}" in page.text
     frames = (told["frames_rejected"], told["frames_lost"], told["error_frames"])

@@ -1,6 +1,7 @@
 """`berth schema`: the JSON schema of rig files, against the rigs that the program reads and those that it refuses."""
 
 import json
+import math
 import pathlib
 import tomllib
 
@@ -66,6 +67,14 @@ def test_a_shipped_rig_validates_as_it_stands_and_as_it_is_printed(rig, validato
     ({"orders": [{"line_m": [0.1, 0.0]}]}, "at_s"),
     ({"tolerances": {"robot.clock": 0.1}}, "robot.clock"),
     ({"signals": {"force_kN": "F"}}, "force_kN"),
+    ({"base": "esss"}, "'esss' is not valid"),                     # a base
+    ({"base": ""}, "'' is not valid"),
+    ({"base": "none/such"}, "'none/such' is not valid"),
+    ({"robot": {"dead_time_ms": math.inf}}, "maximum of"),         # what is not finite
+    ({"limits": {"position_min_m": -math.inf}}, "minimum of"),
+    ({"object": {"mass_kg": {"value": math.inf}}}, "maximum of"),
+    ({"orders": [{"at_s": math.inf}]}, "maximum of"),
+    ({"axis": {"y": {"mass_kg": math.inf}}}, "maximum of"),
 ])
 def test_the_schema_refuses_what_the_program_refuses(change, words, validator, tmp_path):
     rig = read("ess")
@@ -130,6 +139,40 @@ def test_defaults_are_those_of_a_rig_that_states_nothing_else(schema, tmp_path):
             assert printed[section][name] == expected, path
             compared += 1
     assert compared > 120
+
+
+@pytest.mark.parametrize("base", ["ess", "concept-arm-foam", "mine.toml", "../rigs/my rig.toml"])
+def test_a_base_is_a_shipped_rig_or_a_file(base, validator):
+    validator.validate({"base": base})
+
+
+@pytest.mark.parametrize("key", ["run.emergency_stop_s", "prediction.mass_kg", "sensor.saturation_N"])
+def test_inf_stays_where_it_means_never(key, validator):
+    section, _, name = key.partition(".")
+    validator.validate({section: {name: math.inf}})
+
+
+@pytest.mark.parametrize("line, other, told", [
+    ("dead_time_ms = 17.5", "dead_time_ms = nan", "robot.dead_time_ms: must be a finite number (is nan); write a number"),
+    ("mass_kg = 100.0", "mass_kg = { value = nan }", "object.mass_kg"),
+    ("position_min_m = -1.0", "position_min_m = 2.0",
+     "limits.position_min_m: must be smaller than limits.position_max_m; are the two exchanged?"),
+    ('name = "ess"', 'name = "ess"\nbase = "esss"', "base: must be a shipped rig (ess, "),
+    ('name = "ess"', 'name = "ess"\nbase = "esss"', "did you mean ess?"),
+    ('name = "ess"', 'name = "ess"\nbase = "/"', "base: must be a shipped rig (ess, "),
+])
+def test_check_refuses_what_no_schema_can(line, other, told, schema, tmp_path):
+    """With file, line, key and remedy. The schema's description says so."""
+    text = (RIG_FOLDER / "ess.toml").read_text()
+    assert text.count(line) == 1
+    file = tmp_path / "wrong.toml"
+    file.write_text(text.replace(line, other))
+    done = command("check", file)
+    number = text[:text.index(line)].count("\n") + 1 + other.count("\n")
+    assert done.returncode == EXIT_INPUT
+    shown = done.stderr.decode()
+    assert f"{file}:{number}: " in shown and told in shown
+    assert "nan" in schema["description"] and "berth check" in schema["description"]
 
 
 def test_the_schema_is_the_same_each_time_and_stands_in_one_file(schema):

@@ -1,0 +1,112 @@
+"""Completion of commands in bash, zsh and fish, and the manual pages."""
+
+import os
+import re
+import subprocess
+
+import pytest
+from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command
+
+
+def subcommands():
+    shown = command("--help").stdout.decode()
+    return re.findall(r"^  ([a-z]+) ", shown[shown.index("Subcommands"):], re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def scripts(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("completion")
+    made = {}
+    for shell in ("bash", "zsh", "fish"):
+        done = command("completion", shell)
+        assert done.returncode == EXIT_DONE
+        made[shell] = folder / f"berth.{shell}"
+        made[shell].write_bytes(done.stdout)
+    return made
+
+
+FILES = {"Makefile", "README.md"}  # as the shell offers them in the repository
+LINES = [
+    ("berth ei", {"eigen"}, set()),
+    ("berth ", {"run", "init", "check", "schema"}, {"--json"}),
+    ("berth run ess-b", {"ess-beam", "ess-berthing"}, {"ess", "eigen"}),
+    ("berth run ess --rob", {"--robot"}, {"--json"}),
+    ("berth run ess --robot ur", {"ur10e-servoj", "ur5cb3-servoj"}, {"abb-egm"}),
+    ("berth eigen ess --set robot.dead_time_m", {"robot.dead_time_ms="}, {"robot.clock="}),
+    ("berth run ess --with pre", {"prediction"}, {"tank"}),
+    ("berth init mine.toml --object be", {"beam"}, {"gripped"}),
+    ("berth completion z", {"zsh"}, {"bash"}),
+    ("berth completion ", {"bash", "zsh", "fish"}, FILES),
+    ("berth man ", {"run", "init", "man"}, {"ess"} | FILES),
+    ("berth man com", {"compare", "compensate", "completion"}, {"run"}),
+    ("berth rigs ", set(), FILES),
+    ("berth run ", {"ess"} | FILES, {"eigen"}),
+    ("berth compare ", FILES, {"ess"}),
+]
+
+
+@pytest.mark.parametrize("line, there, absent", LINES)
+def test_bash_completes(line, there, absent, scripts):
+    words = line.split(" ")
+    program = f"""source {scripts['bash']}
+        COMP_WORDS=({' '.join(word or "''" for word in words)}); COMP_CWORD={len(words) - 1}; COMP_LINE='{line}'
+        _berth berth; printf '%s\\n' "${{COMPREPLY[@]}}" """
+    done = subprocess.run(["bash", "--norc", "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert done.stderr == ""
+    found = set(done.stdout.split())
+    assert there <= found and not absent & found, found
+
+
+@pytest.mark.parametrize("line, there, absent", LINES)
+def test_fish_completes(line, there, absent, scripts):
+    done = subprocess.run(["fish", "--no-config", "-c", f"source {scripts['fish']}; complete -C '{line}'"],
+                          capture_output=True, text=True, cwd=ROOT)
+    assert done.stderr == ""
+    found = {shown.split("\t")[0] for shown in done.stdout.splitlines()}
+    assert there <= found and not absent & found, found
+
+
+@pytest.mark.parametrize("line, there, absent", LINES)
+def test_zsh_completes(line, there, absent, scripts):
+    assert subprocess.run(["zsh", "-n", scripts["zsh"]], capture_output=True).returncode == 0
+    found = zsh_completions(scripts["zsh"], line)
+    assert there <= found and not absent & found, found
+
+
+def zsh_completions(script, line):
+    """What the function hands to zsh's own builtins, which need a line editor and stand in for here."""
+    words = line.split(" ")
+    program = f"""
+        compdef() {{ :; }}
+        _files() {{ print -l -- {' '.join(FILES)}; }}
+        compadd() {{ while [[ $1 == -* && $1 != -- ]]; do [[ $1 == -S ]] && shift; shift; done; shift; print -l -- "$@"; }}
+        _describe() {{ local name=$2; print -l -- "${{(@P)name%%:*}}"; }}
+        source {script}
+        words=({' '.join(word or "''" for word in words)}); CURRENT={len(words)}; PREFIX='{words[-1]}'
+        _berth"""
+    done = subprocess.run(["zsh", "-f", "-c", program], capture_output=True, text=True)
+    assert done.stderr == "", done.stderr
+    return {word for word in done.stdout.split() if word.startswith(words[-1])}
+
+
+@pytest.mark.parametrize("name", ["", *subcommands()] if BERTH.exists() else [""])
+def test_a_manual_page_opens_without_warnings(name, tmp_path):
+    done = command("man", *([name] if name else []))
+    assert done.returncode == EXIT_DONE
+    page = tmp_path / "berth.1"
+    page.write_bytes(done.stdout)
+    shown = subprocess.run(["man", "--warnings", "-l", page], capture_output=True, text=True,
+                           env={**os.environ, "MANWIDTH": "100", "LC_ALL": "C.UTF-8", "PAGER": "cat"})
+    assert shown.returncode == 0 and shown.stderr == "", shown.stderr
+    text = re.sub(r".\x08", "", shown.stdout)
+    assert "SYNOPSIS" in text and "EXIT STATUS" in text
+    if name:
+        options = re.findall(r"(--[a-z][a-z-]*)", command(name, "--help").stdout.decode().split("Options:")[-1])
+        assert options and all(option in text for option in options)
+    else:
+        assert all(f"berth {one}" in text for one in subcommands())
+
+
+def test_an_unknown_shell_or_page_is_refused():
+    assert command("completion", "tcsh").returncode == EXIT_INPUT
+    assert command("man", "walk").returncode == EXIT_INPUT
