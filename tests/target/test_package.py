@@ -47,8 +47,8 @@ def test_its_user_has_the_lines_and_the_watchdog(package):
 
 def test_the_service_can_do_little_that_the_loop_does_not_need(package):
     """Of 10, by systemd's own scale."""
-    exposure = re.search(r"Overall exposure level for berth.service: ([\d.]+)", package.text("security"))
-    assert float(exposure[1]) <= 2.0, package.text("security")
+    exposure = re.search(r"Overall exposure level for berth.service: ([\d.]+)", package.text("exposure"))
+    assert float(exposure[1]) <= 2.0, package.text("exposure")
 
 
 def test_its_watchdog_is_the_machines(package):

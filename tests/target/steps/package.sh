@@ -31,7 +31,7 @@ stat -c '%n %G %a' /dev/gpiochip* /dev/cpu_dma_latency /dev/watchdog* >access
 cat /sys/class/net/can0/tx_queue_len >queue
 cat /proc/sys/kernel/sched_rt_runtime_us >throttling
 systemd-analyze verify berth.service >unit_verify 2>&1
-systemd-analyze security --no-pager berth.service >security 2>&1
+systemd-analyze security --no-pager berth.service >exposure 2>&1
 
 systemctl enable --now systemd-networkd
 for bus in can0 can1; do
