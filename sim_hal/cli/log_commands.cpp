@@ -4,7 +4,6 @@
 #include "../log/candump.h"
 #include "../log/replay.h"
 #include "commands.h"
-#include "log_damage.h"
 
 namespace berth
 {
@@ -25,7 +24,7 @@ static int exit_code_of(const replay_result &result)
     if (!result.is_equal) {
         return exit_different;
     }
-    return result.has_gap || result.damage ? exit_incomplete : 0;
+    return result.has_gap ? exit_incomplete : 0;
 }
 
 int replay_command(const std::string &log, bool json)
@@ -35,13 +34,12 @@ int replay_command(const std::string &log, bool json)
         std::fprintf(stderr, "berth: %s: records are missing after tick %lld: replayed up to there\n", log.c_str(),
                      static_cast<long long>(result.tick));
     }
-    if (result.damage) {
-        print_damage(log, *result.damage, result.ticks);
-    }
     if (json) {
-        nlohmann::json object = {
-            {"log", log},           {"equal", result.is_equal}, {"ticks", result.ticks},
-            {"cut", result.is_cut}, {"gap", result.has_gap},    {"damage", as_json(result.damage)}};
+        nlohmann::json object = {{"log", log},
+                                 {"equal", result.is_equal},
+                                 {"ticks", result.ticks},
+                                 {"cut", result.is_cut},
+                                 {"gap", result.has_gap}};
         if (!result.is_equal) {
             object["first_difference"] = {{"tick", result.tick},
                                           {"field", result.field},

@@ -2,7 +2,6 @@
 #ifndef SIM_HAL_CLI_LOG_RESULT_H
 #define SIM_HAL_CLI_LOG_RESULT_H
 
-#include "../log/ulog_reader.h"
 #include "run_result.h"
 
 namespace berth
@@ -11,8 +10,6 @@ namespace berth
 /* What a log tells beside the run's result. */
 struct log_state {
     bool is_cut = false;
-    std::optional<ulog_reader::damage> damage; /* read up to it */
-    std::int64_t ticks = 0;
     std::int64_t missing_ticks = 0; /* not in the log, though the loop ran them */
 };
 

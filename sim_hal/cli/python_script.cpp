@@ -16,7 +16,7 @@ namespace berth
 namespace
 {
 
-constexpr int exit_signal = 128; /* plus the number of the signal, as shells have it */
+constexpr int exit_broken_pipe = 128 + SIGPIPE; /* as shells have it */
 
 /* Of the repository in which the program was built: it stands in build/ there, or in a folder of build/. */
 std::filesystem::path repository(const std::string &script)
@@ -66,7 +66,7 @@ int run_script(const std::string &name, const std::string &doing, const std::vec
     int status = 0;
     const bool has_ended = child > 0 && waitpid(child, &status, 0) == child;
     if (has_ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE) {
-        return exit_signal + SIGPIPE; /* nobody reads on, as behind `| head` */
+        return exit_broken_pipe; /* nobody reads on, as behind `| head` */
     }
     if (!has_ended || !WIFEXITED(status)) {
         throw input_error(words[1] + ": could not be run to its end");

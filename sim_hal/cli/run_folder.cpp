@@ -91,7 +91,7 @@ std::pair<std::string, int> start_of(const fs::path &folder)
     constexpr std::size_t time_length = std::string_view("2026-11-29T23-40-05").size();
     const std::string name = folder.filename().string();
     const std::string number = name.size() > time_length ? name.substr(time_length + 1) : "1";
-    return {name.substr(0, time_length), std::atoi(number.c_str())};
+    return {name.substr(0, time_length), static_cast<int>(std::strtol(number.c_str(), nullptr, 10))};
 }
 
 /* Folders of kept runs below `folder`, oldest first. */

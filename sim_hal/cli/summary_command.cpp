@@ -3,7 +3,6 @@
 #include "../hil/rig_record.h"
 #include "../log/ulog_reader.h"
 #include "commands.h"
-#include "log_damage.h"
 #include "log_result.h"
 #include "robot_choice.h"
 
@@ -13,7 +12,6 @@ namespace berth
 run_result read_result(const std::string &path, rig &rig, log_state &state)
 {
     ulog_reader log(path);
-    log.stop_at_damage();
     rig = log.recorded_rig();
     run_result result(rig);
     result.motors.is_told = log.knows_motors();
@@ -40,7 +38,6 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
             frames_of_tick = 0;
             state.missing_ticks += last.index - last.missed_ticks - next_index;
             next_index = last.index + 1;
-            state.ticks++;
         }
     }
     conclude(result, rig, last);
@@ -53,7 +50,6 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     const auto recorded_version = log.infos().find("ver_sw");
     result.version = recorded_version != log.infos().end() ? recorded_version->second : "unknown";
     state.is_cut = log.is_cut();
-    state.damage = log.found_damage();
     return result;
 }
 
@@ -90,19 +86,13 @@ int summary_command(const std::string &path, bool json)
     rig rig;
     log_state state;
     const run_result result = read_result(path, rig, state);
-    constexpr int exit_damaged = 2;
-    const int exit_code = state.damage ? exit_damaged : 0;
-    if (state.damage) {
-        print_damage(path, *state.damage, state.ticks);
-    }
     if (json) {
         nlohmann::json object = as_json(result, rig);
         object["cut"] = state.is_cut;
         object["missing_ticks"] = state.missing_ticks;
-        object["damage"] = as_json(state.damage);
         object["envelope"] = envelope_as_json(result, config_period_s(&rig.firmware));
         print_json(object);
-        return exit_code;
+        return 0;
     }
     print_summary(result, rig);
     if (state.is_cut) {
@@ -111,7 +101,7 @@ int summary_command(const std::string &path, bool json)
     if (state.missing_ticks > 0) {
         std::printf("%lld ticks are missing in the log\n", static_cast<long long>(state.missing_ticks));
     }
-    return exit_code;
+    return 0;
 }
 
 } // namespace berth

@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <string>
 
-#include "ulog_reader.h"
-
 namespace berth
 {
 
@@ -14,8 +12,7 @@ struct replay_result {
     std::int64_t ticks = 0; /* replayed and equal */
     bool is_equal = true;
     bool is_cut = false;
-    bool has_gap = false;                      /* records are missing: replayed up to there */
-    std::optional<ulog_reader::damage> damage; /* of the file: replayed up to it */
+    bool has_gap = false; /* records are missing: replayed up to there */
     /* The first difference: */
     std::int64_t tick = 0;
     std::string field;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <set>
 
-#include "../../hal/log_blocks.h"
 #include "../../hal/rig/given.h"
 #include "../../hal/rig/rig_file.h"
 #include "../hil/rig_record.h"
@@ -68,34 +67,10 @@ std::string printable_name(std::string_view text)
 ulog_reader::ulog_reader(const std::string &path) : path_(path)
 {
     bytes_ = read_file(path);
-    whole_bytes_ = bytes_.size();
     if (bytes_.size() < file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
         throw input_error(path + ": is not a ULog file; `berth run` writes them, their names end in .ulg");
     }
-    find_damage();
     read_header();
-}
-
-std::string ulog_reader::damage::text() const
-{
-    return "is damaged between byte " + std::to_string(from_byte) + " and byte " + std::to_string(to_byte) +
-           "; what is before that is whole";
-}
-
-/* Leaves of the file what is whole. */
-void ulog_reader::find_damage()
-{
-    const log_check check = check_blocks(bytes_);
-    is_cut_ = check.has_blocks && !check.is_ended && !check.damaged_byte;
-    if (!check.damaged_byte) {
-        return;
-    }
-    damage_ = {check.whole_byte, *check.damaged_byte};
-    if (check.whole_byte == 0) {
-        throw input_error(path_ + ": is damaged in its header, before byte " + std::to_string(*check.damaged_byte) +
-                          ": without it no record can be read");
-    }
-    whole_bytes_ = check.whole_byte;
 }
 
 void ulog_reader::fail_damaged(std::size_t at_byte) const
@@ -106,7 +81,7 @@ void ulog_reader::fail_damaged(std::size_t at_byte) const
 bool ulog_reader::next_message(char &type, std::string_view &content)
 {
     std::uint16_t size = 0;
-    const std::size_t left = whole_bytes_ - at_;
+    const std::size_t left = bytes_.size() - at_;
     if (left >= message_header_bytes) {
         std::memcpy(&size, bytes_.data() + at_, sizeof size);
     }
@@ -286,9 +261,6 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
         record = tick_->record;
         tick_.reset();
         return true;
-    }
-    if (damage_ && !stops_at_damage_) {
-        throw input_error(path_ + ": " + damage_->text());
     }
     return false;
 }

@@ -1,6 +1,5 @@
-/* Reads what log_file writes, also if the file was cut anywhere: all whole messages before the cut; if it is
- * damaged, up to the last block before that whose checksum fits; and also as other programs save it again, with
- * other message ids and the records of one time in another order. */
+/* Reads what log_file writes, also if the file was cut anywhere: all whole messages before the cut; and also as
+ * other programs save it again, with other message ids and the records of one time in another order. */
 #ifndef SIM_HAL_LOG_ULOG_READER_H
 #define SIM_HAL_LOG_ULOG_READER_H
 
@@ -23,9 +22,7 @@ class ulog_reader
     /* Reads the whole file and its header. Throws input_error if it is no log of this program. */
     explicit ulog_reader(const std::string &path);
 
-    /* The next data message: its id, as in recorder.h or other_topic_id, and bytes. False at the end. At a damage it
-     * throws input_error, or, after this, ends. */
-    void stop_at_damage() { stops_at_damage_ = true; }
+    /* The next data message: its id, as in recorder.h or other_topic_id, and bytes. False at the end. */
     static constexpr std::uint16_t other_topic_id = 0xffff;
     bool next(std::uint16_t &id, std::string_view &record);
 
@@ -40,15 +37,7 @@ class ulog_reader
     /* Its arm records, if any, tell of motors at their torque limits; else they have 0 there. */
     bool knows_motors() const { return knows_motors_; }
 
-    /* Where the file is damaged: somewhere in these bytes; all before them is whole. */
-    struct damage {
-        std::uint64_t from_byte;
-        std::uint64_t to_byte;
-        std::string text() const; /* "is damaged between ..." */
-    };
-    const std::optional<damage> &found_damage() const { return damage_; }
-
-    /* The file ends within a message, or without the message that ends a log. */
+    /* The file ends within a message. */
     bool is_cut() const { return is_cut_; }
 
     /* Records were dropped while this log was written. */
@@ -66,11 +55,9 @@ class ulog_reader
     void take_subscription(std::string_view content, std::size_t at_byte);
     [[noreturn]] void refuse_other_program();
     [[noreturn]] void fail_damaged(std::size_t at_byte) const;
-    void find_damage();
 
     std::string path_;
     std::string bytes_;
-    std::size_t whole_bytes_ = 0;
     std::size_t at_ = 0;
     std::map<std::string, std::string> infos_;
     std::map<std::uint16_t, std::string> topics_;
@@ -78,8 +65,6 @@ class ulog_reader
     std::optional<data_message> tick_;           /* waits for what belongs to it */
     std::optional<data_message> ahead_;
     bool knows_motors_ = true;
-    std::optional<damage> damage_;
-    bool stops_at_damage_ = false;
     bool is_cut_ = false;
     bool has_dropouts_ = false;
 };

@@ -14,6 +14,7 @@ DBC = ROOT / "firmware" / "can" / "berth.dbc"
 RUNS = {layout: (int(rate_Hz), foreign) for layout, rate_Hz, foreign in re.findall(
     r"^run_with (\w+) (\d+) (\S+)$", (ROOT / "tests/target/steps/sensor_layouts.sh").read_text(), re.MULTILINE)}
 DURATION_s = 3
+PERIOD_ms = 2.5
 
 
 @pytest.fixture(params=RUNS)
@@ -83,5 +84,10 @@ def test_the_age_of_the_force_is_in_the_log(run):
     layout, log, _ = run
     running = log.before_end & (np.arange(len(log.before_end)) > 100)
     ages_ms = log.tick["force_frame_age_ns"][running] / 1e6
-    oldest_ms = 1e3 / RUNS[layout][0] + 0.5
-    assert 0 < ages_ms.min() < ages_ms.max() < 2 * oldest_ms
+    sample_ms = 1e3 / RUNS[layout][0]
+    oldest_ms = sample_ms + 0.5
+    assert 0 < ages_ms.min()
+    # The foreign frame tears a sample, and two that its counter is ahead of are passed over: LATE_SAMPLES_MAX.
+    passed_over_ms = 3 * sample_ms
+    assert ages_ms.max() < oldest_ms + passed_over_ms
+    assert np.count_nonzero(ages_ms >= 2 * oldest_ms) <= np.ceil(passed_over_ms / PERIOD_ms)
