@@ -290,10 +290,17 @@ def cpu_s(*words):
     return min(once() for _ in range(3))
 
 
+def least_cpu_s(*arguments):
+    """Of seven: what else the machine does makes each longer."""
+    return min(cpu_s(*arguments) for _ in range(7))
+
+
 @pytest.mark.parametrize("rig", ["ess-berthing", "ess-berthing-pose"])
 def test_a_run_with_its_estimate_takes_at_most_three_times_as_long(rig):
-    """All that a run of one second takes is start, prediction and estimate, for the most part."""
-    short_s, long_s = (cpu_s("run", rig, "--no-log", "--set", f"run.duration_s={duration_s}")
+    """All that a run of one second takes is start, prediction with its margin, and estimate, for the most part; `eigen`
+    takes the first two."""
+    short_s, long_s = (least_cpu_s("run", rig, "--no-log", "--set", f"run.duration_s={duration_s}")
                        for duration_s in (1, 70))
-    print(f"{rig}: start and estimate {short_s:.3f} s, 69 s of running {long_s - short_s:.3f} s")
-    assert short_s < 2.0 * (long_s - short_s)
+    estimate_s = short_s - least_cpu_s("eigen", rig)
+    print(f"{rig}: estimate {estimate_s:.3f} s, a run of 70 s without it {long_s - estimate_s:.3f} s")
+    assert long_s < 3.0 * (long_s - estimate_s)
