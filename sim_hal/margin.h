@@ -17,9 +17,9 @@ struct stability_margin {
     std::string note;                   /* what the figure rests on, or why there is none; empty: eigenvalues */
 };
 
-/* Of a loop that is stable; empty of one that is not. With compensation it is the firmware's as it is told now that
- * meets the longer dead time. What changes from tick to tick is left out, and the note says so. Takes 20 s of
- * simulated time some thirty times where a compensation has no eigenvalues. */
+/* Of a loop that is stable; empty of one that is not. With compensation, the robot's dead time grows and the
+ * firmware's settings stay as they are. What changes from tick to tick is left out, and the note says so. Takes 20 s
+ * of simulated time some thirty times where a compensation has no eigenvalues. */
 stability_margin margin_of(const rig &rig);
 
 } // namespace berth

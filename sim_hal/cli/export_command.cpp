@@ -14,7 +14,7 @@ int export_command(const export_arguments &arguments)
         throw input_error("export: says no format; give --csv, --parquet or --mcap, or several of them");
     }
     const std::string log = log_of(arguments.log);
-    ulog_reader readable(log); /* throws before Python is asked */
+    ulog_reader readable(log); /* refuses a log that cannot be read, before Python is started */
     std::vector<std::string> words = {log};
     for (const auto &[is_wanted, word] :
          {std::pair(arguments.csv, "--csv"), {arguments.parquet, "--parquet"}, {arguments.mcap, "--mcap"}}) {

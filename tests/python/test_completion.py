@@ -74,7 +74,7 @@ def test_zsh_completes(line, there, absent, scripts):
 
 
 def zsh_completions(script, line):
-    """What the function hands to zsh's own builtins, which need a line editor and stand in for here."""
+    """What the function hands to zsh's own builtins. They need a line editor, so functions with their names replace them."""
     words = line.split(" ")
     program = f"""
         compdef() {{ :; }}
