@@ -22,8 +22,9 @@ SLOW = ("build/berth accuracy", "--rig ess-paper")
 LONG = ("scripts/claims.py", "scripts/restitution.py", "report.py", "map_picture.py", "scripts/verification.py")
 
 
-def marks(command):
-    if any(words in command for words in SLOW):
+def marks(command, block):
+    """A block with a slow command is slow as a whole: what follows reads the files of what came before."""
+    if any(words in block for words in SLOW):
         return [pytest.mark.slow]
     return [pytest.mark.long] * any(words in command for words in LONG)
 
@@ -35,7 +36,7 @@ def console_commands():
             for command, printed in readme.split_block(block[2]):
                 if readme.is_run(command):
                     name = f"{page}: {command.splitlines()[0][:60]}"
-                    yield pytest.param(page, command, printed, marks=marks(command), id=name)
+                    yield pytest.param(page, command, printed, marks=marks(command, block[2]), id=name)
 
 
 def stable(text):
