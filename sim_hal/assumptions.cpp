@@ -25,6 +25,7 @@ std::vector<assumption> assumptions_of(const rig &rig)
         {"sensor.low_pass_frequency_Hz", touches && rig.sensor.low_pass_order > 0},
         {"sensor.low_pass_damping_ratio", touches && rig.sensor.low_pass_order == 2},
         {"sensor.delay_ms", touches},
+        {"object.kind", true},
         {"object.stiffness_N_per_m", touches && !is_beam},
         {"object.damping_N_s_per_m", touches && !is_beam},
         {"object.surface_position_m", rig.object.kind == object_kind::contact},

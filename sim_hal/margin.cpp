@@ -18,6 +18,9 @@ namespace berth
 namespace
 {
 
+/* A margin takes some thirty times as long as a prediction. */
+constexpr int searched_degree_max = 200;
+
 stability_margin none_because(const std::string &why)
 {
     return {{}, false, {}, why};
@@ -26,7 +29,7 @@ stability_margin none_because(const std::string &why)
 /* Of a loop that has a loop equation. */
 stability_margin margin_of_plain(const rig &linear)
 {
-    if (const int degree = make_loop_equation(linear).degree(); degree > predicted_degree_max) {
+    if (const int degree = make_loop_equation(linear).degree(); degree > searched_degree_max) {
         return none_because("the loop has " + std::to_string(degree) + " eigenvalues: `berth limits` takes longer");
     }
     stability_margin margin;

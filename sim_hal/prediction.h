@@ -12,8 +12,8 @@
 namespace berth
 {
 
-/* A longer dead time would make the prediction take more than a moment. */
-constexpr int predicted_degree_max = 200;
+/* Eigenvalues of more states take more than a second. */
+constexpr int predicted_degree_max = 400;
 
 enum class prediction_source {
     none,

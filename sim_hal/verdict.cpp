@@ -240,7 +240,7 @@ stability_verdict not_told(const verdict_case &of)
     }
     if (motion.growth) {
         return undetermined(
-            "the run does not tell decay from growth: what is measured is smaller than its interval" +
+            "whether it grows or decays is not known: the rate measured is smaller than its interval" +
                 motor_words(motion) + why,
             "a longer run (run.duration_s) or less noise may tell");
     }

@@ -82,7 +82,7 @@ std::string not_shown_words(const motion_evidence &motion)
            : !motion.has_moved        ? "; nothing moved in this run"
            : motion.is_too_short      ? "; this run is too short to show it"
            : motion.is_driven ? "; the operator drove most of this run, so berth does not judge it by its growth"
-           : motion.growth.has_value() ? "; this run does not tell decay from growth"
+           : motion.growth.has_value() ? "; this run does not show whether it grows or decays"
                                        : "; this run has too little oscillation to measure it";
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "key_table.h"
+#include "names.h"
 #include "toml_remedy.h"
 
 namespace berth
@@ -67,7 +68,8 @@ std::optional<rig_error> set_choice(rig &rig, const rig_key &key, std::string_vi
         for (const auto choice : key.choices) {
             message += (choice == key.choices.front() ? " \"" : ", \"") + std::string(choice) + "\"";
         }
-        return rig_error{std::string(key.path), message + " (is \"" + std::string(word) + "\")"};
+        return rig_error{std::string(key.path), message + " (is \"" + std::string(word) + "\")" +
+                                                    did_you_mean({key.choices.begin(), key.choices.end()}, word)};
     }
     *static_cast<std::int32_t *>(key.member(rig)) = static_cast<std::int32_t>(found - key.choices.begin());
     return {};

@@ -108,7 +108,7 @@ void apply_overrides(rig &rig, const std::vector<std::string> &overrides, key_pl
     for (const std::string &override : overrides) {
         const std::size_t equals = override.find('=');
         if (equals == std::string::npos) {
-            throw input_error("--set " + override + ": must look like section.key=value");
+            throw input_error("--set " + override + ": must look like section.key=value, as object.mass_kg=40");
         }
         const std::string path = override.substr(0, equals);
         const std::string where = "--set " + override;

@@ -77,7 +77,7 @@ struct compensate_arguments : rig_arguments {
 };
 
 struct limits_arguments : rig_arguments {
-    double change_percent = 10.0; /* of what buys the most */
+    double change_percent = 10.0; /* of what helps most */
 };
 
 struct run_arguments : rig_arguments {

@@ -108,6 +108,15 @@ std::string cell_text(const nlohmann::json &value)
                                : value.dump();
 }
 
+/* "predicted -0.25", "0.61", or "none". */
+std::string growth_text(const nlohmann::json &result)
+{
+    const nlohmann::json &growth = result.at("growth");
+    return growth.is_null() ? "none"
+                            : std::string(growth.at("origin") == "predicted" ? "predicted " : "") +
+                                  four_digits(growth.at("growth_per_s").get<double>());
+}
+
 /* Of a number; other values as they are. */
 std::string six_digits(const std::string &value)
 {
@@ -120,7 +129,7 @@ nlohmann::json as_json(const compared_run &run)
 {
     nlohmann::json json = {{"log", run.log}, {"rig", run.rig.name}};
     for (const char *const key :
-         {"verdict", "stable", "growth_per_s", "frequency_Hz", "peak_force_N", "version", "config_hash"}) {
+         {"verdict", "stable", "growth", "growth_per_s", "frequency_Hz", "peak_force_N", "version", "config_hash"}) {
         json[key] = run.result.at(key);
     }
     return json;
@@ -139,14 +148,14 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
 {
     std::printf("A  %s\nB  %s\n", a.log.c_str(), b.log.c_str());
     std::printf(row_format, "", "A", "B");
-    const std::pair<const char *, const char *> rows[] = {{"verdict", "verdict"},
-                                                          {"growth (1/s)", "growth_per_s"},
-                                                          {"frequency (Hz)", "frequency_Hz"},
-                                                          {"peak force (N)", "peak_force_N"},
-                                                          {"commit", "version"}};
-    for (const auto &[title, key] : rows) {
+    const auto print_row = [&](const char *title, const char *key) {
         std::printf(row_format, title, cell_text(a.result.at(key)).c_str(), cell_text(b.result.at(key)).c_str());
-    }
+    };
+    print_row("verdict", "verdict");
+    std::printf(row_format, "growth (1/s)", growth_text(a.result).c_str(), growth_text(b.result).c_str());
+    print_row("frequency (Hz)", "frequency_Hz");
+    print_row("peak force (N)", "peak_force_N");
+    print_row("commit", "version");
     const auto spring_N = [](const compared_run &run) {
         return cell_text(
             run.result.value(nlohmann::json::json_pointer("/peak_force/true/force_N"), nlohmann::json()));

@@ -118,13 +118,13 @@ void print_gains(const gain_ranking &ranking)
     }
     const loop_quality &now = *ranking.now;
     std::vector<parameter_gain> gains = ranking.gains;
-    std::printf("what buys the most: one thing changed by %g %%, the way after which motion decays faster\n",
+    std::printf("what helps most: one thing changed by %g %%, the way after which motion decays faster\n",
                 100.0 * ranking.share);
     rank_by_decay(gains);
     print_rank(gains, now, &parameter_gain::decaying_faster);
     if (now.margin) {
         std::printf(
-            "what buys the most margin (now %.4f; smallest |1 + L|: 0 is about to swing): the way after which "
+            "what gives the most margin (now %.4f; smallest |1 + L|: 0 is about to swing): the way after which "
             "it is larger\n",
             *now.margin);
         rank_by_margin(gains);

@@ -1,4 +1,4 @@
-/* What buys the most, and the nearest limit, as told by `berth limits`. */
+/* What helps most, and the nearest limit, as told by `berth limits`. */
 #ifndef SIM_HAL_CLI_GAINS_REPORT_H
 #define SIM_HAL_CLI_GAINS_REPORT_H
 

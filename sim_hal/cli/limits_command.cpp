@@ -258,7 +258,7 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
                                                     ? (short_number(*verdict.margin_ms) + " ms").c_str()
                                                     : "none up to ten times the robot's dead time");
     }
-    std::printf("  first-order formula: the loop's delay of %s ms eats up %s of the coupled damping ratio %s\n",
+    std::printf("  first-order formula: the loop's delay of %s ms takes %s off the coupled damping ratio %s\n",
                 short_number(verdict.loop_delay_ms).c_str(), short_number(verdict.first_order_damping_limit).c_str(),
                 short_number(verdict.damping_ratio).c_str());
 }

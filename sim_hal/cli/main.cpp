@@ -32,6 +32,17 @@ void refuse_empty_values(CLI::App &app)
     }
 }
 
+/* The words behind the program's name; `help run` is `run --help`, as users of other programs write it. */
+std::vector<std::string> words_of(int argc, char **argv)
+{
+    std::vector<std::string> words(argv + 1, argv + argc);
+    if (!words.empty() && words.front() == "help") {
+        words.erase(words.begin());
+        words.emplace_back("--help");
+    }
+    return words;
+}
+
 int run(int argc, char **argv)
 {
     CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
@@ -103,12 +114,12 @@ int run(int argc, char **argv)
 
     berth::limits_arguments limits;
     CLI::App *limits_app = app.add_subcommand(
-        "limits", "how far each parameter of the rig may go until the loop is unstable, and what buys the most");
+        "limits", "how far each parameter of the rig may go until the loop is unstable, and what helps most");
     berth::add_rig_options(*limits_app, limits);
     berth::add_amplitude_option(*limits_app, limits);
     berth::add_check_options(*limits_app, limits);
     limits_app
-        ->add_option("--change", limits.change_percent, "by how much each thing changes to see what buys the most")
+        ->add_option("--change", limits.change_percent, "by how much each thing changes to see what helps most")
         ->check(CLI::Validator(CLI::Number).description(""))
         ->type_name("PERCENT")
         ->capture_default_str();
@@ -207,15 +218,16 @@ int run(int argc, char **argv)
     robots_app->callback([&] { exit_code = berth::robots_command(robot, json); });
 
     refuse_empty_values(app);
+    const std::vector<std::string> words = words_of(argc, argv);
+    app.name(argv[0]);
     try {
-        app.parse(argc, argv);
+        app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError &error) {
         if (error.get_exit_code() == 0) { /* --help, --version */
             return app.exit(error);
         }
         const std::vector<CLI::App *> chosen = app.get_subcommands();
-        std::fprintf(stderr, "berth: %s; see berth %s--help\n",
-                     berth::usage_error(app, error, {argv + 1, argv + argc}).c_str(),
+        std::fprintf(stderr, "berth: %s; see berth %s--help\n", berth::usage_error(app, error, words).c_str(),
                      chosen.empty() ? "" : (chosen.front()->get_name() + " ").c_str());
         return exit_usage_or_input;
     }

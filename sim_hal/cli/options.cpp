@@ -22,10 +22,10 @@ CLI::Validator is_within(double low, double high)
     return CLI::Validator(
         [low, high](const std::string &text) {
             double value = 0.0;
-            const bool is_fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+            const bool is_number = CLI::detail::lexical_cast(text, value);
             std::ostringstream problem;
-            if (!is_fine) {
-                problem << "Value " << text << " not in range " << low << " to " << high;
+            if (!is_number || !(value >= low && value <= high)) {
+                problem << "must be a number from " << low << " to " << high << " (is " << text << ")";
             }
             return problem.str();
         },

@@ -117,7 +117,7 @@ nlohmann::json row_of(const fs::path &folder, const fs::path &root)
     }
     nlohmann::json row = {
         {"folder", fs::relative(folder, root).string()}, {"time", folder.filename().string()}, {"report", nullptr}};
-    for (const char *const key : {"rig", "verdict", "growth_per_s", "predicted_growth_per_s", "peak_force_N",
+    for (const char *const key : {"rig", "verdict", "stable", "growth", "peak_force_N",
                                   "version", "config_hash", "settings"}) {
         row[key] = record.value(key, nlohmann::json());
     }

@@ -64,10 +64,10 @@ function number(value) {
   return rounded.toFixed(Math.max(0, 3 - Math.floor(Math.log10(Math.abs(rounded))))).replace("-", "\u2212");
 }
 
-/* A run that was stopped too early has the growth that its eigenvalues predict. */
+/* Measured, or what the eigenvalues say of a run that does not show it. */
 function growth(run) {
-  return run.growth_per_s === null && run.predicted_growth_per_s !== null
-    ? `predicted ${number(run.predicted_growth_per_s)}` : number(run.growth_per_s);
+  const told = run.growth;
+  return !told ? "none" : (told.origin === "predicted" ? "predicted " : "") + number(told.growth_per_s);
 }
 
 function link(text, address) {
@@ -143,7 +143,7 @@ runs.forEach((run, index) => {
   };
   cell(run.rig);
   cell(start(run));
-  cell(run.verdict, "", run.verdict);
+  cell(run.verdict, "", { true: "stable", false: "unstable" }[run.stable]);
   cell(growth(run), "growth (1/s)", "number");
   cell(number(run.peak_force_N), "peak force (N)", "number");
   cell(run.version, "commit");

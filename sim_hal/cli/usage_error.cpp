@@ -29,9 +29,6 @@ bool is_one_of(const std::vector<std::string> &names, const std::string &name)
 std::string no_subcommand(const std::vector<std::string> &names, const std::vector<std::string> &words)
 {
     std::string message = words[0] + ": no such subcommand; ";
-    if (words[0] == "help") {
-        return message + "berth --help lists them, and berth COMMAND --help says more of one";
-    }
     if (words.size() > 1 && is_one_of(names, words[1])) {
         message += "it stands first: berth " + words[1] + " " + words[0] + "; ";
     } else if (const std::string nearest = near_name(names, words[0]); !nearest.empty()) {
@@ -55,7 +52,7 @@ std::string wrong_setting(const std::vector<std::string> &words)
         const bool has_blank =
             is_set && equals == std::string::npos && i + 1 < words.size() && words[i + 1][0] != '-';
         if (has_blank) {
-            return "--set " + word + " " + words[i + 1] + ": must look like section.key=value, without blanks";
+            return "--set " + word + " " + words[i + 1] + ": must look like section.key=value, as object.mass_kg=40, without blanks";
         }
         if (is_set || equals == std::string::npos || name_at == std::string::npos) {
             continue;

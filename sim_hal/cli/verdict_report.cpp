@@ -26,6 +26,17 @@ nlohmann::json peak_json(const force_peak &peak)
     return {{"force_N", peak.force_N}, {"at_s", peak.at_s}};
 }
 
+/* What the verdict says of growth; null where it says nothing, as of a rate smaller than its interval. */
+nlohmann::json growth_json(const std::optional<growth_finding> &growth)
+{
+    if (!growth) {
+        return nullptr;
+    }
+    return {{"origin", growth->origin == growth_origin::measured ? "measured" : "predicted"},
+            {"growth_per_s", growth->growth_per_s},
+            {"growth_ci95_per_s", growth->ci95_per_s}};
+}
+
 ink ink_of(const stability_verdict &verdict)
 {
     return !verdict.is_stable ? ink::yellow : *verdict.is_stable ? ink::green : ink::red;
@@ -114,6 +125,7 @@ nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, con
             {"stable", or_null(verdict.is_stable)},
             {"because", verdict.because},
             {"advice", verdict.advice.empty() ? nlohmann::json() : nlohmann::json(verdict.advice)},
+            {"growth", growth_json(verdict.growth)},
             {"doubling_time_s", doubling_json(verdict)},
             {"margin", margin_json(margin)},
             {"assumed", assumed_json(rig)},

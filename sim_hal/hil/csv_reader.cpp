@@ -184,7 +184,7 @@ void csv_reader::take_header()
     next_row(row);
     header_line_ = line_;
     if (!split_whole(row, delimiter_)) {
-        refuse("a quote (\") is opened and never closed");
+        refuse("a quote (\") is opened and never closed; close it, or name a CSV file");
     }
     for (const std::string_view cell : cells_) {
         columns_.push_back({std::string(cell), {}});
@@ -231,7 +231,7 @@ bool csv_reader::next()
         return false;
     }
     if (!split_whole(row, delimiter_)) {
-        refuse("a quote (\") is opened and never closed");
+        refuse("a quote (\") is opened and never closed; close it, or name a CSV file");
     }
     while (cells_.size() > columns_.size() && cells_.back().empty()) {
         cells_.pop_back();

@@ -12,7 +12,7 @@ namespace berth
  * low-pass. */
 double loop_delay_s(const rig &rig);
 
-/* Damping ratio of the coupled system that the delay t eats up:
+/* Damping ratio of the coupled system that the delay t takes off:
  *     (t/2) M/(M + m) (w - w_M^2/w),  w^2 = (K + k)/(M + m),  w_M^2 = K/M
  * Not positive where w <= w_M: there the slow mode never becomes unstable. */
 double first_order_damping_limit(const rig &rig);

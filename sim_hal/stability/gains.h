@@ -1,4 +1,4 @@
-/* What buys the most: what becomes of the loop when one thing of the rig changes by a share. */
+/* What helps most: what becomes of the loop when one thing of the rig changes by a share. */
 #ifndef SIM_HAL_STABILITY_GAINS_H
 #define SIM_HAL_STABILITY_GAINS_H
 

@@ -1,4 +1,4 @@
-"""What buys the most: the ranking of `berth limits`, against another program's eigenvalues."""
+"""What helps most: the ranking of `berth limits`, against another program's eigenvalues."""
 
 import sys
 from pathlib import Path
@@ -177,7 +177,7 @@ def test_the_nearest_limit_is_the_one_of_the_smallest_factor(rig, values):
 def test_the_tables_for_a_person_rank_as_the_json_does():
     text = command("limits", "ess").stdout.decode()
     told = limits("ess")["buys"]
-    for title, key in (("what buys the most:", "rank"), ("what buys the most margin", "rank_by_margin")):
+    for title, key in (("what helps most:", "rank"), ("what gives the most margin", "rank_by_margin")):
         lines = text.split(title)[1].splitlines()[2:2 + len(told[key])]
         assert [line.split()[0].strip(",") for line in lines] == [gain["parameter"] for gain in told[key]]
         for line, gain in zip(lines, told[key]):

@@ -72,7 +72,7 @@ def test_a_growth_that_its_interval_holds_zero_of_is_no_finding(seed, tmp_path):
     print(f"growth {result['growth_per_s']:+.4f} +- {result['growth_ci95_per_s']:.4f} /s: {result['stable']}")
     assert abs(result["growth_per_s"]) <= result["growth_ci95_per_s"]
     assert result["verdict"] == "stable" and result["because"].startswith("the eigenvalues say -")
-    assert result["because"].endswith("; this run does not tell decay from growth")
+    assert result["because"].endswith("; this run does not show whether it grows or decays")
     hidden = run_json("ess", tmp_path, "--no-log", *settings(values | {"object.backlash_m": 1e-9}))
     assert hidden["stable"] is None and hidden["verdict"] == "undetermined"
     assert "smaller than its interval" in hidden["because"] and "longer run" in hidden["advice"]
