@@ -40,6 +40,7 @@ class Map:
     is_below_wall: np.ndarray  # 1 or 0, nan where not possible
     lower: np.ndarray | None  # |z| at the lower end of a robot's dead time; None: it has no range
     growth_varying_per_s: np.ndarray | None  # Lyapunov exponents with jitter, drift or losses; None: without
+    restitution: np.ndarray | None  # speed after a bounce over that before it, nan: it stays; None: no contact
     told: dict  # the JSON file beside the CSV file
 
     def names(self):
@@ -106,5 +107,5 @@ def read_map(csv):
         columns = dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True, ndmin=2)))
     grids = [columns[name].reshape(shape) for name in [*names[:2], "spectral_radius", "growth_per_s", "wall"]]
     optional = [columns[name].reshape(shape) if name in columns else None
-                for name in ("spectral_radius_low", "lyapunov_per_s")]
+                for name in ("spectral_radius_low", "lyapunov_per_s", "restitution")]
     return Map(*grids, *optional, told)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Draws a map written by `berth map`: growth of the motion, the limit of stability, the robot's wall, the rig itself.
+"""Draws a map written by `berth map`: growth of the motion, the limit of stability, where a bounce gains energy, the robot's
+wall, the rig itself.
 
   map_picture.py build/maps/ess-elasticity.csv     writes build/maps/ess-elasticity.png
 """
@@ -23,7 +24,7 @@ from berth_map import LEVELS_A_SIDE, level_text, read_map  # noqa: E402
 SHADES = ("#053061", "#2166AC", "#4393C3", "#7DB6D8", "#B5D6E8", "#DCEAF2", "#FBE3D4", "#F5BFA2", "#E68B6C", "#D6604D",
           "#B2182B", "#67001F")
 NOT_POSSIBLE, FAULT, HATCH = "#D9D9D9", "#E9DCE4", "#8E3B6F"
-WALL, OWN = "#1B5E20", "#FFD700"
+WALL, OWN, BOUNCE = "#1B5E20", "#FFD700", "#6A1B9A"
 
 
 def colours():
@@ -56,6 +57,16 @@ def draw_varying(axes, found):
     return [plt.Line2D([], [], color="magenta", linewidth=1.5,
                        label=f"with jitter, drift or losses: {abs(lost):.2g} % of the stable area "
                              + ("lost" if lost >= 0 else "gained"))]
+
+
+def draw_bounces(axes, found):
+    """Where a tool leaves the material as fast as it came; legend handles."""
+    if found.restitution is None or not np.nanmin(found.restitution) < 1.0 < np.nanmax(found.restitution):
+        return []
+    axes.contour(found.x, found.y, found.restitution, levels=[1.0], colors=BOUNCE, linewidths=2, linestyles="-.")
+    gaining = f"{100 * found.told['bounces']['gaining_share']:.2g} %"
+    return [plt.Line2D([], [], color=BOUNCE, linewidth=2, linestyle="-.",
+                       label=f"restitution 1: a bounce gains energy at {gaining}")]
 
 
 def grown(mask):
@@ -124,7 +135,7 @@ def draw_flat(axes, found):
         handles += draw_band(axes, found)
     if found.growth_varying_per_s is not None:
         handles += draw_varying(axes, found)
-    handles += draw_wall(axes, found)
+    handles += draw_bounces(axes, found) + draw_wall(axes, found)
     if found.own_is_inside():
         own = told["own"]
         axes.plot(own["x"], own["y"], "o", color=OWN, markeredgecolor="black", markersize=9, zorder=5)

@@ -170,3 +170,25 @@ def test_points_that_drift_freely_are_not_counted_as_stable(tmp_path):
     free = columns[0] == 0.0
     assert abs(columns[2][free] - 1.0).max() < 1e-7
     assert result["stable_share"] == pytest.approx((columns[2][~free] < 1.0).sum() / 80)
+
+
+def test_the_picture_of_a_contact_rig_draws_where_a_bounce_gains_energy(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(ROOT / "scripts"), *sys.path])
+    import matplotlib.pyplot as plt
+    from berth_map import read_map
+    from map_picture import draw_bounces
+    result, _ = map_json(tmp_path, "concept-foam", "--x", "object.stiffness_N_per_m=500:20000:12",
+                         "--y", "robot.dead_time_ms=5:60:8")
+    axes = plt.figure().gca()
+    found = read_map(result["csv"])
+    line, = draw_bounces(axes, found)
+    drawn = np.vstack([path.vertices for path in axes.collections[0].get_paths()])
+    gaining = found.restitution > 1.0
+    assert 0 < gaining.mean() < 1 and line.get_label().startswith("restitution 1: a bounce gains energy at")
+    assert result["bounces"]["gaining_share"] == pytest.approx(gaining.mean(), abs=1e-9)
+    for column in np.flatnonzero(gaining.any(axis=0) & ~gaining.all(axis=0)):  # between two points, the line passes
+        x = found.x[0, column]
+        first = found.y[np.flatnonzero(gaining[:, column])[0], column]
+        near = drawn[np.abs(drawn[:, 0] - x) < 0.01 * np.ptp(found.x)]
+        assert np.abs(near[:, 1] - first).min() < 1.01 * (found.y[1, 0] - found.y[0, 0])
+    plt.close("all")
