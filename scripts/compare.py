@@ -130,7 +130,8 @@ def build_page(logs, summaries, found, path):
     names = [log.config["name"] for log in logs]
     title = f"Two runs of {names[0]}" if names[0] == names[1] else f"{names[0]} and {names[1]}"
     return filled("compare_page.html", shared_parts(path, ("compare_page.css",), ("report_page.js",)) | {
-        "title": html.escape(title), "log_a": html.escape(str(logs[0].path)), "log_b": html.escape(str(logs[1].path)),
+        "kind": "berth compare", "title": html.escape(title),
+        "log_a": html.escape(str(logs[0].path)), "log_b": html.escape(str(logs[1].path)),
         "facts": fact_rows(logs, summaries), "parameters": parameters(found), "data": data,
         "thinned": html.escape(page.thinning_words())})
 

@@ -308,6 +308,7 @@ def build_page(diagnosis, found, path):
     data = page.data(min(float(block.time_s[0]) for block in blocks), max(float(block.time_s[-1]) for block in blocks))
     return filled("diagnosis_page.html", shared_parts(path, ("figures_page.css", "diagnosis_page.css"),
                                                       ("report_page.js", "figures_page.js")) | {
+        "kind": "berth diagnosis",
         "title": html.escape(name or "rig"),
         "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),
         "verdict": html.escape(word),

@@ -263,6 +263,8 @@ def build_page(figures, claims, rig, path):
     plots = [{"id": f"{figure.file_stem}-{i}"} | DRAWN[type(panel)](panel, maps)
              for figure in figures for i, panel in enumerate(figure.panels)]
     return filled("figures_page.html", shared_parts(path, ("figures_page.css",), ("figures_page.js",)) | {
+        "kind": "berth figures",
+        "title": "The paper's figures and claims",
         "rig": html.escape(rig),
         "compensated": COMPENSATED if any(figure.file_stem == "compensated" for figure in figures) else "",
         "met": str(sum(claim.met for claim in claims)),

@@ -198,8 +198,8 @@ def text_of(*names):
 
 
 def filled(template, parts):
-    """A template of this folder with @@name@@ replaced by parts[name]."""
-    pieces = text_of(template).split("@@")
+    """The head of every page and a template of this folder, with @@name@@ replaced by parts[name]."""
+    pieces = text_of("page_head.html", template).split("@@")
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
 
 

@@ -286,6 +286,7 @@ def build_page(log, summary, path, accuracy=None, sweeps=None):
     verdict = told.verdict(log, summary)
     notes = [*verdict.notes, page.thinning_words()]
     parts = shared_parts(path, ("report_arm.css",), ("report_page.js", "report_arm.js")) | {
+        "kind": "berth run report",
         "title": html.escape(log.config["name"]),
         "description": html.escape(log.config["description"]),
         "verdict": html.escape(verdict.word),
