@@ -9,6 +9,7 @@
 #include "../hal/rig/rig_file.h"
 #include "delay_budget.h"
 #include "hil/sim_hal.h"
+#include "motion.h"
 #include "stability/arm_loop.h"
 #include "stability/physical_parameter.h"
 
@@ -55,16 +56,6 @@ rig impact_of(const rig &original)
 struct hal_closer {
     void operator()(struct hal *hal) const { hal_close(hal); }
 };
-
-/* With what the manipulator's spring holds at the same place: as if at the surface. */
-double speed_at_surface(const rig &rig, const tick_record &record)
-{
-    const double way_m = record.manipulator_position_m - rig.object.surface_position_m;
-    const double w2 =
-        rig.firmware.manipulator.stiffness_N_per_m / (rig.firmware.manipulator.mass_kg + rig.object.mass_kg);
-    const double v = record.manipulator_velocity_m_per_s;
-    return std::sqrt(v * v + w2 * way_m * way_m);
-}
 
 std::optional<double> energy_at(const rig &original, const rig_key &key, double value)
 {
@@ -114,14 +105,14 @@ std::optional<played_bounce> play_bounce(const rig &original)
         }
         if (touches && touched < 0) {
             touched = record.index;
-            found = played_bounce{0.0, speed_at_surface(made, record), 0.0};
+            found = played_bounce{0.0, std::abs(speed_at_surface_m_per_s(made, record)), 0.0};
         }
         if (!touches && touched >= 0 && left < 0) {
             left = record.index;
             found->contact_s = period_s * static_cast<double>(left - touched);
         }
         if (left >= 0 && record.index >= left + settle_ticks) {
-            found->restitution = speed_at_surface(made, record) / found->speed_in_m_per_s;
+            found->restitution = std::abs(speed_at_surface_m_per_s(made, record)) / found->speed_in_m_per_s;
             break;
         }
     }

@@ -161,6 +161,17 @@ bool is_driven(const rig &rig, double running_s)
 
 } // namespace
 
+double speed_at_surface_m_per_s(const rig &rig, const tick_record &record)
+{
+    const manipulator_config &manipulator = rig.firmware.manipulator;
+    const double way_m = record.manipulator_position_m - record.operator_position_m;
+    const double way_at_surface_m = rig.object.surface_position_m - record.operator_position_m;
+    const double w2_per_s2 = manipulator.stiffness_N_per_m / (manipulator.mass_kg + rig.object.mass_kg);
+    const double v_m_per_s = record.manipulator_velocity_m_per_s;
+    const double square = v_m_per_s * v_m_per_s + w2_per_s2 * (way_m * way_m - way_at_surface_m * way_at_surface_m);
+    return std::copysign(std::sqrt(std::max(0.0, square)), v_m_per_s);
+}
+
 bool run_stop::is_of_motion() const
 {
     return cause == STOP_POSITION_LIMIT || cause == STOP_FORCE_LIMIT || cause == STOP_SENSOR_SATURATED ||
@@ -217,7 +228,7 @@ void motion_recorder::note_bounce(const tick_record &record)
         return;
     }
     const double now_s = period_s_ * static_cast<double>(record.index);
-    const double speed_m_per_s = record.manipulator_velocity_m_per_s;
+    const double speed_m_per_s = speed_at_surface_m_per_s(rig_, record);
     if (holds_ && !open_bounce_) {
         open_bounce_ = bounce{now_s, 0.0, speed_m_per_s, 0.0};
     }

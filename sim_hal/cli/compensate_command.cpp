@@ -3,6 +3,8 @@
 
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/given.h"
+#include "../../hal/rig/rig_file.h"
+#include "../compensated.h"
 #include "../compensation/chooser.h"
 #include "../stability/arm_loop.h"
 #include "commands.h"
@@ -19,9 +21,9 @@ namespace
 /* A robust method whose motion is further from the truth than this is none that one would want. */
 constexpr double useful_error = 0.5;
 
-bool is_useful(const method_verdict *verdict)
+bool is_useful(const method_verdict &verdict)
 {
-    return verdict != nullptr && verdict->worst_error <= useful_error;
+    return verdict.worst_error <= useful_error;
 }
 
 nlohmann::json as_json(const choice &made, const method_verdict &verdict)
@@ -170,10 +172,70 @@ std::string setting_of(const helpful_change &change)
     return change.key + "=" + number;
 }
 
+/* What the line "check it" says; nothing: the loop is stable. A tool in contact is held to the material there, which
+ * no trial does. */
+std::optional<std::string> why_unsafe(const rig &original, const std::vector<std::string> &settings)
+{
+    rig with = original;
+    for (const std::string &setting : settings) {
+        const std::size_t equals = setting.find('=');
+        if (const auto error = set_value(with, setting.substr(0, equals), setting.substr(equals + 1))) {
+            throw input_error(error->key + ": " + error->message);
+        }
+    }
+    if (const auto error = complete_and_check(with)) {
+        throw input_error(error->key + ": " + error->message);
+    }
+    const compensated_growth found = growth_of_compensated(with);
+    return found.is_stable() ? std::nullopt : std::optional(found.verdict.because);
+}
+
+struct unsafe_method {
+    std::string name;
+    std::string because;
+};
+
+struct recommendation {
+    const method_verdict *best = nullptr; /* of those that are robust, useful and safe; none: null */
+    std::vector<unsafe_method> passed_over;
+};
+
+recommendation recommend(const choice &made, const rig &rig)
+{
+    recommendation found;
+    for (const method_verdict &verdict : made.methods) {
+        if (!verdict.is_robust || !is_useful(verdict)) {
+            break; /* so are all that follow */
+        }
+        const auto because = why_unsafe(rig, verdict.method.settings);
+        if (!because) {
+            found.best = &verdict;
+            break;
+        }
+        found.passed_over.push_back({verdict.method.name, *because});
+    }
+    return found;
+}
+
+nlohmann::json as_json(const std::vector<unsafe_method> &passed_over)
+{
+    nlohmann::json list = nlohmann::json::array();
+    for (const unsafe_method &one : passed_over) {
+        list.push_back({{"method", one.name}, {"because", one.because}});
+    }
+    return list;
+}
+
 void print_recommendation(const choice &made, const choice_request &request, const compensate_arguments &arguments)
 {
-    const method_verdict *const best = made.recommended();
-    if (is_useful(best)) {
+    const recommendation found = recommend(made, request.rig);
+    const method_verdict *const best = found.best;
+    for (const unsafe_method &one : found.passed_over) {
+        std::printf("passed over: %s, unstable%s: %s\n", one.name.c_str(),
+                    request.rig.object.kind == object_kind::contact ? " while the tool stays in contact" : "",
+                    one.because.c_str());
+    }
+    if (best != nullptr) {
         std::printf("recommended: %s; price in fidelity %.2f %%, at worst %.2f %%\n", best->method.name.c_str(),
                     100.0 * best->error, 100.0 * best->worst_error);
         for (const std::string &setting : best->method.settings) {
@@ -182,16 +244,21 @@ void print_recommendation(const choice &made, const choice_request &request, con
         std::printf("  check it: %s\n", check_command(arguments, best->method.settings).c_str());
         return;
     }
-    std::printf("REFUSED: no method is robust%s\n",
-                best != nullptr ? " and within half of the swing" : " on every one of these rigs");
-    const std::vector<helpful_change> changes = what_would_help(request);
-    for (const helpful_change &change : changes) {
+    std::printf("REFUSED: no method is robust%s\n", !found.passed_over.empty()      ? ", useful and stable"
+                                                    : made.recommended() != nullptr ? " and within half of the swing"
+                                                                                    : " on every one of these rigs");
+    bool is_any = false;
+    for (const helpful_change &change : what_would_help(request)) {
         std::vector<std::string> settings = {setting_of(change)};
         settings.insert(settings.end(), change.method.settings.begin(), change.method.settings.end());
+        if (why_unsafe(request.rig, settings)) {
+            continue;
+        }
+        is_any = true;
         std::printf("  it would be with %s from %g to %g: %s\n  check it: %s\n", change.key.c_str(), change.from,
                     change.to, change.method.name.c_str(), check_command(arguments, settings).c_str());
     }
-    if (changes.empty()) {
+    if (!is_any) {
         std::printf("  halving dead time, stiffness or mass would not be enough either\n");
     }
 }
@@ -224,9 +291,11 @@ int compensate_command(const compensate_arguments &arguments)
                                {"methods", methods},
                                {"assumed", assumed_json(request.rig)},
                                {"delay_budget", delay_budget_json(request.rig)}};
-        if (const method_verdict *const best = made.recommended(); is_useful(best)) {
-            json["recommended"] = best->method.name;
-            json["check"] = check_command(arguments, best->method.settings);
+        const recommendation found = recommend(made, request.rig);
+        json["passed_over"] = as_json(found.passed_over);
+        if (found.best != nullptr) {
+            json["recommended"] = found.best->method.name;
+            json["check"] = check_command(arguments, found.best->method.settings);
         }
         std::printf("%s\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
         return 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 namespace berth
 {
@@ -23,19 +24,21 @@ std::optional<bool> energy_report::gains() const
     }
     const auto [least, most] = std::minmax_element(not_by_operator_J.begin(), not_by_operator_J.end());
     const double range_J = *most - *least;
-    const double at_end_J = last_.stored_J - last_.operator_J;
-    /* Force and position that wander with noise swap some energy back and forth without making any. */
-    const struct {
-        std::size_t from;
-        double noticeable;
-    } spans[] = {{not_by_operator_J.size() / 2, 1e-2}, {0, 1e-6}};
-    for (const auto &span : spans) {
-        const double changed_J = at_end_J - not_by_operator_J[span.from];
-        if (std::abs(changed_J) > span.noticeable * range_J) {
-            return changed_J > 0.0;
-        }
+    const auto quarter = static_cast<std::ptrdiff_t>(not_by_operator_J.size() / 4);
+    const auto mean_J = [&](std::ptrdiff_t from) {
+        return std::accumulate(not_by_operator_J.begin() + from, not_by_operator_J.begin() + from + quarter, 0.0) /
+               static_cast<double>(quarter);
+    };
+    /* Energy goes to and fro between manipulator and object, which does not show in the mean of a quarter of the
+     * run. Force and position that wander with noise swap some of it without making any. */
+    constexpr double noticeable = 1e-2;
+    constexpr double noticeable_of_whole = 1e-6;
+    if (const double changed_J = quarter > 0 ? mean_J(3 * quarter) - mean_J(quarter) : 0.0;
+        std::abs(changed_J) > noticeable * range_J) {
+        return changed_J > 0.0;
     }
-    return {};
+    const double changed_J = last_.stored_J - last_.operator_J - not_by_operator_J.front();
+    return std::abs(changed_J) > noticeable_of_whole * range_J ? std::optional(changed_J > 0.0) : std::nullopt;
 }
 
 void energy_report::print() const
