@@ -55,6 +55,12 @@ rig_key up_to(double most, rig_key key)
     return key;
 }
 
+rig_key from(double least, rig_key key)
+{
+    key.least = least;
+    return key;
+}
+
 #define KEY(path, member, ...)                                                                                      \
     make_key<decltype(rig::member)>(                                                                                \
         path, [](rig &of) -> void * { return &of.member; }, __VA_ARGS__)
@@ -85,10 +91,10 @@ static std::vector<rig_key> make_own_keys()
         KEY("run.dead_time_jump_ms", run.dead_time_jump_ms, r::any,
             "by how much the dead time is longer from then on"),
 
-        up_to(1e6, KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive,
-                       "ticks a second; must divide 1e9, as 400 or 250/3 with all its digits")),
-        KEY("loop.missed_time_budget_ms", firmware.loop.missed_time_budget_ms, r::not_negative,
-            "time that missed ticks may take before it is a fault"),
+        from(1, up_to(1e6, KEY("loop.rate_Hz", firmware.loop.rate_Hz, r::positive,
+                               "ticks a second; must divide 1e9, as 400 or 250/3 with all its digits"))),
+        up_to(1e6, KEY("loop.missed_time_budget_ms", firmware.loop.missed_time_budget_ms, r::not_negative,
+                       "time that missed ticks may take before it is a fault")),
         KEY("loop.missed_time_refill_s", firmware.loop.missed_time_refill_s, r::positive,
             "time in which the whole budget of missed ticks comes back"),
 
@@ -108,11 +114,12 @@ static std::vector<rig_key> make_own_keys()
         KEY("reflex.growth_J", firmware.reflex.growth_J, r::positive_or_inf,
             "energy of the manipulator that nobody gave it, beyond which the loop stops; inf: off"),
 
-        KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive, "mass M of the simulated manipulator"),
-        KEY("manipulator.damping_N_s_per_m", firmware.manipulator.damping_N_s_per_m, r::not_negative,
-            "damping D of the simulated manipulator"),
-        KEY("manipulator.stiffness_N_per_m", firmware.manipulator.stiffness_N_per_m, r::not_negative,
-            "stiffness K of the simulated manipulator"),
+        from(1e-6, up_to(1e9, KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive,
+                                  "mass M of the simulated manipulator"))),
+        up_to(1e12, KEY("manipulator.damping_N_s_per_m", firmware.manipulator.damping_N_s_per_m, r::not_negative,
+                        "damping D of the simulated manipulator")),
+        up_to(1e13, KEY("manipulator.stiffness_N_per_m", firmware.manipulator.stiffness_N_per_m, r::not_negative,
+                        "stiffness K of the simulated manipulator")),
         KEY("manipulator.initial_position_m", firmware.manipulator.initial_position_m, r::any,
             "position at which the robot holds the manipulator until the release"),
         KEY("manipulator.initial_velocity_m_per_s", firmware.manipulator.initial_velocity_m_per_s, r::any,
@@ -131,12 +138,12 @@ static std::vector<rig_key> make_own_keys()
 
         KEY("operator.interface", firmware.operator_command.interface, r::any,
             "the operator commands a motion (x_op, v_op) or a force on the manipulator", {"motion", "force"}),
-        KEY("operator.position_limit_m", firmware.operator_command.position_limit_m, r::positive,
-            "largest commanded position; larger commands are rejected"),
-        KEY("operator.velocity_limit_m_per_s", firmware.operator_command.velocity_limit_m_per_s, r::positive,
-            "largest commanded velocity; larger commands are rejected"),
-        KEY("operator.force_limit_N", firmware.operator_command.force_limit_N, r::positive,
-            "largest commanded force; larger commands are rejected"),
+        up_to(2.1, KEY("operator.position_limit_m", firmware.operator_command.position_limit_m, r::positive,
+                       "largest commanded position; larger commands are rejected")),
+        up_to(8.3, KEY("operator.velocity_limit_m_per_s", firmware.operator_command.velocity_limit_m_per_s,
+                       r::positive, "largest commanded velocity; larger commands are rejected")),
+        up_to(54000, KEY("operator.force_limit_N", firmware.operator_command.force_limit_N, r::positive,
+                         "largest commanded force; larger commands are rejected")),
         KEY("operator.stale_after_ms", firmware.operator_command.stale_after_ms, r::positive,
             "age of the operator's command at which the loop holds"),
 
@@ -217,10 +224,10 @@ static std::vector<rig_key> make_own_keys()
                 "setpoint acts, a period after the command")),
         KEY("robot.interpolation", robot.interpolation, r::any, "how the robot moves between setpoints",
             {"linear", "hold"}),
-        KEY("robot.transfer_frequency_Hz", robot.transfer_frequency_Hz, r::positive_or_inf,
-            "frequency of the second-order transfer behaviour; inf: none"),
-        KEY("robot.transfer_damping_ratio", robot.transfer_damping_ratio, r::not_negative,
-            "damping ratio of the second-order transfer behaviour"),
+        from(1e-6, KEY("robot.transfer_frequency_Hz", robot.transfer_frequency_Hz, r::positive_or_inf,
+                       "frequency of the second-order transfer behaviour; inf: none")),
+        up_to(1e4, KEY("robot.transfer_damping_ratio", robot.transfer_damping_ratio, r::not_negative,
+                       "damping ratio of the second-order transfer behaviour")),
         KEY("robot.velocity_limit_m_per_s", robot.velocity_limit_m_per_s, r::positive_or_inf,
             "largest velocity of the robot; inf: no limit"),
         KEY("robot.acceleration_limit_m_per_s2", robot.acceleration_limit_m_per_s2, r::positive_or_inf,
@@ -233,19 +240,20 @@ static std::vector<rig_key> make_own_keys()
         KEY("robot.feedback_noise_m", robot.feedback_noise_m, r::not_negative,
             "noise of the position that the robot reports, standard deviation"),
 
-        KEY("sensor.stiffness_N_per_m", sensor.stiffness_N_per_m, r::positive, "stiffness k_S of the sensor"),
-        KEY("sensor.damping_ratio", sensor.damping_ratio, r::not_negative,
-            "damping ratio zeta_S of the sensor; d_S = 2 zeta_S sqrt(k_S m)"),
+        from(1e-6, up_to(1e13, KEY("sensor.stiffness_N_per_m", sensor.stiffness_N_per_m, r::positive,
+                                   "stiffness k_S of the sensor"))),
+        up_to(1e4, KEY("sensor.damping_ratio", sensor.damping_ratio, r::not_negative,
+                       "damping ratio zeta_S of the sensor; d_S = 2 zeta_S sqrt(k_S m)")),
         up_to(2, KEY("sensor.low_pass_order", sensor.low_pass_order, r::not_negative,
                      "order of the sensor's low-pass: 0, 1 or 2")),
-        KEY("sensor.low_pass_frequency_Hz", sensor.low_pass_frequency_Hz, r::positive,
-            "frequency f_L of the low-pass"),
+        from(1e-6, up_to(1e6, KEY("sensor.low_pass_frequency_Hz", sensor.low_pass_frequency_Hz, r::positive,
+                                  "frequency f_L of the low-pass"))),
         KEY("sensor.low_pass_damping_ratio", sensor.low_pass_damping_ratio, r::positive,
             "damping ratio zeta_L of the low-pass, order 2"),
         up_to(1e5, KEY("sensor.delay_ms", sensor.delay_ms, r::not_negative,
                        "sample to arrival, time on the bus included")),
         KEY("sensor.sample_phase_ms", sensor.sample_phase_ms, r::not_negative, "time of the sample after the tick"),
-        KEY("sensor.rate_Hz", sensor.rate_Hz, r::not_negative, "samples a second; 0: one a tick"),
+        up_to(1e5, KEY("sensor.rate_Hz", sensor.rate_Hz, r::not_negative, "samples a second; 0: one a tick")),
         KEY("sensor.bias_N", sensor.bias_N, r::any, "force added to every sample"),
         KEY("sensor.noise_N", sensor.noise_N, r::not_negative,
             "noise of the force, standard deviation, one value a sample"),
@@ -262,9 +270,12 @@ static std::vector<rig_key> make_own_keys()
             "gripped object, a tool that pushes on elastic material, a gripped beam, or none: the robot touches "
             "nothing",
             {"gripped", "contact", "beam", "none"}),
-        KEY("object.mass_kg", object.mass_kg, r::positive, "mass m of the object; contact: of the tool"),
-        KEY("object.stiffness_N_per_m", object.stiffness_N_per_m, r::not_negative, "stiffness k of the object"),
-        KEY("object.damping_N_s_per_m", object.damping_N_s_per_m, r::not_negative, "damping d of the object"),
+        from(1e-6, up_to(1e9, KEY("object.mass_kg", object.mass_kg, r::positive,
+                                  "mass m of the object; contact: of the tool"))),
+        up_to(1e13, KEY("object.stiffness_N_per_m", object.stiffness_N_per_m, r::not_negative,
+                        "stiffness k of the object")),
+        up_to(1e12,
+              KEY("object.damping_N_s_per_m", object.damping_N_s_per_m, r::not_negative, "damping d of the object")),
         KEY("object.surface_position_m", object.surface_position_m, r::any,
             "contact: material beyond this position"),
         up_to(8, KEY("object.modes", object.modes, r::positive, "beam: how many modes count, 1 to 8")),
@@ -282,7 +293,7 @@ static std::vector<rig_key> make_own_keys()
         KEY("bus.loss_probability", bus.loss_probability, r::fraction, "probability that a frame is lost"),
         KEY("bus.burst_probability", bus.burst_probability, r::fraction,
             "probability that a burst of losses starts"),
-        KEY("bus.burst_length_frames", bus.burst_length_frames, r::positive, "mean length of a burst"),
+        from(1, KEY("bus.burst_length_frames", bus.burst_length_frames, r::positive, "mean length of a burst")),
         up_to(0.9, KEY("bus.error_probability", bus.error_probability, r::fraction,
                        "probability that a frame is destroyed and sent again")),
 
@@ -293,10 +304,10 @@ static std::vector<rig_key> make_own_keys()
         FLAG("adaptive_inverse.enabled", firmware.adaptive_inverse.enabled,
              "setpoints with which the robot is where the manipulator is now, corrected by the positions that it "
              "reports"),
-        KEY("adaptive_inverse.tolerance", firmware.adaptive_inverse.tolerance, r::not_negative,
-            "share to which the robot's delay is known beforehand; 0: it stays as told"),
-        KEY("adaptive_inverse.gain_tolerance", firmware.adaptive_inverse.gain_tolerance, r::not_negative,
-            "share to which the robot's gain is known beforehand; 0: it stays as told"),
+        up_to(0.33, KEY("adaptive_inverse.tolerance", firmware.adaptive_inverse.tolerance, r::not_negative,
+                        "share to which the robot's delay is known beforehand; 0: it stays as told")),
+        up_to(0.3, KEY("adaptive_inverse.gain_tolerance", firmware.adaptive_inverse.gain_tolerance, r::not_negative,
+                       "share to which the robot's gain is known beforehand; 0: it stays as told")),
         KEY("adaptive_inverse.bandwidth_Hz", firmware.adaptive_inverse.bandwidth_Hz, r::positive,
             "bandwidth of the motion that it is fitted to"),
         KEY("adaptive_inverse.position_noise_m", firmware.adaptive_inverse.position_noise_m, r::positive,
@@ -325,8 +336,8 @@ static std::vector<rig_key> make_own_keys()
             "stiffness of the object in the model; inf: that of the rig"),
         FLAG("identification.enabled", firmware.identification.enabled,
              "identify the object's mass, damping and stiffness, and the robot's dead time, while the loop runs"),
-        KEY("identification.tolerance", firmware.identification.tolerance, r::positive,
-            "share to which they are known beforehand"),
+        up_to(1, KEY("identification.tolerance", firmware.identification.tolerance, r::positive,
+                     "share to which they are known beforehand")),
         KEY("identification.noise_N", firmware.identification.noise_N, r::positive,
             "noise of the force sensor, standard deviation"),
         KEY("identification.position_noise_m", firmware.identification.position_noise_m, r::positive,
@@ -350,8 +361,8 @@ static std::vector<rig_key> make_own_keys()
         KEY("solver.relative_tolerance", solver.relative_tolerance, r::positive, "relative tolerance of cvode"),
         KEY("solver.absolute_tolerance_m", solver.absolute_tolerance_m, r::positive,
             "absolute tolerance of cvode for the object's position; the other states in proportion"),
-        KEY("solver.contact_step_us", solver.contact_step_us, r::positive,
-            "step of the fast solver with object.kind = \"contact\""),
+        from(0.01, KEY("solver.contact_step_us", solver.contact_step_us, r::positive,
+                       "step of the fast solver with object.kind = \"contact\"")),
 
         KEY("target.robot_interface", target.robot_interface, r::any, "CAN interface of the robot's bus"),
         KEY("target.sensor_interface", target.sensor_interface, r::any, "CAN interface of the sensor's bus"),

@@ -25,7 +25,9 @@ struct rig_key {
     std::vector<std::string_view> choices;
     std::string_view meaning;
     std::size_t effect_value = 0;
-    double most = unlimited; /* a further bound, which rig.cpp or the firmware checks in words of its own */
+    /* Further bounds, which rig.cpp or the firmware checks in words of its own. */
+    double least = -unlimited;
+    double most = unlimited;
 
     /* double, std::int64_t, std::int32_t (boolean, choice), bool or std::string */
     void *member(rig &of) const { return own_member != nullptr ? own_member(of) : &of.effect_values[effect_value]; }

@@ -51,7 +51,9 @@ ordered section_of(ordered properties, std::string_view meaning = "")
 ordered number_range(const rig_key &key)
 {
     ordered range = ordered::object();
-    if (key.low != -unlimited) {
+    if (key.least > key.low) {
+        range["minimum"] = key.least;
+    } else if (key.low != -unlimited) {
         range[key.low_is_allowed ? "minimum" : "exclusiveMinimum"] = key.low;
     }
     if (const double most = std::min(key.high, key.most); most != unlimited) {

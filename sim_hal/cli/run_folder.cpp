@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr const char *record_name = "run.json";
 constexpr const char *latest_name = "latest";
+constexpr const char *index_name = "index.html";
 
 std::string local_time()
 {
@@ -117,8 +118,8 @@ nlohmann::json row_of(const fs::path &folder, const fs::path &root)
     }
     nlohmann::json row = {
         {"folder", fs::relative(folder, root).string()}, {"time", folder.filename().string()}, {"report", nullptr}};
-    for (const char *const key : {"rig", "verdict", "stable", "growth", "peak_force_N",
-                                  "version", "config_hash", "settings"}) {
+    for (const char *const key :
+         {"rig", "verdict", "stable", "growth", "peak_force_N", "version", "config_hash", "settings"}) {
         row[key] = record.value(key, nlohmann::json());
     }
     if (!row["settings"].is_object()) {
@@ -170,10 +171,10 @@ void write_index(const fs::path &root)
     std::stable_sort(rows.begin(), rows.end(), [](const auto &a, const auto &b) {
         return start_of(a["time"].template get<std::string>()) > start_of(b["time"].template get<std::string>());
     });
-    write_whole(root / "index.html",
-                std::string(run_index_head) + "const root = " + within_script(as_text(root.string())) +
-                    ";\nconst defaults = " + within_script(as_text(defaults)) +
-                    ";\nconst runs = " + within_script(as_text(rows)) + ";\n" + run_index_script);
+    write_whole(root / index_name, std::string(run_index_head) +
+                                       "const root = " + within_script(as_text(root.string())) +
+                                       ";\nconst defaults = " + within_script(as_text(defaults)) +
+                                       ";\nconst runs = " + within_script(as_text(rows)) + ";\n" + run_index_script);
 }
 
 /* The link is replaced in one step: whoever reads it meanwhile finds the old run or the new one. */
@@ -191,6 +192,11 @@ void point_latest(const fs::path &folder)
 
 std::string make_run_folder(const std::string &rig_name)
 {
+    if (rig_name == index_name) {
+        throw input_error("name: \"" + rig_name +
+                          "\" is the page of all runs; name the rig otherwise, or choose a "
+                          "folder with --out");
+    }
     const std::string time = local_time();
     const fs::path rig_folder = fs::path(kept_runs) / rig_name;
     std::error_code error;
@@ -248,7 +254,7 @@ void refresh_run_index(const std::string &log)
     std::error_code error;
     const fs::path folder = fs::canonical(log, error).parent_path();
     const fs::path root = folder.parent_path().parent_path();
-    if (!error && fs::exists(folder / record_name, error) && fs::exists(root / "index.html", error)) {
+    if (!error && fs::exists(folder / record_name, error) && fs::exists(root / index_name, error)) {
         const runs_lock lock(root);
         write_index(fs::relative(root, error));
     }
