@@ -141,6 +141,19 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     return {judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0)))), true};
 }
 
+growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m)
+{
+    const compensated_growth found = growth_of_compensated(rig, amplitude_m);
+    if (!found.verdict.growth) {
+        return {{}, found.verdict.because};
+    }
+    const growth_finding &growth = *found.verdict.growth;
+    return {growth.growth_per_s,
+            {},
+            growth.ci95_per_s,
+            found.is_measured ? prediction_source::run : prediction_source::eigenvalues};
+}
+
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
     const compensated_growth own = growth_of_compensated(rig, amplitude_m);
