@@ -117,7 +117,7 @@ try {
         return predict_unscheduled(rig);
     }
     const lyapunov_exponent found = exponent_of(in_contact(rig), load_wake_histogram(rig), guessed_ticks);
-    return {found.growth_per_s, {}, 0.0, prediction_source::lyapunov_exponent};
+    return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent};
 } catch (const input_error &error) {
     return {{}, error.what()};
 }

@@ -16,8 +16,8 @@ namespace
 {
 
 constexpr double factors[] = {1.05, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.5, 7.5, 10.0};
-constexpr int halvings = 4;    /* of the step that a guess was found in */
-constexpr int tries_most = 12; /* of `predict`, which may take a second each */
+constexpr int halvings = 4;   /* of the step that a guess was found in */
+constexpr int tries_most = 6; /* of `predict`, which may take a second each */
 constexpr int digits = 3;
 
 /* What makes a loop change, by how much. */

@@ -146,9 +146,10 @@ struct stretch {
 
 std::vector<stretch> stretches_of(const std::vector<scheduled_growth> &schedule)
 {
+    const bool is_one_jump = schedule.size() == 2; /* both sides of it are told, alike or not */
     std::vector<stretch> found;
     for (const scheduled_growth &loop : schedule) {
-        if (found.empty() || rank_of(found.back().worst->is_stable) != rank_of(loop.is_stable)) {
+        if (found.empty() || is_one_jump || rank_of(found.back().worst->is_stable) != rank_of(loop.is_stable)) {
             found.push_back({loop.from_s, &loop});
         } else if (found.back().worst->growth_per_s.value_or(0.0) < loop.growth_per_s.value_or(0.0)) {
             found.back().worst = &loop;

@@ -119,7 +119,8 @@ std::string rate_text(double value, double ci95)
     if (!(ci95 > 0.0)) {
         return with_numbers("%.3g", value);
     }
-    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
+    const int more = std::abs(value) < 2.0 * ci95 ? 1 : 0; /* so that one digit does not make them alike */
+    const int decimals = std::clamp(more - static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
     char text[80];
     std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals, value, decimals, ci95);
     return text;

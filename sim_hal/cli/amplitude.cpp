@@ -1,5 +1,7 @@
 #include "amplitude.h"
 
+#include "../../firmware/compensation/compensation.h"
+#include "../compensated.h"
 #include "../prediction.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
@@ -68,6 +70,9 @@ growth_predictor predictor_at(double amplitude_m, std::int64_t ticks)
             const settled_rig found = settle_at(at, amplitude_m);
             if (!found.has_settled) {
                 return {{}, "the describing function did not settle: what it says is a guess"};
+            }
+            if (is_time_varying(at) && compensation_is_on(&at.firmware)) {
+                return predict_compensated(at, amplitude_m);
             }
             if (is_time_varying(at)) {
                 const lyapunov_exponent exponent = exponent_of(found.linear, load_wake_histogram(at), ticks);
