@@ -107,14 +107,15 @@ std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_pred
     return {};
 }
 
-/* Rough, of a loop that changes from tick to tick: a shorter sequence than decides. */
+/* Rough, of a loop that changes from tick to tick: a shorter sequence than decides, or none at all. */
 growth_prediction guess_growth(const rig &rig)
 try {
     constexpr std::int64_t guessed_ticks = 8000;
-    const bool has_exponent = is_time_varying(rig) && rig.firmware.arm.kind == ARM_NONE &&
-                              !compensation_is_on(&rig.firmware) && left_out_when_small(in_contact(rig)).empty();
-    if (!has_exponent) {
+    if (!is_time_varying(rig)) {
         return predict_unscheduled(rig);
+    }
+    if (rig.firmware.arm.kind != ARM_NONE || compensation_is_on(&rig.firmware)) {
+        return predict_unscheduled(without_variation(rig));
     }
     const lyapunov_exponent found = exponent_of(in_contact(rig), load_wake_histogram(rig), guessed_ticks);
     return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent};
