@@ -29,9 +29,12 @@ const char *source_words(bool is_measured)
                : "eigenvalues of the loop with its compensation";
 }
 
-nlohmann::json growth_json(const stability_verdict &verdict)
+/* Of an unstable run that was too short for a decrement, how its height changed. */
+nlohmann::json growth_json(const stability_verdict &verdict, const growth_prediction &predicted)
 {
-    return verdict.growth ? nlohmann::json(verdict.growth->growth_per_s) : nlohmann::json();
+    return verdict.growth      ? nlohmann::json(verdict.growth->growth_per_s)
+           : verdict.is_stable ? or_null(predicted.growth_per_s)
+                               : nlohmann::json();
 }
 
 /* With small motions as every command has them; else each loop of a schedule by its run. */
@@ -86,7 +89,7 @@ int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
         json.update({{"rig", rig.name},
                      {"eigenvalues", nullptr},
                      {"spectral_radius", nullptr},
-                     {"growth_per_s", growth_json(verdict)},
+                     {"growth_per_s", growth_json(verdict, worst.prediction)},
                      {"prediction", prediction_json(worst.prediction)},
                      {"source", source_words(true)}});
         print_json(json);
@@ -126,7 +129,7 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
     if (arguments.json) {
         nlohmann::json json = answer_json(stated, verdict, margin);
         json.update({{"rig", rig.name},
-                     {"growth_per_s", growth_json(verdict)},
+                     {"growth_per_s", growth_json(verdict, worst.prediction)},
                      {"prediction", prediction_json(worst.prediction)},
                      {"source", source_words(own.is_measured)},
                      {"left_out", without}});
