@@ -163,7 +163,7 @@ nlohmann::json prediction_json(const growth_prediction &prediction)
             {"stable", or_null(is_stable(prediction))},
             {"source", source != nullptr ? nlohmann::json(source) : nlohmann::json()},
             {"ticks", prediction.ticks},
-            {"why_not", prediction.why_not.empty() ? nlohmann::json() : nlohmann::json(prediction.why_not)},
+            {"why_not_predicted", prediction.why_not.empty() ? nlohmann::json() : nlohmann::json(prediction.why_not)},
             {"schedule", schedule}};
 }
 
