@@ -1,14 +1,18 @@
 #include "advice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/beam.h"
 #include "../hal/rig/rig_file.h"
 #include "effects/active.h"
 #include "prediction.h"
+#include "schedule.h"
 #include "stability/loop_timeline.h"
+#include "stability/lyapunov.h"
 #include "stability/spectrum.h"
 
 namespace berth
@@ -25,25 +29,98 @@ bool is_nearer(const near_limit &a, const near_limit &b)
     return std::abs(std::log(a.factor())) < std::abs(std::log(b.factor()));
 }
 
-std::optional<cure> try_prediction(const rig &of)
+struct known_compensation {
+    const char *option;
+    std::vector<std::pair<const char *, const char *>> settings;
+};
+
+std::vector<known_compensation> compensations_for(const rig &rig)
 {
-    rig with = of;
-    with.firmware.prediction.enabled = 1;
-    if (compensation_is_on(&of.firmware) || complete_and_check(with)) {
+    constexpr std::pair<const char *, const char *> no_extrapolation{"extrapolation.order", "0"};
+    constexpr std::pair<const char *, const char *> prediction{"prediction.enabled", "true"};
+    if (rig.firmware.extrapolation.order > 0) {
+        return {{"--set extrapolation.order=0", {no_extrapolation}},
+                {"--set extrapolation.order=0 --with prediction", {no_extrapolation, prediction}}};
+    }
+    if (compensation_is_on(&rig.firmware)) {
         return {};
     }
-    const growth_prediction found = predict_growth(with);
-    if (found.growth_per_s && *found.growth_per_s < 0.0) {
-        return cure{"prediction", *found.growth_per_s};
+    return {{"--with prediction", {prediction}},
+            {"--with force-lead", {{"force_lead.enabled", "true"}}},
+            {"--with extrapolation-1", {{"extrapolation.order", "1"}}}};
+}
+
+/* The first one that helps. */
+std::optional<cure> find_compensation(const rig &of, const growth_predictor &predict)
+{
+    for (const known_compensation &known : compensations_for(of)) {
+        rig with = of;
+        bool is_possible = true;
+        for (const auto &[key, text] : known.settings) {
+            is_possible = is_possible && !set_value(with, key, text);
+        }
+        if (!is_possible || complete_and_check(with)) {
+            continue;
+        }
+        const growth_prediction found = predict(with);
+        if (is_stable(found) == std::optional<bool>(true)) {
+            return cure{known.option, *found.growth_per_s};
+        }
     }
     return {};
 }
 
-/* Four digits, rounded into where it is stable. */
-double on_the_safe_side(double value, bool stable_above)
+/* The loop has an equation, which is the same in every tick: its limits are known by parameter. */
+bool has_limits(const rig &rig)
 {
-    const double digit = std::pow(10.0, std::floor(std::log10(value)) - 3.0);
-    return digit * (stable_above ? std::ceil(value / digit) : std::floor(value / digit));
+    return rig.firmware.arm.kind == ARM_NONE && !compensation_is_on(&rig.firmware) && !is_time_varying(rig) &&
+           !has_schedule(rig) && effects_of_size(rig).empty() && !drifts_freely(in_contact(rig));
+}
+
+/* A loop this long would take minutes. */
+bool is_too_long(const rig &rig)
+{
+    return has_limits(rig) && make_loop_equation(in_contact(rig)).degree() > predicted_degree_max;
+}
+
+std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_predictor &predict)
+{
+    const berth::rig linear = in_contact(rig);
+    std::vector<near_limit> candidates;
+    for (const std::string_view key : physical_parameters(linear)) {
+        if (linear.object.kind == object_kind::beam && follows_from_beam(key)) {
+            continue; /* no rig file may state it */
+        }
+        const parameter_limits parameter = find_limits(linear, key, as_it_is, advice_scan);
+        for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
+            if (limit != nullptr && !limit->is_rough && parameter.value > 0.0 && limit->value > 0.0) {
+                candidates.push_back({std::string(key), parameter.value, *limit});
+            }
+        }
+    }
+    std::sort(candidates.begin(), candidates.end(), is_nearer);
+    for (const near_limit &candidate : candidates) {
+        if (auto found = change_to(rig, candidate, predict)) {
+            return found;
+        }
+    }
+    return {};
+}
+
+/* Rough, of a loop that changes from tick to tick: a shorter sequence than decides, or none at all. */
+growth_prediction guess_growth(const rig &rig)
+try {
+    constexpr std::int64_t guessed_ticks = 8000;
+    if (!is_time_varying(rig)) {
+        return predict_unscheduled(rig);
+    }
+    if (rig.firmware.arm.kind != ARM_NONE || compensation_is_on(&rig.firmware)) {
+        return predict_unscheduled(without_variation(rig));
+    }
+    const lyapunov_exponent found = exponent_of(in_contact(rig), load_wake_histogram(rig), guessed_ticks);
+    return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent};
+} catch (const input_error &error) {
+    return {{}, error.what()};
 }
 
 } // namespace
@@ -66,29 +143,28 @@ std::optional<near_limit> nearest_limit(const std::vector<parameter_limits> &par
     return nearest;
 }
 
-stability_advice advise(const rig &rig)
+std::optional<parameter_cure> change_to(const rig &rig, const near_limit &limit, const growth_predictor &predict)
+{
+    constexpr int digits = 4;
+    return tried_cure(rig, limit.key, rounded_beyond(limit.limit.value, limit.value, digits), predict);
+}
+
+stability_advice advise(const rig &rig, const growth_predictor &predict)
 try {
+    if (!effects_of_size(in_contact(rig)).empty() || is_too_long(rig)) {
+        return {}; /* the one takes another loop at each amplitude, the other minutes */
+    }
     stability_advice found;
-    const berth::rig linear = without_variation(in_contact(rig));
-    if (rig.firmware.arm.kind != ARM_NONE || !left_out_when_small(linear).empty() || drifts_freely(linear)) {
-        return found;
+    found.was_sought = true;
+    found.compensation = find_compensation(rig, predict);
+    if (has_limits(rig)) {
+        found.change = change_by_limits(rig, predict);
+    } else {
+        const growth_predictor guess = [](const berth::rig &at) {
+            return worst_of_schedule(at, guess_growth).prediction;
+        };
+        found.change = nearest_cure(rig, guess, predict);
     }
-    found.compensation = try_prediction(rig);
-    if (compensation_is_on(&rig.firmware)) {
-        return found;
-    }
-    const growth_prediction steady = predict_growth(linear);
-    if (!steady.growth_per_s || *steady.growth_per_s < 0.0) {
-        return found; /* what changes from tick to tick makes it grow, and no parameter */
-    }
-    std::vector<parameter_limits> parameters;
-    for (const std::string_view key : physical_parameters(linear)) {
-        if (linear.object.kind == object_kind::beam && follows_from_beam(key)) {
-            continue; /* no rig file may state it */
-        }
-        parameters.push_back(find_limits(linear, key, as_it_is, advice_scan));
-    }
-    found.change = nearest_limit(parameters, false);
     return found;
 } catch (const input_error &) {
     return {};
@@ -98,18 +174,19 @@ std::string advice_text(const stability_advice &advice)
 {
     char text[120];
     std::string all;
-    if (advice.change) {
-        const stability_limit &limit = advice.change->limit;
-        std::snprintf(text, sizeof text, "%s %s %.6g", advice.change->key.c_str(),
-                      limit.stable_above ? "above" : "below", on_the_safe_side(limit.value, limit.stable_above));
+    if (const auto &change = advice.change) {
+        std::snprintf(text, sizeof text, "%s %s %.6g", change->key.c_str(),
+                      change->value > change->own ? "above" : "below", change->value);
         all = text;
     }
     if (advice.compensation) {
-        std::snprintf(text, sizeof text, "%s--with %s: %+.2g /s", all.empty() ? "" : ", or ",
-                      advice.compensation->with.c_str(), advice.compensation->growth_per_s);
+        std::snprintf(text, sizeof text, "%s%s: %+.2g /s", all.empty() ? "" : ", or ",
+                      advice.compensation->option.c_str(), advice.compensation->growth_per_s);
         all += text;
     }
-    return all;
+    return all.empty() && advice.was_sought
+               ? "no single parameter and no compensation that was tried makes it stable"
+               : all;
 }
 
 } // namespace berth

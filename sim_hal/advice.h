@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cure_search.h"
 #include "stability/limits.h"
 
 namespace berth
@@ -24,22 +25,27 @@ struct near_limit {
  */
 std::optional<near_limit> nearest_limit(const std::vector<parameter_limits> &parameters, bool is_stable);
 
+/* That change, a little beyond the limit; nothing where `predict` does not call the loop stable then. */
+std::optional<parameter_cure> change_to(const rig &rig, const near_limit &limit, const growth_predictor &predict);
+
 /* A compensation that makes the loop stable. */
 struct cure {
-    std::string with; /* as --with names it */
+    std::string option; /* of a command: "--with prediction" */
     double growth_per_s;
 };
 
 struct stability_advice {
-    std::optional<near_limit> change;
+    std::optional<parameter_cure> change;
     std::optional<cure> compensation;
+    bool was_sought = false; /* then it is said, too, that there is none */
 };
 
-/* Of a rig that its eigenvalues call unstable; empty where there are none. Parameters change by up to a factor of
- * 10, in steps of 2 %: a stable interval narrower than that may be overlooked. */
-stability_advice advise(const rig &rig);
+/* Of a rig that `predict` calls unstable, which calls it stable with each cure: less than 0 by more than interval or
+ * rounding. Parameters change by up to a factor of 10, in steps of 2 % or as cure_search.h says: a stable interval
+ * narrower than that may be overlooked. Empty where there is no prediction. */
+stability_advice advise(const rig &rig, const growth_predictor &predict = predict_growth);
 
-/* "object.mass_kg below 194.6, or --with prediction: -0.47 /s"; empty: none. */
+/* "object.mass_kg below 194.6, or --with prediction: -0.47 /s", or that none was found; empty: none was sought. */
 std::string advice_text(const stability_advice &advice);
 
 } // namespace berth

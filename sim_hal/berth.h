@@ -5,6 +5,8 @@
  *   budget     delay_budget_of(): where the loop's delay comes from, in ms
  *   assumed    assumptions_of(): what decides and was not stated
  *   spectrum   loop_spectrum(): eigenvalues of one period; predict_growth(): the growth that they say, in 1/s
+ *   schedule   worst_of_schedule(): the loop that decides where a rig file schedules a change
+ *   answer     answer_of(): prediction, advice and margin of a rig, the same for every command
  *   limits     find_limits(): how far one parameter may go; advise(): the smallest change that makes a loop stable
  *   bounce     play_bounce(): restitution of a tool in contact; find_bounce_limit(): where it gains energy
  *   compensated  growth_of_compensated(), limits_of_compensated(): of loops with compensation of the dead time
@@ -20,12 +22,14 @@
 #include "../hal/rig/given.h"
 #include "../hal/rig/rig_file.h"
 #include "advice.h"
+#include "answer.h"
 #include "assumptions.h"
 #include "bounce.h"
 #include "compensated.h"
 #include "delay_budget.h"
 #include "motion.h"
 #include "prediction.h"
+#include "schedule.h"
 #include "stability/limits.h"
 #include "stability/spectrum.h"
 #include "stability/stability_map.h"

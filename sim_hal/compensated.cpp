@@ -141,6 +141,26 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     return {judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0)))), true};
 }
 
+growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m)
+{
+    const compensated_growth found = growth_of_compensated(rig, amplitude_m);
+    const stability_verdict &verdict = found.verdict;
+    if (verdict.growth) {
+        return {verdict.growth->growth_per_s,
+                {},
+                verdict.growth->ci95_per_s,
+                found.is_measured ? prediction_source::run : prediction_source::eigenvalues};
+    }
+    if (verdict.is_stable) { /* too short a run for a decrement: how the height of its swing changes */
+        const berth::rig quiet = undisturbed(released_rig(in_contact(rig), amplitude_m.value_or(0.0)));
+        const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
+        if ((growth_per_s < 0.0) == *verdict.is_stable) {
+            return {growth_per_s, {}, 0.0, prediction_source::run};
+        }
+    }
+    return {{}, verdict.because};
+}
+
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
     const compensated_growth own = growth_of_compensated(rig, amplitude_m);

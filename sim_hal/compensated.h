@@ -32,6 +32,9 @@ struct compensated_growth {
  * input_error where the loop can neither be run nor has eigenvalues. */
 compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
+/* The same as a prediction. */
+growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m = {});
+
 struct compensated_limit {
     std::string_view key; /* of the hardware, in the rig file */
     double value;         /* the rig's own */

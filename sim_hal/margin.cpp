@@ -68,6 +68,9 @@ stability_margin margin_of_steady(const rig &linear)
 
 stability_margin margin_of(const rig &rig)
 try {
+    if (is_time_varying(rig) && compensation_is_on(&rig.firmware) && rig.firmware.arm.kind == ARM_NONE) {
+        return margin_of_compensated(rig); /* by runs, in which it varies */
+    }
     const bool varies = is_time_varying(rig);
     stability_margin margin = margin_of_steady(in_contact(varies ? without_variation(rig) : rig));
     if (varies && (margin.dead_time_ms || margin.modulus)) {

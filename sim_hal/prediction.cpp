@@ -5,7 +5,9 @@
 
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/rig_file.h"
+#include "compensated.h"
 #include "effects/active.h"
+#include "schedule.h"
 #include "stability/dominant_root.h"
 #include "stability/loop_timeline.h"
 #include "stability/lyapunov.h"
@@ -17,7 +19,8 @@ namespace berth
 namespace
 {
 
-constexpr std::int64_t predicted_ticks = 40000;
+/* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
+constexpr double neutral_per_s = 1e-6;
 
 /* Moves z = 1 by this much where it is a double eigenvalue. */
 constexpr double drift_rounding_per_s = 1e-3;
@@ -37,13 +40,27 @@ growth_prediction eigenvalue_growth(const rig &rig, prediction_source source)
     }
     const double growth_per_s =
         std::log(dominant_root_finder().spectral_radius(equation)) / config_period_s(&rig.firmware);
-    if (drifts_freely(rig) && growth_per_s < drift_rounding_per_s) {
+    return prediction_of(growth_per_s, rig, source);
+}
+
+} // namespace
+
+std::optional<bool> is_stable(const growth_prediction &prediction)
+{
+    const double growth_per_s = prediction.growth_per_s.value_or(0.0);
+    if (!(std::abs(growth_per_s) > std::max(prediction.ci95_per_s, neutral_per_s))) {
+        return {};
+    }
+    return growth_per_s < 0.0;
+}
+
+growth_prediction prediction_of(double growth_per_s, const rig &linear, prediction_source source)
+{
+    if (drifts_freely(linear) && growth_per_s < drift_rounding_per_s) {
         return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
     }
     return {growth_per_s, {}, 0.0, source};
 }
-
-} // namespace
 
 rig in_contact(const rig &rig)
 {
@@ -55,6 +72,11 @@ rig in_contact(const rig &rig)
 }
 
 growth_prediction predict_growth(const rig &rig)
+{
+    return worst_of_schedule(rig, predict_unscheduled).prediction;
+}
+
+growth_prediction predict_unscheduled(const rig &rig)
 try {
     const bool touches = rig.object.kind == object_kind::contact;
     if (const std::vector<std::string> left_out = left_out_when_small(in_contact(rig)); !left_out.empty()) {
@@ -63,16 +85,19 @@ try {
     const berth::rig linear = in_contact(rig);
     const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;
     if (compensation_is_on(&rig.firmware) || rig.firmware.arm.kind != ARM_NONE) {
-        if (is_time_varying(rig)) {
+        if (is_time_varying(rig) && rig.firmware.arm.kind != ARM_NONE) {
             return {{},
-                    "what changes from period to period is reckoned without compensation and with a manipulator "
-                    "of one degree of freedom alone"};
+                    "what changes from period to period is reckoned with a manipulator of one degree of freedom "
+                    "alone"};
+        }
+        if (is_time_varying(rig)) {
+            return predict_compensated(rig); /* neither eigenvalues nor an exponent: by a run */
         }
         return {loop_spectrum(without_variation(linear)).growth_per_s, {}, 0.0, source};
     }
     if (is_time_varying(rig) && make_loop_equation(without_variation(linear)).degree() <= predicted_degree_max) {
-        const lyapunov_exponent found = exponent_of(linear, load_wake_histogram(rig), predicted_ticks);
-        return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent};
+        const lyapunov_exponent found = exponent_of(linear, load_wake_histogram(rig));
+        return {found.growth_per_s, {}, found.ci95_per_s, prediction_source::lyapunov_exponent, found.ticks, {}};
     }
     return eigenvalue_growth(linear, source);
 } catch (const input_error &error) {

@@ -2,6 +2,8 @@
 #ifndef SIM_HAL_PREDICTION_H
 #define SIM_HAL_PREDICTION_H
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,15 +25,43 @@ enum class prediction_source {
     run,               /* of a compensation that has no eigenvalues: how the swing of a run without noise grows */
 };
 
+/* Of a loop that a schedule makes from a time on. */
+struct scheduled_growth {
+    double from_s; /* on the clock of the run */
+    double dead_time_ms;
+    double stiffness_N_per_m;
+    std::optional<double> growth_per_s;
+    double ci95_per_s;
+    std::optional<bool> is_stable; /* nothing: not known */
+};
+
 struct growth_prediction {
     std::optional<double> growth_per_s;
     std::string why_not;     /* where there is none */
-    double ci95_per_s = 0.0; /* of a Lyapunov exponent */
+    double ci95_per_s = 0.0; /* of a Lyapunov exponent, or of a run */
     prediction_source source = prediction_source::none;
+    std::int64_t ticks = 0; /* of a Lyapunov exponent */
+
+    /* Of a rig that schedules a change of its loop, see schedule.h: all loops in order of time, this one is the
+     * worst. Empty: nothing is scheduled. */
+    std::vector<scheduled_growth> schedule = {};
 };
 
-/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits. */
+/* True: decays. Nothing: there is no growth, or it is no larger than its interval or rounding. */
+std::optional<bool> is_stable(const growth_prediction &prediction);
+
+/* What predicts the growth of a rig. */
+using growth_predictor = std::function<growth_prediction(const rig &)>;
+
+/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits: what every command says of a
+ * rig's small motions. Of a rig that schedules a change of its loop, the worst growth of its schedule. */
 growth_prediction predict_growth(const rig &rig);
+
+/* The same of the loop as it is at the start, whatever is scheduled. */
+growth_prediction predict_unscheduled(const rig &rig);
+
+/* Of the eigenvalues of a linear rig. */
+growth_prediction prediction_of(double growth_per_s, const rig &linear, prediction_source source);
 
 /* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
 rig in_contact(const rig &rig);

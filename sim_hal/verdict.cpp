@@ -11,9 +11,6 @@ namespace berth
 namespace
 {
 
-/* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
-constexpr double neutral_per_s = 1e-6;
-
 enum class tendency { unknown, decays, grows };
 
 tendency tendency_of(double growth_per_s, double ci95_per_s)
@@ -26,9 +23,8 @@ tendency tendency_of(double growth_per_s, double ci95_per_s)
 
 tendency tendency_of(const growth_prediction &prediction)
 {
-    return prediction.growth_per_s
-               ? tendency_of(*prediction.growth_per_s, std::max(prediction.ci95_per_s, neutral_per_s))
-               : tendency::unknown;
+    const std::optional<bool> decays = is_stable(prediction);
+    return !decays ? tendency::unknown : *decays ? tendency::decays : tendency::grows;
 }
 
 /* What an operator moves tells nothing of what the loop does by itself. */
@@ -252,6 +248,21 @@ stability_verdict not_told(const verdict_case &of)
                         "a longer run (run.duration_s) may show more");
 }
 
+/* A growth that is not told from 0. */
+stability_verdict neither(const growth_prediction &prediction)
+{
+    switch (prediction.source) {
+    case prediction_source::run:
+        return undetermined("a run without noise neither grows nor decays", "let it swing further: --amplitude");
+    case prediction_source::lyapunov_exponent:
+        return undetermined(predicted_words(prediction) + ": its interval holds 0",
+                            "ask `berth eigen` for more --ticks, or `berth run`");
+    default:
+        return undetermined(predicted_words(prediction) + ": no more than rounding",
+                            "the loop is at its limit: a little more or less damping decides");
+    }
+}
+
 bool ended_early(const run_stop &stop)
 {
     return stop.cause != STOP_NONE && stop.cause != STOP_REQUESTED;
@@ -363,11 +374,7 @@ stability_verdict judge(const growth_prediction &prediction, const stability_adv
         found.advice = advice_text(advice);
         break;
     default:
-        return prediction.source == prediction_source::run
-                   ? undetermined("a run without noise neither grows nor decays",
-                                  "let it swing further: --amplitude")
-                   : undetermined("the growth is no larger than its uncertainty",
-                                  "ask for more --ticks, or `berth run`");
+        return neither(prediction);
     }
     found.because = predicted_words(prediction) + factor_words(*found.growth);
     return found;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "schedule.h"
+
 namespace berth
 {
 
@@ -50,7 +52,13 @@ std::string predicted_words(const growth_prediction &prediction)
                             : prediction.source == prediction_source::run             ? "a run without noise says"
                             : prediction.source == prediction_source::contact ? "the eigenvalues in contact say"
                                                                               : "the eigenvalues say";
-    return std::string(who) + with_numbers(" %+.3g /s", *prediction.growth_per_s);
+    const std::string at = prediction.schedule.empty() ? "" : schedule_words(prediction) + ": ";
+    const bool has_interval = prediction.source == prediction_source::lyapunov_exponent;
+    const double growth_per_s = *prediction.growth_per_s;
+    return at + who + " " +
+           (has_interval ? (growth_per_s < 0.0 ? "" : "+") + rate_text(growth_per_s, prediction.ci95_per_s)
+                         : with_numbers("%+.3g", growth_per_s)) +
+           " /s";
 }
 
 std::string factor_words(const growth_finding &growth)
@@ -97,7 +105,7 @@ std::string left_out_words(const std::vector<std::string> &varies)
     for (const std::string &one : varies) {
         words += (words.empty() ? "" : ", ") + one;
     }
-    return words.empty() ? "" : "; without what changes it from tick to tick (" + words + ")";
+    return words.empty() ? "" : "; the limits are those without what changes it from tick to tick (" + words + ")";
 }
 
 std::string beyond_words(const growth_prediction &prediction)
@@ -111,7 +119,8 @@ std::string rate_text(double value, double ci95)
     if (!(ci95 > 0.0)) {
         return with_numbers("%.3g", value);
     }
-    const int decimals = std::clamp(-static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
+    const int more = std::abs(value) < 2.0 * ci95 ? 1 : 0; /* so that one digit does not make them alike */
+    const int decimals = std::clamp(more - static_cast<int>(std::floor(std::log10(ci95))), 0, 12);
     char text[80];
     std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals, value, decimals, ci95);
     return text;

@@ -1,7 +1,13 @@
 #include "amplitude.h"
 
+#include "../../firmware/compensation/compensation.h"
+#include "../compensated.h"
 #include "../prediction.h"
 #include "../stability/arm_loop.h"
+#include "../stability/loop_timeline.h"
+#include "../stability/lyapunov.h"
+#include "../stability/spectrum.h"
+#include "gains_report.h"
 #include <cmath>
 #include <cstdio>
 
@@ -57,18 +63,44 @@ rig linear_at(const rig &rig, double amplitude_m)
     return settle_at(rig, amplitude_m).linear;
 }
 
+growth_predictor predictor_at(double amplitude_m, std::int64_t ticks)
+{
+    return [=](const rig &at) -> growth_prediction {
+        try {
+            const settled_rig found = settle_at(at, amplitude_m);
+            if (!found.has_settled) {
+                return {{}, "the describing function did not settle: what it says is a guess"};
+            }
+            if (is_time_varying(at) && compensation_is_on(&at.firmware)) {
+                return predict_compensated(at, amplitude_m);
+            }
+            if (is_time_varying(at)) {
+                const lyapunov_exponent exponent = exponent_of(found.linear, load_wake_histogram(at), ticks);
+                return {exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent,
+                        exponent.ticks,        {}};
+            }
+            const bool is_held = at.object.kind == object_kind::contact && amplitude_m == 0.0;
+            return prediction_of(std::log(spectral_radius_of(found.linear)) / config_period_s(&at.firmware),
+                                 found.linear,
+                                 is_held ? prediction_source::contact : prediction_source::eigenvalues);
+        } catch (const input_error &error) {
+            return {{}, error.what()};
+        }
+    };
+}
+
 const char *guess_text(bool has_settled)
 {
     return has_settled ? "" : " (A GUESS: the describing function did not settle)";
 }
 
-nlohmann::json stable_json(double spectral_radius, bool is_free)
+nlohmann::json stable_json(double growth_per_s, double spectral_radius, bool is_free)
 {
     constexpr double drift_rounding = 1e-6; /* moves z = 1 by this much where it is a double eigenvalue */
     if (is_free && spectral_radius < 1.0 + drift_rounding) {
         return nullptr;
     }
-    return spectral_radius < 1.0;
+    return or_null(is_stable({growth_per_s, {}}));
 }
 
 nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable)

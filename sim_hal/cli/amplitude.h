@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "../prediction.h"
 #include "../stability/equivalent_loop.h"
 #include "commands.h"
 
@@ -21,11 +22,16 @@ struct settled_rig {
 settled_rig settle_at(const rig &rig, double amplitude_m);
 rig linear_at(const rig &rig, double amplitude_m);
 
+/* What predicts at an amplitude, or of small motions at 0: predict_unscheduled(), without its limit on the number of
+ * eigenvalues, and of a loop that changes from tick to tick over `ticks` ticks (0: as many as it takes). */
+growth_predictor predictor_at(double amplitude_m, std::int64_t ticks = 0);
+
 /* To stand behind a verdict: empty where it holds. */
 const char *guess_text(bool has_settled);
 
-/* "stable" in JSON. Null: nothing holds the two bodies, and all else decays. */
-nlohmann::json stable_json(double spectral_radius, bool is_free);
+/* "stable" in JSON. Null: nothing holds the two bodies, and all else decays; or the growth is no more than rounding.
+ */
+nlohmann::json stable_json(double growth_per_s, double spectral_radius, bool is_free);
 
 /* The same: null where it would be a guess. */
 nlohmann::json unless_guess(bool has_settled, const nlohmann::json &stable);

@@ -42,12 +42,11 @@ int check_command(const rig_arguments &arguments)
     const rig &rig = chosen.rig;
     refuse_unstated(rig, arguments.rig);
     const std::vector<implausible_value> found = implausible_values(rig);
-    const growth_prediction predicted = predict_growth(rig);
-    const bool grows = predicted.growth_per_s.value_or(0.0) > 0.0;
-    const stability_verdict verdict = judge(predicted, grows ? advise(rig) : stability_advice());
-    const stability_margin margin = grows ? stability_margin() : margin_of(rig);
+    const model_answer answer = answer_of(rig);
+    const stability_verdict verdict = answer.verdict();
     if (arguments.json) {
-        nlohmann::json json = answer_json(rig, verdict, margin);
+        nlohmann::json json = answer_json(rig, verdict, answer.margin);
+        json["prediction"] = prediction_json(answer.worst.prediction);
         json["rig"] = rig.name;
         json["robot"] = robot_as_json(chosen);
         json["implausible"] = as_json(found);
@@ -57,7 +56,7 @@ int check_command(const rig_arguments &arguments)
         print_implausible(found);
         print_assumptions(rig);
         print_verdict(verdict);
-        print_margin(margin);
+        print_margin(answer.margin);
         print_delay_budget(rig);
     }
     return found.empty() && verdict.is_stable == std::optional<bool>(true) ? 0 : exit_doubtful;

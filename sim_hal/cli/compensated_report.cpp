@@ -3,7 +3,9 @@
 #include <cstdio>
 
 #include "../compensated.h"
+#include "../schedule.h"
 #include "../stability/arm_loop.h"
+#include "../stability/loop_timeline.h"
 #include "../verdict_words.h"
 #include "gains_report.h"
 #include "short_number.h"
@@ -27,24 +29,68 @@ const char *source_words(bool is_measured)
                : "eigenvalues of the loop with its compensation";
 }
 
-nlohmann::json growth_json(const stability_verdict &verdict)
+/* Of an unstable run that was too short for a decrement, how its height changed. */
+nlohmann::json growth_json(const stability_verdict &verdict, const growth_prediction &predicted)
 {
-    return verdict.growth ? nlohmann::json(verdict.growth->growth_per_s) : nlohmann::json();
+    return verdict.growth      ? nlohmann::json(verdict.growth->growth_per_s)
+           : verdict.is_stable ? or_null(predicted.growth_per_s)
+                               : nlohmann::json();
+}
+
+/* With small motions as every command has them; else each loop of a schedule by its run. */
+growth_predictor predictor_of(const rig_arguments &arguments)
+{
+    if (!arguments.amplitude_m) {
+        return predict_unscheduled;
+    }
+    return [amplitude_m = arguments.amplitude_m](const rig &at) { return predict_compensated(at, amplitude_m); };
+}
+
+/* The loop that decides. */
+scheduled_loop worst_loop(const rig &stated, const rig_arguments &arguments)
+{
+    return has_schedule(stated)
+               ? worst_of_schedule(stated,
+                                   [&](const rig &at) { return predict_compensated(at, arguments.amplitude_m); })
+               : scheduled_loop{0.0, stated, predictor_of(arguments)(stated)};
+}
+
+/* The schedule, and what makes it stable. */
+void complete(stability_verdict &verdict, const rig &stated, const growth_prediction &predicted,
+              const rig_arguments &arguments)
+{
+    if (!predicted.schedule.empty()) {
+        verdict.because = schedule_words(predicted) + ": " + verdict.because;
+    }
+    if (verdict.is_stable == std::optional<bool>(false) && verdict.advice.empty() && !arguments.amplitude_m) {
+        verdict.advice = advice_text(advise(stated));
+    }
+}
+
+void print_advice(const stability_verdict &verdict)
+{
+    if (!verdict.advice.empty()) {
+        std::printf("  %-14s %s\n", "advice", verdict.advice.c_str());
+    }
 }
 
 } // namespace
 
-int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
+int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
 {
-    refuse_arm(rig);
-    const stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
+    refuse_arm(stated);
+    const scheduled_loop worst = worst_loop(stated, arguments);
+    const rig &rig = worst.rig;
+    stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
+    complete(verdict, stated, worst.prediction, arguments);
     const stability_margin margin = margin_of_compensated(rig, arguments.amplitude_m);
     if (arguments.json) {
-        nlohmann::json json = answer_json(rig, verdict, margin);
+        nlohmann::json json = answer_json(stated, verdict, margin);
         json.update({{"rig", rig.name},
                      {"eigenvalues", nullptr},
                      {"spectral_radius", nullptr},
-                     {"growth_per_s", growth_json(verdict)},
+                     {"growth_per_s", growth_json(verdict, worst.prediction)},
+                     {"prediction", prediction_json(worst.prediction)},
                      {"source", source_words(true)}});
         print_json(json);
         return check_exit_code(arguments, verdict, margin);
@@ -52,16 +98,26 @@ int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
     std::printf("  %-14s %s\n", "source", source_words(true));
-    print_delay_budget(rig);
+    print_delay_budget(stated);
     print_margin(margin);
+    print_advice(verdict);
     return check_exit_code(arguments, verdict, margin);
 }
 
-int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, std::vector<std::string> varies)
+int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
 {
-    refuse_arm(rig);
+    refuse_arm(stated);
+    const scheduled_loop worst = worst_loop(stated, arguments);
+    std::vector<std::string> varies;
+    rig rig = worst.rig;
+    if (is_time_varying(rig)) {
+        varies = what_varies(rig, load_wake_histogram(rig));
+        rig = without_variation(rig);
+    }
     const compensated_growth own = growth_of_compensated(rig, arguments.amplitude_m);
-    stability_verdict verdict = own.verdict;
+    stability_verdict verdict =
+        varies.empty() ? own.verdict : growth_of_compensated(worst.rig, arguments.amplitude_m).verdict;
+    complete(verdict, stated, worst.prediction, arguments);
     verdict.because += left_out_words(varies);
     std::vector<std::string> without = std::move(varies);
     if (!own.is_measured) {
@@ -71,9 +127,10 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
     const std::vector<compensated_limit> limits = limits_of_compensated(rig, arguments.amplitude_m);
     const stability_margin margin = margin_of_compensated(own, limits);
     if (arguments.json) {
-        nlohmann::json json = answer_json(rig, verdict, margin);
+        nlohmann::json json = answer_json(stated, verdict, margin);
         json.update({{"rig", rig.name},
-                     {"growth_per_s", growth_json(verdict)},
+                     {"growth_per_s", growth_json(verdict, worst.prediction)},
+                     {"prediction", prediction_json(worst.prediction)},
                      {"source", source_words(own.is_measured)},
                      {"left_out", without}});
         for (const compensated_limit &limit : limits) {
@@ -89,8 +146,9 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
     for (const std::string &effect : without) {
         std::printf("  left out: %s\n", effect.c_str());
     }
-    print_delay_budget(rig);
+    print_delay_budget(stated);
     print_margin(margin);
+    print_advice(verdict);
     std::printf("  %-32s %12s %25s\n  %-32s %12s %12s %12s\n", "", "", "nearest limit", "parameter", "value",
                 "below", "above");
     for (const compensated_limit &limit : limits) {

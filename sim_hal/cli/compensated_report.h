@@ -13,8 +13,7 @@ namespace berth
 /* Of a compensation, or effects beside one, without eigenvalues. Both print, and return the exit code. */
 int answer_compensated_growth(const rig &rig, const rig_arguments &arguments);
 
-/* `varies`: what changes the loop from tick to tick and was taken out of `rig`, in words. */
-int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, std::vector<std::string> varies);
+int answer_compensated_limits(const rig &rig, const rig_arguments &arguments);
 
 } // namespace berth
 

@@ -29,7 +29,7 @@ nlohmann::json as_json(const spectrum &spectrum, bool is_free)
     return {{"eigenvalues", eigenvalues},
             {"spectral_radius", spectrum.spectral_radius},
             {"growth_per_s", spectrum.growth_per_s},
-            {"stable", stable_json(spectrum.spectral_radius, is_free)}};
+            {"stable", stable_json(spectrum.growth_per_s, spectrum.spectral_radius, is_free)}};
 }
 
 void print_modes(const char *title, const spectrum &spectrum)
@@ -75,54 +75,58 @@ void print_spectra(const rig &steady, const spectrum &loop, const char *loop_tit
                 coupled_spectrum(steady));
 }
 
-std::string stability_word(bool is_stable)
-{
-    return is_stable ? coloured(stdout, ink::green, "stable") : coloured(stdout, ink::red, "unstable");
-}
-
 /* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
 spectrum print_spectrum(const char *title, const settled_rig &at)
 {
     spectrum loop = loop_spectrum(at.linear);
-    const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
+    const bool is_free = drifts_freely(at.linear);
+    const nlohmann::json stable = stable_json(loop.growth_per_s, loop.spectral_radius, is_free);
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
-                stable.is_null() ? "undetermined (no spring holds manipulator or object: z = 1)"
-                                 : stability_word(stable == true).c_str(),
+                !stable.is_null() ? stability_word(stable == true).c_str()
+                : is_free         ? "undetermined (no spring holds manipulator or object: z = 1)"
+                                  : "undetermined (no more than rounding)",
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
     return loop;
 }
 
-/* The verdict on what was found: of eigenvalues, an exponent, or at an amplitude. */
-struct answer {
+/* What was asked: `chosen` holds the loop that decides, of a rig that schedules a change the worst one. */
+struct question {
+    chosen_rig chosen;
+    rig stated;
+    double amplitude_m;
+    model_answer found;
     stability_verdict verdict;
-    stability_margin margin;
 };
 
-answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction &prediction)
+question ask(const varying_arguments &arguments, chosen_rig chosen, double amplitude_m)
 {
-    if (!at.has_settled) {
-        return {judge({{}, "the describing function did not settle: what it says is a guess"}, {}), {}};
+    settle_at(chosen.rig, amplitude_m); /* says here what is wrong with the amplitude */
+    const rig stated = chosen.rig;
+    model_answer found = answer_of(stated, predictor_at(amplitude_m, arguments.ticks));
+    chosen.rig = found.worst.rig;
+    if (amplitude_m > 0.0 && is_stable(found.worst.prediction) != std::optional<bool>(false)) {
+        found.margin = margin_of(linear_at(chosen.rig, amplitude_m));
     }
-    const bool grows = prediction.growth_per_s.value_or(0.0) > 0.0;
-    return {judge(prediction, grows ? advise(rig) : stability_advice()),
-            grows ? stability_margin() : margin_of(at.linear)};
+    const stability_verdict verdict = found.verdict();
+    return {chosen, stated, amplitude_m, found, verdict};
 }
 
-growth_prediction prediction_of(const spectrum &loop, const rig &linear, prediction_source source)
+void print_answer(const question &asked)
 {
-    if (stable_json(loop.spectral_radius, drifts_freely(linear)).is_null()) {
-        return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
+    print_schedule(asked.found.worst.prediction);
+    print_delay_budget(asked.stated);
+    print_margin(asked.found.margin);
+    if (!asked.verdict.advice.empty()) {
+        std::printf("  %-14s %s\n", "advice", asked.verdict.advice.c_str());
     }
-    return {loop.growth_per_s, {}, 0.0, source};
 }
 
-void print_answer(const rig &rig, const answer &found)
+nlohmann::json as_json(const question &asked)
 {
-    print_delay_budget(rig);
-    print_margin(found.margin);
-    if (!found.verdict.advice.empty()) {
-        std::printf("  %-14s %s\n", "advice", found.verdict.advice.c_str());
-    }
+    nlohmann::json json = answer_json(asked.stated, asked.verdict, asked.found.margin);
+    json["prediction"] = prediction_json(asked.found.worst.prediction);
+    json["robot"] = robot_as_json(asked.chosen);
+    return json;
 }
 
 /* Null where the interval of the exponent holds 0. */
@@ -146,11 +150,9 @@ nlohmann::json as_json(const lyapunov_exponent &exponent, bool has_settled)
 
 void print_exponent(const lyapunov_exponent &exponent, std::int64_t seed, bool has_settled)
 {
-    const nlohmann::json stable = exponent_stable_json(exponent);
-    std::printf("%s, Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld%s\n",
-                stable.is_null() ? "undetermined" : stability_word(stable == true).c_str(), exponent.growth_per_s,
-                exponent.ci95_per_s, static_cast<long long>(exponent.ticks), static_cast<long long>(seed),
-                guess_text(has_settled));
+    const growth_prediction as_prediction{
+        exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent, exponent.ticks};
+    std::printf("%s%s\n", exponent_sentence(as_prediction, seed).c_str(), guess_text(has_settled));
 }
 
 void print_robot(const chosen_rig &chosen)
@@ -160,22 +162,18 @@ void print_robot(const chosen_rig &chosen)
     }
 }
 
-int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arguments &arguments)
+int steady_eigen(const question &asked, const varying_arguments &arguments)
 {
+    const auto &[chosen, stated, amplitude_m, found, verdict] = asked;
     const rig &rig = chosen.rig;
     const settled_rig own = settle_at(rig, amplitude_m);
-    const prediction_source source = rig.object.kind == object_kind::contact && amplitude_m == 0.0
-                                         ? prediction_source::contact
-                                         : prediction_source::eigenvalues;
     std::optional<settled_rig> lower_end;
     if (chosen.dead_time_band) {
         lower_end = settle_at(chosen.at_lower_end(), amplitude_m);
     }
     if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
-        const answer found = answer_for(rig, own, prediction_of(loop_spectrum(own.linear), own.linear, source));
-        json.update(answer_json(rig, found.verdict, found.margin));
-        json["robot"] = robot_as_json(chosen);
+        json.update(as_json(asked));
         json["bounce"] = bounce_json(answer_bounce(rig, {}));
         json["lower_end"] = nullptr;
         if (lower_end) {
@@ -183,12 +181,11 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
-        return check_exit_code(arguments, found.verdict, found.margin);
+        return check_exit_code(arguments, verdict, found.margin);
     }
     print_assumptions(rig);
     const spectrum loop = print_spectrum(rig.name.c_str(), own);
-    const answer found = answer_for(rig, own, prediction_of(loop, own.linear, source));
-    print_answer(rig, found);
+    print_answer(asked);
     print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
@@ -200,18 +197,22 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
     print_spectra(in_contact(rig), loop,
                   rig.object.kind == object_kind::contact ? "loop with dead time, in contact"
                                                           : "loop with dead time");
-    return check_exit_code(arguments, found.verdict, found.margin);
+    return check_exit_code(arguments, verdict, found.margin);
 }
 
 /* No eigenvalues, but an exponent; for comparison those of the loop without what makes it change. */
-int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arguments &arguments)
+int varying_eigen(const question &asked, const varying_arguments &arguments)
 {
+    const auto &[chosen, stated, amplitude_m, found, verdict] = asked;
     const std::int64_t ticks = arguments.ticks;
     const rig &rig = chosen.rig;
     const wake_histogram histogram = load_wake_histogram(rig);
     const struct rig steady = without_variation(rig);
     const settled_rig own = settle_at(rig, amplitude_m);
-    const lyapunov_exponent exponent = exponent_of(own.linear, histogram, ticks);
+    const growth_prediction &predicted = found.worst.prediction;
+    const lyapunov_exponent exponent =
+        own.has_settled ? lyapunov_exponent{*predicted.growth_per_s, predicted.ci95_per_s, predicted.ticks}
+                        : exponent_of(own.linear, histogram, ticks);
     std::optional<settled_rig> low;
     std::optional<lyapunov_exponent> lower_end;
     if (chosen.dead_time_band) {
@@ -219,15 +220,12 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
         lower_end = exponent_of(low->linear, histogram, ticks);
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
-    const answer found =
-        answer_for(rig, own, {exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent});
     if (arguments.json) {
         nlohmann::json json = as_json(exponent, own.has_settled);
-        json.update(answer_json(rig, found.verdict, found.margin));
+        json.update(as_json(asked));
         json.update({{"rig", rig.name},
                      {"left_out", left_out(rig, amplitude_m)},
                      {"describing_function", describing_function_json(rig, amplitude_m)},
-                     {"robot", robot_as_json(chosen)},
                      {"lower_end", nullptr},
                      {"seed", rig.run.seed},
                      {"varies", effects},
@@ -237,12 +235,12 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
             json["lower_end"]["dead_time_ms"] = chosen.dead_time_band->from;
         }
         print_json(json);
-        return check_exit_code(arguments, found.verdict, found.margin);
+        return check_exit_code(arguments, verdict, found.margin);
     }
     print_assumptions(rig);
     std::printf("%s: ", rig.name.c_str());
     print_exponent(exponent, rig.run.seed, own.has_settled);
-    print_answer(rig, found);
+    print_answer(asked);
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
@@ -254,7 +252,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
     }
     const spectrum loop = print_spectrum("  without", settle_at(steady, amplitude_m));
     print_spectra(steady, loop, "loop with dead time, without that");
-    return check_exit_code(arguments, found.verdict, found.margin);
+    return check_exit_code(arguments, verdict, found.margin);
 }
 
 } // namespace
@@ -264,13 +262,15 @@ int eigen_command(const varying_arguments &arguments)
     const chosen_rig chosen = choose_rig(arguments);
     refuse_unstated(chosen.rig, arguments.rig);
     const double amplitude_m = chosen_amplitude_m(arguments, chosen.rig);
-    tell_left_out(chosen.rig, amplitude_m);
     const bool varies = is_time_varying(chosen.rig);
     const bool has_no_exponent = compensation_is_on(&chosen.rig.firmware) && (amplitude_m > 0.0 || varies);
     if (!compensation_is_linear(chosen.rig) || has_no_exponent) {
+        tell_left_out(chosen.rig, amplitude_m);
         return answer_compensated_growth(chosen.rig, arguments);
     }
-    return varies ? varying_eigen(chosen, amplitude_m, arguments) : steady_eigen(chosen, amplitude_m, arguments);
+    const question asked = ask(arguments, chosen, amplitude_m);
+    tell_left_out(asked.chosen.rig, amplitude_m);
+    return varies ? varying_eigen(asked, arguments) : steady_eigen(asked, arguments);
 }
 
 } // namespace berth

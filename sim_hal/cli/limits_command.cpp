@@ -207,6 +207,7 @@ void print_rates(const char *which, const std::vector<rate_verdict> &rates)
 
 /* What is told of the loop as a whole, beside its parameters. */
 struct loop_verdict {
+    growth_prediction predicted; /* with what makes the loop change from tick to tick; the rest is without it */
     double spectral_radius;
     double growth_per_s;
     bool is_stable;
@@ -226,25 +227,39 @@ bool has_settled(const loop_verdict &verdict)
 
 nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
 {
-    return {{"rig", chosen.rig.name},
-            {"robot", robot_as_json(chosen)},
-            {"left_out", verdict.left_out},
-            {"describing_function", verdict.describing_function},
-            {"dead_time_band", as_json(verdict.band)},
-            {"stable", unless_guess(has_settled(verdict), verdict.is_stable)},
-            {"spectral_radius", verdict.spectral_radius},
-            {"growth_per_s", verdict.growth_per_s},
-            {"dead_time_margin_ms", or_null(verdict.margin_ms)},
-            {"loop_delay_ms", verdict.loop_delay_ms},
-            {"damping_ratio", verdict.damping_ratio},
-            {"first_order_damping_limit", verdict.first_order_damping_limit}};
+    const nlohmann::json stable = unless_guess(has_settled(verdict), verdict.is_stable);
+    const bool varies = !verdict.left_out.empty();
+    const nlohmann::json without = {
+        {"stable", stable}, {"spectral_radius", verdict.spectral_radius}, {"growth_per_s", verdict.growth_per_s}};
+    return {
+        {"rig", chosen.rig.name},
+        {"robot", robot_as_json(chosen)},
+        {"left_out", verdict.left_out},
+        {"without", varies ? without : nlohmann::json()},
+        {"growth_ci95_per_s", verdict.predicted.ci95_per_s},
+        {"describing_function", verdict.describing_function},
+        {"dead_time_band", as_json(verdict.band)},
+        {"stable", stable},
+        {"spectral_radius", varies ? nlohmann::json() : nlohmann::json(verdict.spectral_radius)},
+        {"growth_per_s", varies ? or_null(verdict.predicted.growth_per_s) : nlohmann::json(verdict.growth_per_s)},
+        {"dead_time_margin_ms", or_null(verdict.margin_ms)},
+        {"loop_delay_ms", verdict.loop_delay_ms},
+        {"damping_ratio", verdict.damping_ratio},
+        {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }
 
 void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
 {
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
+    const bool varies = !verdict.left_out.empty();
+    if (varies) {
+        std::printf("%s: %s\n", chosen.rig.name.c_str(),
+                    exponent_sentence(verdict.predicted, chosen.rig.run.seed).c_str());
+    }
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n",
+                varies ? "  the rest is without what changes from tick to tick" : chosen.rig.name.c_str(),
                 verdict.is_stable ? "stable" : "unstable", verdict.spectral_radius, verdict.growth_per_s,
                 guess_text(has_settled(verdict)));
+    print_schedule(verdict.predicted);
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
     }
@@ -254,9 +269,10 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
     if (verdict.is_stable) {
-        std::printf("  dead-time margin: %s\n", verdict.margin_ms
-                                                    ? (short_number(*verdict.margin_ms) + " ms").c_str()
-                                                    : "none up to ten times the robot's dead time");
+        std::printf("  dead-time margin: %s%s\n",
+                    verdict.margin_ms ? (short_number(*verdict.margin_ms) + " ms").c_str()
+                                      : "none up to ten times the robot's dead time",
+                    varies ? ", without what changes from tick to tick" : "");
     }
     std::printf("  first-order formula: the loop's delay of %s ms takes %s off the coupled damping ratio %s\n",
                 short_number(verdict.loop_delay_ms).c_str(), short_number(verdict.first_order_damping_limit).c_str(),
@@ -272,17 +288,23 @@ int limits_command(const limits_arguments &arguments)
     }
     chosen_rig chosen = choose_rig(arguments);
     refuse_unstated(chosen.rig, arguments.rig);
+    const berth::rig stated = chosen.rig;
+    const double amplitude_m = chosen_amplitude_m(arguments, stated);
+    if (compensation_is_on(&stated.firmware)) {
+        tell_left_out(stated, amplitude_m);
+        return answer_compensated_limits(stated, arguments);
+    }
+    settle_at(stated, amplitude_m); /* says here what is wrong with the amplitude */
+    model_answer answer = answer_of(stated, predictor_at(amplitude_m));
+    chosen.rig = answer.worst.rig;
     loop_verdict verdict{};
+    verdict.predicted = answer.worst.prediction;
     if (is_time_varying(chosen.rig)) {
         verdict.left_out = what_varies(chosen.rig, load_wake_histogram(chosen.rig));
         chosen.rig = without_variation(chosen.rig);
     }
     const rig &rig = chosen.rig;
-    const double amplitude_m = chosen_amplitude_m(arguments, rig);
     tell_left_out(rig, amplitude_m);
-    if (compensation_is_on(&rig.firmware)) {
-        return answer_compensated_limits(rig, arguments, verdict.left_out);
-    }
     const berth::rig own = linear_at(rig, amplitude_m);
     if (drifts_freely(own)) {
         throw input_error(
@@ -327,21 +349,26 @@ int limits_command(const limits_arguments &arguments)
     verdict.loop_delay_ms = 1e3 * loop_delay_s(own);
     progress.show("");
 
-    const bool is_open = verdict.is_stable && !verdict.margin_ms;
-    const stability_margin margin{
-        is_open ? searched_ms : verdict.margin_ms, is_open, ranking.now ? ranking.now->margin : std::nullopt, {}};
-    const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
-    const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
-    const prediction_source source = is_held ? prediction_source::contact : prediction_source::eigenvalues;
-    stability_verdict judged =
-        has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, source}, advice)
-                             : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
+    const bool varies = !verdict.left_out.empty();
+    if (!varies) {
+        const bool is_open = verdict.is_stable && !verdict.margin_ms;
+        answer.margin = {is_open ? searched_ms : verdict.margin_ms,
+                         is_open,
+                         ranking.now ? ranking.now->margin : std::nullopt,
+                         {}};
+    }
+    if (const auto nearest = nearest_limit(parameters, false); nearest && amplitude_m > 0.0 && !verdict.is_stable) {
+        answer.advice.change = change_to(stated, *nearest, predictor_at(amplitude_m));
+    }
+    stability_verdict judged = answer.verdict();
     judged.because += left_out_words(verdict.left_out);
+    const stability_margin &margin = answer.margin;
     const int exit_code = check_exit_code(arguments, judged, margin);
     const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});
     if (arguments.json) {
         nlohmann::json json = as_json(chosen, verdict);
-        json.update(answer_json(rig, judged, margin));
+        json.update(answer_json(stated, judged, margin));
+        json["prediction"] = prediction_json(answer.worst.prediction);
         json["bounce"] = bounce_json(bounce);
         json["rates"] = as_json(rates);
         json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
@@ -353,12 +380,14 @@ int limits_command(const limits_arguments &arguments)
         print_json(json);
         return exit_code;
     }
-    print_assumptions(rig);
+    print_assumptions(stated);
     print_loop(chosen, verdict);
-    print_delay_budget(rig);
+    print_delay_budget(stated);
     print_bounce(bounce);
     print_parameters(parameters, how);
-    print_nearest_limit(parameters, verdict.is_stable);
+    if (!varies) {
+        print_nearest_limit(parameters, verdict.is_stable);
+    }
     print_rates("rates in Hz, dead time and delay as they are in ms", rates);
     print_rates("rates in Hz, dead time and delay as many ticks as now", rates_in_ticks);
     print_gains(ranking);

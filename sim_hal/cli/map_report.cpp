@@ -103,9 +103,11 @@ nlohmann::json own_as_json(const map_request &request, double run_s)
     }
     const settled_rig at = settle_at(request.rig, request.amplitude_m);
     const double radius = spectral_radius_of(at.linear);
-    own.update({{"spectral_radius", radius},
-                {"growth_per_s", std::log(radius) / period_s},
-                {"stable", unless_guess(at.has_settled, stable_json(radius, drifts_freely(at.linear)))}});
+    const double growth_per_s = std::log(radius) / period_s;
+    own.update(
+        {{"spectral_radius", radius},
+         {"growth_per_s", growth_per_s},
+         {"stable", unless_guess(at.has_settled, stable_json(growth_per_s, radius, drifts_freely(at.linear)))}});
     return own;
 }
 

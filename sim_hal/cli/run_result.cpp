@@ -163,16 +163,13 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
         result.obstacles = obstacles_of(last);
     }
     result.evidence = result.motion.conclude();
-    result.predicted = predict_growth(rig);
-    verdict_case all{result.predicted, result.evidence, {}, {}, rig.firmware.manipulator.mass_kg, {},
-                     result.obstacles};
+    const model_answer answer = answer_of(rig);
+    result.predicted = answer.worst.prediction;
+    verdict_case all{
+        result.predicted, result.evidence, answer.margin, answer.advice, rig.firmware.manipulator.mass_kg, {},
+        result.obstacles};
     if (result.evidence.falls == std::optional<bool>(false)) {
         all.cycles = predict_cycles(rig, result.evidence.height_m);
-    }
-    if (result.predicted.growth_per_s && *result.predicted.growth_per_s > 0.0) {
-        all.advice = advise(rig);
-    } else {
-        all.margin = margin_of(rig);
     }
     result.margin = all.margin;
     result.verdict = judge(all);
@@ -277,6 +274,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"version", result.version},
     };
     json.update(answer_json(rig, result.verdict, result.margin));
+    json["prediction"] = prediction_json(result.predicted);
     if (result.accuracy) {
         json["accuracy"] = accuracy_json(*result.accuracy, rig);
     }

@@ -44,6 +44,11 @@ ink ink_of(const stability_verdict &verdict)
 
 } // namespace
 
+std::string stability_word(bool is_stable)
+{
+    return is_stable ? coloured(stdout, ink::green, "stable") : coloured(stdout, ink::red, "unstable");
+}
+
 void print_verdict(const stability_verdict &verdict)
 {
     const std::string name = verdict_name(verdict.kind);
@@ -81,6 +86,26 @@ void print_delay_budget(const rig &rig)
         line += (line.empty() ? "" : " + ") + std::string(part.name) + " " + text;
     }
     std::printf("  %-14s %s = %.4g ms\n", "delay", line.c_str(), budget.total_ms());
+}
+
+void print_schedule(const growth_prediction &prediction)
+{
+    if (!prediction.schedule.empty()) {
+        std::printf(line_format, "schedule", schedule_words(prediction).c_str());
+    }
+}
+
+std::string exponent_sentence(const growth_prediction &exponent, std::int64_t seed)
+{
+    if (!exponent.growth_per_s) {
+        return "undetermined, " + exponent.why_not;
+    }
+    const std::optional<bool> stable = is_stable(exponent);
+    char text[160];
+    std::snprintf(text, sizeof text, ", Lyapunov exponent %+.6f /s (+-%.1g) over %lld ticks, seed %lld",
+                  *exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
+                  static_cast<long long>(seed));
+    return (stable ? stability_word(*stable) : "undetermined") + text;
 }
 
 void print_margin(const stability_margin &margin)
@@ -130,6 +155,28 @@ nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, con
             {"margin", margin_json(margin)},
             {"assumed", assumed_json(rig)},
             {"delay_budget", delay_budget_json(rig)}};
+}
+
+nlohmann::json prediction_json(const growth_prediction &prediction)
+{
+    static const char *const sources[] = {nullptr, "eigenvalues", "contact", "lyapunov_exponent", "run"};
+    const char *const source = sources[static_cast<int>(prediction.source)];
+    nlohmann::json schedule = nlohmann::json::array();
+    for (const scheduled_growth &loop : prediction.schedule) {
+        schedule.push_back({{"from_s", loop.from_s},
+                            {"dead_time_ms", loop.dead_time_ms},
+                            {"stiffness_N_per_m", loop.stiffness_N_per_m},
+                            {"growth_per_s", or_null(loop.growth_per_s)},
+                            {"growth_ci95_per_s", loop.ci95_per_s},
+                            {"stable", or_null(loop.is_stable)}});
+    }
+    return {{"growth_per_s", or_null(prediction.growth_per_s)},
+            {"growth_ci95_per_s", prediction.ci95_per_s},
+            {"stable", or_null(is_stable(prediction))},
+            {"source", source != nullptr ? nlohmann::json(source) : nlohmann::json()},
+            {"ticks", prediction.ticks},
+            {"why_not_predicted", prediction.why_not.empty() ? nlohmann::json() : nlohmann::json(prediction.why_not)},
+            {"schedule", schedule}};
 }
 
 nlohmann::json stop_json(const std::optional<run_stop> &stop)

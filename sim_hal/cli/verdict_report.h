@@ -11,10 +11,18 @@
 namespace berth
 {
 
+/* In its colour. */
+std::string stability_word(bool is_stable);
+
 /* Lines of a summary. */
 void print_verdict(const stability_verdict &verdict);
 void print_assumptions(const rig &rig);
 void print_delay_budget(const rig &rig);
+void print_schedule(const growth_prediction &prediction); /* nothing where nothing is scheduled */
+
+/* "stable, Lyapunov exponent -0.179 /s (+-0.08) over 400000 ticks, seed 1"; why there is none. */
+std::string exponent_sentence(const growth_prediction &exponent, std::int64_t seed);
+
 void print_margin(const stability_margin &margin);
 void print_peaks(const motion_evidence &motion);
 
@@ -24,6 +32,9 @@ int check_exit_code(const rig_arguments &arguments, const stability_verdict &ver
 
 /* What every answer has: verdict, its reason and advice, margin, delay budget, and what was assumed. */
 nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, const stability_margin &margin);
+
+/* Of small motions: the same in every command. */
+nlohmann::json prediction_json(const growth_prediction &prediction);
 
 /* Null where there is nothing to tell. */
 nlohmann::json stop_json(const std::optional<run_stop> &stop);

@@ -20,6 +20,7 @@ RUNS = {
 ASKED = {
     "deadtime": ("ess",),
     "check": ("ess", *settings({"robot.dead_time_ms": 400})),
+    "check, a schedule": ("ess", *settings({"run.dead_time_jump_s": 5, "run.dead_time_jump_ms": 10})),
     "eigen": ("ess",),
     "eigen, a range": ("ess", "--robot", "abb-egm"),
     "eigen, jitter": ("ess", *settings({"robot.jitter_ms": 0.5}), "--ticks", "4000"),

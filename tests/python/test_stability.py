@@ -141,13 +141,19 @@ def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(ri
 ], ids=["clock", "jitter", "losses", "late wake-ups"])
 @pytest.mark.first(2)
 def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, effect):
-    told, without = ask("limits", "ess", values), ask("limits", "ess")
-    [left_out] = told.pop("left_out")
-    assert effect in left_out and without.pop("left_out") == []
-    assert told.pop("because") == without.pop("because") + f"; without what changes it from tick to tick ({left_out})"
-    assert told == without
-    text = command("limits", "ess", *settings(values)).stdout.decode()
-    assert text.splitlines()[1].startswith("  left out: ") and effect in text.splitlines()[1]
+    told, without, eigen = ask("limits", "ess", values), ask("limits", "ess"), ask("eigen", "ess", values)
+    [left_out] = told["left_out"]
+    assert effect in left_out and without["left_out"] == []
+    assert told["because"] == eigen["because"] + f"; the limits are those without what changes it from tick to tick ({left_out})"
+    assert told["prediction"] == eigen["prediction"] and told["growth_per_s"] == eigen["growth_per_s"]
+    assert told["without"] == {key: without[key] for key in ("stable", "spectral_radius", "growth_per_s")}
+    assert "without what changes from tick to tick" in told["margin"]["note"]
+    for key in ("parameters", "rates", "buys", "nearest_limit", "dead_time_margin_ms"):
+        assert told[key] == without[key], key
+    lines = command("limits", "ess", *settings(values)).stdout.decode().splitlines()
+    assert "Lyapunov exponent" in lines[0] and lines[1].startswith("  the rest is without what changes")
+    assert lines[2].startswith("  left out: ") and effect in lines[2]
+    assert any(line.startswith("  dead-time margin") and "without what changes" in line for line in lines)
     assert "left out" not in command("limits", "ess").stdout.decode()
 
 

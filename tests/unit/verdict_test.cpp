@@ -1,6 +1,7 @@
 /* One verdict from prediction and motion, on made-up evidence: a table of cases. */
 #include <doctest/doctest.h>
 
+#include "../../sim_hal/schedule.h"
 #include "../../sim_hal/verdict_words.h"
 
 namespace berth
@@ -175,7 +176,7 @@ const row table[] = {
     {"an exponent within its interval", predicts(0.01, 0.02), moving(), verdict_kind::undetermined, open,
      "too little oscillation"},
     {"an exponent beyond its interval", predicts(0.03, 0.02), moving(), verdict_kind::unstable, no,
-     "the Lyapunov exponent is +0.03 /s"},
+     "the Lyapunov exponent is +0.030 +- 0.020 /s"},
     {"limits hold it at one height", predicts(0.5), held_by_limits(), verdict_kind::limit_cycle, no,
      "swings for ever at a height of 80 mm, held by the limits"},
     {"limits hold it although small motions decay", predicts(-0.5), held_by_limits(), verdict_kind::limit_cycle, no,
@@ -296,19 +297,41 @@ TEST_CASE("verdict: a rate has the digits that its interval leaves it")
     CHECK(rate_text(1.10502, 0.2) == "1.1 +- 0.2");
     CHECK(rate_text(25.3, 12.0) == "25 +- 12");
     CHECK(rate_text(4.32123, 0.0) == "4.32");
+    CHECK(rate_text(0.0118, 0.0098) == "0.0118 +- 0.0098");
 }
 
 TEST_CASE("advice is rounded to where the loop is stable")
 {
+    CHECK(rounded_beyond(194.576, 210.0, 4) == doctest::Approx(194.5));
+    CHECK(rounded_beyond(194.576, 150.0, 4) == doctest::Approx(194.6));
+    CHECK(rounded_beyond(-0.0123456, -0.02, 3) == doctest::Approx(-0.0123));
+    CHECK(rounded_beyond(-0.0123456, -0.01, 3) == doctest::Approx(-0.0124));
     stability_advice advice;
-    stability_limit limit{};
-    limit.value = 194.576;
-    advice.change = near_limit{"object.mass_kg", 210.0, limit};
-    advice.compensation = cure{"prediction", -0.4712};
+    advice.change = parameter_cure{"object.mass_kg", 210.0, 194.5, -0.001};
+    advice.compensation = cure{"--with prediction", -0.4712};
     CHECK(advice_text(advice) == "object.mass_kg below 194.5, or --with prediction: -0.47 /s");
-    advice.change->limit.stable_above = true;
-    CHECK(advice_text(advice) == "object.mass_kg above 194.6, or --with prediction: -0.47 /s");
+    advice.change->value = 210.1;
+    CHECK(advice_text(advice) == "object.mass_kg above 210.1, or --with prediction: -0.47 /s");
     CHECK(advice_text({}).empty());
+    advice = {};
+    advice.was_sought = true;
+    CHECK(advice_text(advice) == "no single parameter and no compensation that was tried makes it stable");
+}
+
+TEST_CASE("verdict: a schedule is told stretch by stretch, with the growth of those that do not decide")
+{
+    growth_prediction told = predicts(0.5);
+    const auto loop = [](double from_s, double growth_per_s) {
+        return scheduled_growth{from_s, 20.0, 1e3, growth_per_s, 0.0, growth_per_s < 0.0};
+    };
+    CHECK(schedule_words(told).empty());
+    told.schedule = {loop(0.1, -0.2), loop(5.0, 0.5)};
+    CHECK(schedule_words(told) == "stable before 5 s (-0.2 /s), unstable from then on");
+    CHECK(judge(told, {}).because ==
+          "stable before 5 s (-0.2 /s), unstable from then on: the eigenvalues say +0.5 /s: doubles every 1.39 s");
+    told.schedule = {loop(0.1, -0.2), loop(2.0, 0.5), loop(5.0, 0.4), loop(7.0, -0.1)};
+    CHECK(schedule_words(told) ==
+          "stable before 2 s (-0.2 /s), unstable from 2 to 7 s, stable from then on (-0.1 /s)");
 }
 
 } // namespace berth
