@@ -6,6 +6,7 @@
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/beam.h"
 #include "../hal/rig/rig_file.h"
+#include "bounce_limits.h"
 #include "effects/active.h"
 #include "prediction.h"
 #include "stability/loop_timeline.h"
@@ -33,7 +34,7 @@ std::optional<cure> try_prediction(const rig &of)
         return {};
     }
     const growth_prediction found = predict_growth(with);
-    if (found.growth_per_s && *found.growth_per_s < 0.0) {
+    if (found.growth_per_s && *found.growth_per_s < 0.0 && !found.gains_by_bounces()) {
         return cure{"prediction", *found.growth_per_s};
     }
     return {};
@@ -78,7 +79,8 @@ try {
         return found;
     }
     const growth_prediction steady = predict_growth(linear);
-    if (!steady.growth_per_s || *steady.growth_per_s < 0.0) {
+    const bool bounces = rig.object.kind == object_kind::contact;
+    if (!steady.growth_per_s || (*steady.growth_per_s < 0.0 && !bounces)) {
         return found; /* what changes from tick to tick makes it grow, and no parameter */
     }
     std::vector<parameter_limits> parameters;
@@ -87,6 +89,7 @@ try {
             continue; /* no rig file may state it */
         }
         parameters.push_back(find_limits(linear, key, as_it_is, advice_scan));
+        cut_by_bounces(parameters.back(), without_variation(rig), coarse_bounce_step);
     }
     found.change = nearest_limit(parameters, false);
     return found;

@@ -135,10 +135,17 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     if (compensation_is_linear(held) && is_linear && !is_time_varying(held)) {
         const double growth_per_s = std::log(spectral_radius_of(held)) / config_period_s(&held.firmware);
         const bool touches = rig.object.kind == object_kind::contact;
-        const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;
-        return {judge({growth_per_s, {}, 0.0, source}, {}), false};
+        growth_prediction found{
+            growth_per_s, {}, 0.0, touches ? prediction_source::contact : prediction_source::eigenvalues};
+        add_bounces(found, rig);
+        return {judge(found, {}), false};
     }
-    return {judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0)))), true};
+    const stability_verdict in_run = judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0))));
+    growth_prediction bounces;
+    add_bounces(bounces, rig);
+    const bool decides =
+        in_run.is_stable != std::optional<bool>(false) && (bounces.gains_by_bounces() || bounces.never_touches);
+    return {decides ? judge(bounces, {}) : in_run, true};
 }
 
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)

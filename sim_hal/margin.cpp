@@ -2,6 +2,7 @@
 
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/rig_file.h"
+#include "bounce_limits.h"
 #include "compensated.h"
 #include "effects/active.h"
 #include "prediction.h"
@@ -24,8 +25,9 @@ stability_margin none_because(const std::string &why)
 }
 
 /* Of a loop that has a loop equation. */
-stability_margin margin_of_plain(const rig &linear)
+stability_margin margin_of_plain(const rig &rig)
 {
+    const berth::rig linear = in_contact(rig);
     if (const int degree = make_loop_equation(linear).degree(); degree > predicted_degree_max) {
         return none_because("the loop has " + std::to_string(degree) + " eigenvalues: `berth limits` takes longer");
     }
@@ -34,7 +36,8 @@ stability_margin margin_of_plain(const rig &linear)
         margin.modulus = quality->margin;
     }
     if (margin.modulus && !touches_nothing(linear)) {
-        const parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
+        parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
+        cut_by_bounces(dead_time, rig);
         margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
         margin.is_dead_time_open = !margin.dead_time_ms;
         margin.dead_time_ms = margin.dead_time_ms.value_or(dead_time.to - dead_time.value);
@@ -43,14 +46,15 @@ stability_margin margin_of_plain(const rig &linear)
 }
 
 /* Of one that is the same in each tick. */
-stability_margin margin_of_steady(const rig &linear)
+stability_margin margin_of_steady(const rig &rig)
 {
+    const berth::rig linear = in_contact(rig);
     const bool has_arm = linear.firmware.arm.kind != ARM_NONE;
     if (has_arm && !compensation_is_linear(linear)) {
         return none_because("an arm with a compensation that has no eigenvalues");
     }
     if (compensation_is_on(&linear.firmware) || has_arm) {
-        return margin_of_compensated(linear);
+        return margin_of_compensated(rig);
     }
     if (const std::vector<std::string> left_out = left_out_when_small(linear); !left_out.empty()) {
         return none_because("it depends on how large the motion is: ask `berth limits` with --amplitude");
@@ -58,7 +62,7 @@ stability_margin margin_of_steady(const rig &linear)
     if (drifts_freely(linear)) {
         return none_because("no spring holds manipulator or object");
     }
-    return margin_of_plain(linear);
+    return margin_of_plain(rig);
 }
 
 } // namespace
@@ -66,7 +70,7 @@ stability_margin margin_of_steady(const rig &linear)
 stability_margin margin_of(const rig &rig)
 try {
     const bool varies = is_time_varying(rig);
-    stability_margin margin = margin_of_steady(in_contact(varies ? without_variation(rig) : rig));
+    stability_margin margin = margin_of_steady(varies ? without_variation(rig) : rig);
     if (varies && (margin.dead_time_ms || margin.modulus)) {
         margin.note += std::string(margin.note.empty() ? "" : ", ") + "without what changes from tick to tick";
     }

@@ -5,6 +5,7 @@
 
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/rig_file.h"
+#include "bounce.h"
 #include "effects/active.h"
 #include "stability/dominant_root.h"
 #include "stability/loop_timeline.h"
@@ -43,18 +44,7 @@ growth_prediction eigenvalue_growth(const rig &rig, prediction_source source)
     return {growth_per_s, {}, 0.0, source};
 }
 
-} // namespace
-
-rig in_contact(const rig &rig)
-{
-    berth::rig held = rig;
-    if (held.object.kind == object_kind::contact) {
-        held.object.kind = object_kind::gripped;
-    }
-    return held;
-}
-
-growth_prediction predict_growth(const rig &rig)
+growth_prediction predict_held(const rig &rig)
 try {
     const bool touches = rig.object.kind == object_kind::contact;
     if (const std::vector<std::string> left_out = left_out_when_small(in_contact(rig)); !left_out.empty()) {
@@ -77,6 +67,37 @@ try {
     return eigenvalue_growth(linear, source);
 } catch (const input_error &error) {
     return {{}, error.what()};
+}
+
+} // namespace
+
+rig in_contact(const rig &rig)
+{
+    berth::rig held = rig;
+    if (held.object.kind == object_kind::contact) {
+        held.object.kind = object_kind::gripped;
+    }
+    return held;
+}
+
+growth_prediction predict_growth(const rig &rig)
+try {
+    growth_prediction found = predict_held(rig);
+    add_bounces(found, rig);
+    return found;
+} catch (const input_error &error) {
+    return {{}, error.what()};
+}
+
+void add_bounces(growth_prediction &held, const rig &rig)
+{
+    if (rig.object.kind != object_kind::contact || rig.firmware.arm.kind != ARM_NONE) {
+        return;
+    }
+    if (const auto bounce = play_bounce(rig)) {
+        held.restitution = bounce->restitution;
+    }
+    held.never_touches = !comes_to_surface(rig);
 }
 
 std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m)

@@ -28,10 +28,18 @@ struct growth_prediction {
     std::string why_not;     /* where there is none */
     double ci95_per_s = 0.0; /* of a Lyapunov exponent */
     prediction_source source = prediction_source::none;
+    std::optional<double> restitution = {}; /* of a tool that touches and leaves, see bounce.h */
+    bool never_touches = false;             /* the tool does not come to the object in the rig's own run */
+
+    bool gains_by_bounces() const { return restitution && *restitution > 1.0; }
 };
 
-/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits. */
+/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits; and what a bounce does. */
 growth_prediction predict_growth(const rig &rig);
+
+/* Adds what a bounce of the rig's tool does to a prediction of the tool that stays in contact. Other rigs have none.
+ */
+void add_bounces(growth_prediction &held, const rig &rig);
 
 /* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
 rig in_contact(const rig &rig);

@@ -14,6 +14,9 @@ namespace
 /* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
 constexpr double neutral_per_s = 1e-6;
 
+constexpr const char *never_touched_advice =
+    "move the tool beyond object.surface_position_m, or run longer (run.duration_s)";
+
 enum class tendency { unknown, decays, grows };
 
 tendency tendency_of(double growth_per_s, double ci95_per_s)
@@ -24,11 +27,18 @@ tendency tendency_of(double growth_per_s, double ci95_per_s)
     return growth_per_s < 0.0 ? tendency::decays : tendency::grows;
 }
 
-tendency tendency_of(const growth_prediction &prediction)
+/* Of a loop whose tool, if it has one, stays in contact. */
+tendency held_tendency_of(const growth_prediction &prediction)
 {
     return prediction.growth_per_s
                ? tendency_of(*prediction.growth_per_s, std::max(prediction.ci95_per_s, neutral_per_s))
                : tendency::unknown;
+}
+
+/* Of a tool that touches and leaves as well. */
+tendency tendency_of(const growth_prediction &prediction)
+{
+    return prediction.gains_by_bounces() ? tendency::grows : held_tendency_of(prediction);
 }
 
 /* What an operator moves tells nothing of what the loop does by itself. */
@@ -63,8 +73,8 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     stability_verdict found;
     found.kind = verdict_kind::bouncing;
     found.bounces = bounces;
-    const tendency held = tendency_of(of.prediction);
-    const bool gains = bounces.restitution > 1.0;
+    const tendency held = held_tendency_of(of.prediction);
+    const bool gains = bounces.restitution > 1.0 || of.prediction.gains_by_bounces();
     if (gains || held != tendency::unknown) {
         found.is_stable = !gains && held == tendency::decays;
     }
@@ -72,6 +82,9 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
                      : !gains && held == tendency::grows ? ": what stays in contact grows"
                                                          : "";
+    if (gains && !(bounces.restitution > 1.0)) {
+        found.because += "; with the operator's spring relaxed at the surface " + gaining_words(of.prediction);
+    }
     if (!found.is_stable) {
         found.because += "; whether a tool that stays in contact is stable is not predicted" +
                          (of.prediction.why_not.empty() ? "" : ": " + of.prediction.why_not);
@@ -97,7 +110,7 @@ std::optional<stability_verdict> judge_without_motion(const verdict_case &of)
     return motion.is_contact
                ? undetermined(with_prediction(ran + "the tool never came to the object: there was no loop to judge",
                                               of.prediction),
-                              "move the tool beyond object.surface_position_m, or run longer (run.duration_s)")
+                              never_touched_advice)
                : undetermined(with_prediction(ran + "never with the object gripped: there was no loop to judge",
                                               of.prediction),
                               "let run.grip_close_s lie within the run");
@@ -114,6 +127,9 @@ stability_verdict unstable(const verdict_case &of)
     if (is_seen) {
         found.growth = measured(*motion.growth);
         found.because = measured_words(*found.growth) + motor_words(motion);
+    } else if (of.prediction.gains_by_bounces() && held_tendency_of(of.prediction) != tendency::grows) {
+        found.kind = verdict_kind::bouncing;
+        found.because = with_prediction(gaining_words(of.prediction), of.prediction) + not_shown_words(motion);
     } else if (model == tendency::grows) {
         found.growth = predicted(of.prediction);
         found.because = predicted_words(of.prediction) + factor_words(*found.growth) + motor_words(motion);
@@ -158,7 +174,7 @@ stability_verdict judge_limit_cycle(const verdict_case &of)
         found.because += with_numbers("; harmonic balance predicts %.3g mm at %.4g Hz", 2e3 * cycle->amplitude_m,
                                       cycle->frequency_Hz);
     }
-    if (tendency_of(of.prediction) == tendency::grows) {
+    if (held_tendency_of(of.prediction) == tendency::grows) {
         found.growth = predicted(of.prediction);
     }
     found.because = tendency_of(of.prediction) == tendency::decays ? found.because + beyond_words(of.prediction)
@@ -348,6 +364,18 @@ stability_verdict judge(const verdict_case &of)
 stability_verdict judge(const growth_prediction &prediction, const stability_advice &advice)
 {
     stability_verdict found;
+    if (prediction.never_touches) {
+        return undetermined(
+            with_prediction("the tool never comes to the object: there is no loop to judge", prediction),
+            never_touched_advice);
+    }
+    if (prediction.gains_by_bounces() && held_tendency_of(prediction) != tendency::grows) {
+        found.kind = verdict_kind::bouncing;
+        found.is_stable = false;
+        found.because = with_prediction(gaining_words(prediction), prediction);
+        found.advice = advice_text(advice);
+        return found;
+    }
     if (!prediction.growth_per_s) {
         return undetermined(prediction.why_not, "ask `berth run`");
     }
@@ -370,6 +398,9 @@ stability_verdict judge(const growth_prediction &prediction, const stability_adv
                                   "ask for more --ticks, or `berth run`");
     }
     found.because = predicted_words(prediction) + factor_words(*found.growth);
+    if (prediction.restitution) {
+        found.because += with_numbers("; a bounce returns %.3g of its speed", *prediction.restitution);
+    }
     return found;
 }
 

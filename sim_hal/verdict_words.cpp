@@ -53,6 +53,11 @@ std::string predicted_words(const growth_prediction &prediction)
     return std::string(who) + with_numbers(" %+.3g /s", *prediction.growth_per_s);
 }
 
+std::string gaining_words(const growth_prediction &prediction)
+{
+    return with_numbers("each bounce returns %.4g of its speed: energy is gained", *prediction.restitution);
+}
+
 std::string factor_words(const growth_finding &growth)
 {
     return (growth.growth_per_s < 0.0 ? ": halves every " : ": doubles every ") +

@@ -21,6 +21,9 @@ std::string stop_words(const run_stop &stop);
 std::string predicted_words(const growth_prediction &prediction);
 std::string with_prediction(std::string text, const growth_prediction &prediction);
 
+/* "each bounce returns 1.08 of its speed: energy is gained"; of a prediction that has a restitution. */
+std::string gaining_words(const growth_prediction &prediction);
+
 /* Why the motion does not show what the model says; empty: what stopped the run says it. */
 std::string not_shown_words(const motion_evidence &motion);
 

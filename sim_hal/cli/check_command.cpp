@@ -1,7 +1,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../compensated.h"
 #include "../plausibility.h"
+#include "../stability/compensation_states.h"
+#include "bounce_report.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -43,14 +46,18 @@ int check_command(const rig_arguments &arguments)
     refuse_unstated(rig, arguments.rig);
     const std::vector<implausible_value> found = implausible_values(rig);
     const growth_prediction predicted = predict_growth(rig);
-    const bool grows = predicted.growth_per_s.value_or(0.0) > 0.0;
-    const stability_verdict verdict = judge(predicted, grows ? advise(rig) : stability_advice());
+    const bool grows = predicted.growth_per_s.value_or(0.0) > 0.0 || predicted.gains_by_bounces();
+    const stability_verdict verdict = compensation_is_linear(rig)
+                                          ? judge(predicted, grows ? advise(rig) : stability_advice())
+                                          : growth_of_compensated(rig).verdict;
     const stability_margin margin = grows ? stability_margin() : margin_of(rig);
+    const bounce_answer bounce = answer_bounce(rig, {});
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);
         json["rig"] = rig.name;
         json["robot"] = robot_as_json(chosen);
         json["implausible"] = as_json(found);
+        json["bounce"] = bounce_json(bounce);
         print_json(json);
     } else {
         std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
@@ -58,6 +65,7 @@ int check_command(const rig_arguments &arguments)
         print_assumptions(rig);
         print_verdict(verdict);
         print_margin(margin);
+        print_bounce(bounce);
         print_delay_budget(rig);
     }
     return found.empty() && verdict.is_stable == std::optional<bool>(true) ? 0 : exit_doubtful;

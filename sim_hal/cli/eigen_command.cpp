@@ -80,16 +80,28 @@ std::string stability_word(bool is_stable)
     return is_stable ? coloured(stdout, ink::green, "stable") : coloured(stdout, ink::red, "unstable");
 }
 
-/* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
-spectrum print_spectrum(const char *title, const settled_rig &at)
+/* `title` goes before it. */
+void print_spectrum(const char *title, const settled_rig &at, const spectrum &loop)
 {
-    spectrum loop = loop_spectrum(at.linear);
     const nlohmann::json stable = stable_json(loop.spectral_radius, drifts_freely(at.linear));
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
                 stable.is_null() ? "undetermined (no spring holds manipulator or object: z = 1)"
                                  : stability_word(stable == true).c_str(),
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
-    return loop;
+}
+
+/* Where more than the eigenvalues decides, the verdict stands in front of them, and its reason below. */
+void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, const stability_verdict &verdict)
+{
+    const bool is_of_eigenvalues = !at.has_settled || drifts_freely(at.linear) ||
+                                   verdict.is_stable == std::optional<bool>(loop.spectral_radius < 1.0);
+    if (is_of_eigenvalues) {
+        print_spectrum(rig.name.c_str(), at, loop);
+        return;
+    }
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(), verdict_name(verdict.kind),
+                loop.spectral_radius, loop.growth_per_s);
+    std::printf("  %-14s %s\n", verdict_name(verdict.kind), verdict.because.c_str());
 }
 
 /* The verdict on what was found: of eigenvalues, an exponent, or at an amplitude. */
@@ -103,9 +115,10 @@ answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction
     if (!at.has_settled) {
         return {judge({{}, "the describing function did not settle: what it says is a guess"}, {}), {}};
     }
-    const bool grows = prediction.growth_per_s.value_or(0.0) > 0.0;
+    const bool grows = prediction.growth_per_s.value_or(0.0) > 0.0 || prediction.gains_by_bounces();
+    const bool is_held = prediction.restitution.has_value();
     return {judge(prediction, grows ? advise(rig) : stability_advice()),
-            grows ? stability_margin() : margin_of(at.linear)};
+            grows ? stability_margin() : margin_of(is_held ? rig : at.linear)};
 }
 
 growth_prediction prediction_of(const spectrum &loop, const rig &linear, prediction_source source)
@@ -171,9 +184,14 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
     if (chosen.dead_time_band) {
         lower_end = settle_at(chosen.at_lower_end(), amplitude_m);
     }
+    const spectrum loop = loop_spectrum(own.linear);
+    growth_prediction prediction = prediction_of(loop, own.linear, source);
+    if (amplitude_m == 0.0) {
+        add_bounces(prediction, rig);
+    }
+    const answer found = answer_for(rig, own, prediction);
     if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
-        const answer found = answer_for(rig, own, prediction_of(loop_spectrum(own.linear), own.linear, source));
         json.update(answer_json(rig, found.verdict, found.margin));
         json["robot"] = robot_as_json(chosen);
         json["bounce"] = bounce_json(answer_bounce(rig, {}));
@@ -186,8 +204,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
         return check_exit_code(arguments, found.verdict, found.margin);
     }
     print_assumptions(rig);
-    const spectrum loop = print_spectrum(rig.name.c_str(), own);
-    const answer found = answer_for(rig, own, prediction_of(loop, own.linear, source));
+    print_loop(rig, own, loop, found.verdict);
     print_answer(rig, found);
     print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
@@ -195,7 +212,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
     if (lower_end) {
         char title[60];
         std::snprintf(title, sizeof title, "  dead time %g ms, the lower end", chosen.dead_time_band->from);
-        print_spectrum(title, *lower_end);
+        print_spectrum(title, *lower_end, loop_spectrum(lower_end->linear));
     }
     print_spectra(in_contact(rig), loop,
                   rig.object.kind == object_kind::contact ? "loop with dead time, in contact"
@@ -219,8 +236,12 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
         lower_end = exponent_of(low->linear, histogram, ticks);
     }
     const std::vector<std::string> effects = what_varies(rig, histogram);
-    const answer found =
-        answer_for(rig, own, {exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent});
+    growth_prediction prediction{
+        exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent};
+    if (amplitude_m == 0.0) {
+        add_bounces(prediction, rig);
+    }
+    const answer found = answer_for(rig, own, prediction);
     if (arguments.json) {
         nlohmann::json json = as_json(exponent, own.has_settled);
         json.update(answer_json(rig, found.verdict, found.margin));
@@ -231,6 +252,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
                      {"lower_end", nullptr},
                      {"seed", rig.run.seed},
                      {"varies", effects},
+                     {"bounce", bounce_json(answer_bounce(rig, {}))},
                      {"without", spectra_json(steady, amplitude_m)}});
         if (lower_end) {
             json["lower_end"] = as_json(*lower_end, low->has_settled);
@@ -243,6 +265,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
     std::printf("%s: ", rig.name.c_str());
     print_exponent(exponent, rig.run.seed, own.has_settled);
     print_answer(rig, found);
+    print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
@@ -252,7 +275,9 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    const spectrum loop = print_spectrum("  without", settle_at(steady, amplitude_m));
+    const settled_rig without = settle_at(steady, amplitude_m);
+    const spectrum loop = loop_spectrum(without.linear);
+    print_spectrum("  without", without, loop);
     print_spectra(steady, loop, "loop with dead time, without that");
     return check_exit_code(arguments, found.verdict, found.margin);
 }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../bounce_limits.h"
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
@@ -240,11 +241,16 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }
 
-void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
+void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const stability_verdict &judged)
 {
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(),
-                verdict.is_stable ? "stable" : "unstable", verdict.spectral_radius, verdict.growth_per_s,
-                guess_text(has_settled(verdict)));
+    const bool is_of_loop =
+        !has_settled(verdict) || judged.is_stable == std::optional<bool>(verdict.growth_per_s < 0.0);
+    const char *const name = is_of_loop ? verdict.is_stable ? "stable" : "unstable" : verdict_name(judged.kind);
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", chosen.rig.name.c_str(), name,
+                verdict.spectral_radius, verdict.growth_per_s, guess_text(has_settled(verdict)));
+    if (!is_of_loop) {
+        std::printf("  %-14s %s\n", name, judged.because.c_str());
+    }
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
     }
@@ -292,7 +298,13 @@ int limits_command(const limits_arguments &arguments)
     }
     verdict.spectral_radius = spectral_radius_of(own);
     verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&own.firmware);
-    verdict.is_stable = verdict.spectral_radius < 1.0;
+    const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
+    growth_prediction predicted{
+        verdict.growth_per_s, {}, 0.0, is_held ? prediction_source::contact : prediction_source::eigenvalues};
+    if (is_held) {
+        add_bounces(predicted, rig);
+    }
+    verdict.is_stable = verdict.spectral_radius < 1.0 && !predicted.gains_by_bounces();
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
@@ -311,6 +323,9 @@ int limits_command(const limits_arguments &arguments)
     for (const std::string_view key : physical_parameters(rig)) {
         progress.show("limits: " + std::string(key));
         parameters.push_back(find_limits(rig, key, linear, how));
+        if (amplitude_m == 0.0) {
+            cut_by_bounces(parameters.back(), rig);
+        }
         if (key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
             searched_ms = parameters.back().to - parameters.back().value;
@@ -331,10 +346,8 @@ int limits_command(const limits_arguments &arguments)
     const stability_margin margin{
         is_open ? searched_ms : verdict.margin_ms, is_open, ranking.now ? ranking.now->margin : std::nullopt, {}};
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
-    const bool is_held = rig.object.kind == object_kind::contact && amplitude_m == 0.0;
-    const prediction_source source = is_held ? prediction_source::contact : prediction_source::eigenvalues;
     stability_verdict judged =
-        has_settled(verdict) ? judge({verdict.growth_per_s, {}, 0.0, source}, advice)
+        has_settled(verdict) ? judge(predicted, advice)
                              : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
     judged.because += left_out_words(verdict.left_out);
     const int exit_code = check_exit_code(arguments, judged, margin);
@@ -354,7 +367,7 @@ int limits_command(const limits_arguments &arguments)
         return exit_code;
     }
     print_assumptions(rig);
-    print_loop(chosen, verdict);
+    print_loop(chosen, verdict, judged);
     print_delay_budget(rig);
     print_bounce(bounce);
     print_parameters(parameters, how);

@@ -169,7 +169,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     if (result.evidence.falls == std::optional<bool>(false)) {
         all.cycles = predict_cycles(rig, result.evidence.height_m);
     }
-    if (result.predicted.growth_per_s && *result.predicted.growth_per_s > 0.0) {
+    if (result.predicted.growth_per_s.value_or(0.0) > 0.0 || result.predicted.gains_by_bounces()) {
         all.advice = advise(rig);
     } else {
         all.margin = margin_of(rig);
