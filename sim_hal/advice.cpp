@@ -89,7 +89,7 @@ try {
             continue; /* no rig file may state it */
         }
         parameters.push_back(find_limits(linear, key, as_it_is, advice_scan));
-        cut_by_bounces(parameters.back(), without_variation(rig), coarse_bounce_step);
+        cut_by_bounces(parameters.back(), without_variation(rig));
     }
     found.change = nearest_limit(parameters, false);
     return found;

@@ -8,13 +8,10 @@
 namespace berth
 {
 
-/* From value to value by this factor: a narrower part may be overlooked. */
-constexpr double fine_bounce_step = 1.1;
-constexpr double coarse_bounce_step = 1.3; /* for an answer in a moment */
-
 /* Cuts from the stable intervals of the loop in contact what makes a bounce gain energy; the ends of those parts
- * become limits. Other rigs have no bounces: nothing changes. Relative accuracy 1e-4. Throws input_error. */
-void cut_by_bounces(parameter_limits &limits, const rig &rig, double step = fine_bounce_step);
+ * become limits. Other rigs have no bounces: nothing changes. Parts narrower than 25 % may be overlooked; relative
+ * accuracy 1e-4. Throws input_error. */
+void cut_by_bounces(parameter_limits &limits, const rig &rig);
 
 } // namespace berth
 

@@ -1,11 +1,15 @@
 #include "compensated.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 
+#include "../firmware/compensation/compensation.h"
 #include "../firmware/loop.h"
 #include "../hal/rig/keys.h"
 #include "compensation/measured_map.h"
+#include "effects/active.h"
 #include "hil/sim_hal.h"
 #include "prediction.h"
 #include "stability/compensation_states.h"
@@ -69,11 +73,20 @@ motion_evidence motion_of(const rig &quiet)
     return recorder.conclude();
 }
 
+double deflection_m(const rig &released)
+{
+    return std::abs(released.firmware.manipulator.initial_position_m - rest_m(released));
+}
+
 /* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. */
 stability_verdict judge_run(const rig &quiet)
 {
     const motion_evidence motion = motion_of(quiet);
-    stability_verdict found = judge({{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""});
+    verdict_case all{{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""};
+    if (motion.falls == std::optional<bool>(false)) {
+        all.cycles = predict_cycles(quiet, motion.height_m);
+    }
+    stability_verdict found = judge(all);
     const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
     if (found.kind == verdict_kind::undetermined && ended_freely) {
         const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
@@ -81,9 +94,37 @@ stability_verdict judge_run(const rig &quiet)
     } else {
         found.because = "a run without noise: " + found.because;
     }
-    const double deflection_m = std::abs(quiet.firmware.manipulator.initial_position_m - rest_m(quiet));
-    found.because += with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m);
+    found.because +=
+        with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m(quiet));
     return found;
+}
+
+bool has_no_small_motion(const effect &effect)
+{
+    return effect.when_small == small_motion::depends_on_size;
+}
+
+bool has_limited_drive(const rig &rig)
+{
+    return rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
+}
+
+/* Where swings of another size than the run's end otherwise; empty: nowhere. */
+std::string words_of_cycles(const std::vector<limit_cycle> &cycles, double start_m, bool is_stable)
+{
+    const auto parts = std::find_if(cycles.begin(), cycles.end(), [&](const limit_cycle &cycle) {
+        return !cycle.attracts && (cycle.amplitude_m > start_m) == is_stable;
+    });
+    if (parts == cycles.end()) {
+        return "";
+    }
+    const auto lasts = std::find_if(parts, cycles.end(), [](const limit_cycle &cycle) { return cycle.attracts; });
+    std::string words =
+        with_numbers("; harmonic balance: stable for swings below %.3g mm; ", 1e3 * parts->amplitude_m);
+    return words + (lasts == cycles.end() ? std::string("larger ones grow")
+                                          : with_numbers("beyond that it swings for ever (limit cycle of %.3g mm at "
+                                                         "%.4g Hz)",
+                                                         1e3 * lasts->amplitude_m, lasts->frequency_Hz));
 }
 
 /* Limits of one rig, all seen from the same deflection. */
@@ -148,6 +189,23 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     return {decides ? judge(bounces, {}) : in_run, true};
 }
 
+bool is_judged_by_runs(const rig &rig)
+{
+    return rig.firmware.arm.kind == ARM_NONE && rig.object.kind != object_kind::none &&
+           (has_limited_drive(rig) || !effect_names(rig, has_no_small_motion).empty());
+}
+
+stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m)
+{
+    stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
+    if (found.is_stable && has_limited_drive(rig) && rig.object.kind != object_kind::contact &&
+        !compensation_is_on(&rig.firmware)) {
+        const double start_m = deflection_m(released_rig(rig, amplitude_m.value_or(0.0)));
+        found.because += words_of_cycles(limit_cycles(rig, start_m), start_m, *found.is_stable);
+    }
+    return found;
+}
+
 std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::optional<double> amplitude_m)
 {
     const compensated_growth own = growth_of_compensated(rig, amplitude_m);
@@ -170,15 +228,15 @@ std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::option
 stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits)
 {
     if (!own.is_stable()) {
-        return {{}, false, {}, own.verdict.is_stable ? "" : own.verdict.because};
+        return {{}, false, {}, false, own.verdict.is_stable ? "" : own.verdict.because};
     }
     for (const compensated_limit &limit : limits) {
         if (limit.key == dead_time_key) {
             const double longest_ms = limit.above.value_or(furthest * limit.value);
-            return {longest_ms - limit.value, !limit.above, {}, own.is_measured ? by_runs : ""};
+            return {longest_ms - limit.value, !limit.above, {}, false, own.is_measured ? by_runs : ""};
         }
     }
-    return {{}, false, {}, "robot.dead_time_ms is 0, and multiples of it are searched"};
+    return {{}, false, {}, false, "robot.dead_time_ms is 0, and multiples of it are searched"};
 }
 
 stability_margin margin_of_compensated(const rig &rig, std::optional<double> amplitude_m)

@@ -32,6 +32,13 @@ struct compensated_growth {
  * input_error where the loop can neither be run nor has eigenvalues. */
 compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
+/* Play, friction, a dead band, or a drive with limits: what becomes of a swing depends on its size, which
+ * eigenvalues do not know. Of a manipulator of one degree of freedom. */
+bool is_judged_by_runs(const rig &rig);
+
+/* As growth_of_compensated(); of a drive with limits also up to which swing it is stable, by harmonic balance. */
+stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m = {});
+
 struct compensated_limit {
     std::string_view key; /* of the hardware, in the rig file */
     double value;         /* the rig's own */

@@ -21,7 +21,18 @@ namespace
 
 stability_margin none_because(const std::string &why)
 {
-    return {{}, false, {}, why};
+    stability_margin none;
+    none.note = why;
+    return none;
+}
+
+/* Of a robot without an object: the force that it feels has nothing to do with its motion. */
+stability_margin unlimited_margin()
+{
+    stability_margin any;
+    any.is_unlimited = true;
+    any.note = "no limit: nothing feeds back, so any dead time will do";
+    return any;
 }
 
 /* Of a loop that has a loop equation. */
@@ -35,7 +46,7 @@ stability_margin margin_of_plain(const rig &rig)
     if (const auto quality = quality_of(linear)) {
         margin.modulus = quality->margin;
     }
-    if (margin.modulus && !touches_nothing(linear)) {
+    if (margin.modulus) {
         parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
         cut_by_bounces(dead_time, rig);
         margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
@@ -49,6 +60,9 @@ stability_margin margin_of_plain(const rig &rig)
 stability_margin margin_of_steady(const rig &rig)
 {
     const berth::rig linear = in_contact(rig);
+    if (touches_nothing(rig)) {
+        return unlimited_margin();
+    }
     const bool has_arm = linear.firmware.arm.kind != ARM_NONE;
     if (has_arm && !compensation_is_linear(linear)) {
         return none_because("an arm with a compensation that has no eigenvalues");
@@ -56,8 +70,11 @@ stability_margin margin_of_steady(const rig &rig)
     if (compensation_is_on(&linear.firmware) || has_arm) {
         return margin_of_compensated(rig);
     }
+    if (is_judged_by_runs(rig)) {
+        return margin_of_compensated(rig);
+    }
     if (const std::vector<std::string> left_out = left_out_when_small(linear); !left_out.empty()) {
-        return none_because("it depends on how large the motion is: ask `berth limits` with --amplitude");
+        return none_because(left_out.front());
     }
     if (drifts_freely(linear)) {
         return none_because("no spring holds manipulator or object");

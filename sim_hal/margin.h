@@ -14,6 +14,7 @@ struct stability_margin {
     std::optional<double> dead_time_ms; /* by which the robot's dead time, that of all its axes, may grow */
     bool is_dead_time_open = false;     /* by more: that is as far as was searched */
     std::optional<double> modulus;      /* smallest |1 + L|, see modulus_margin.h; a plain loop alone has one */
+    bool is_unlimited = false;          /* nothing feeds back: any dead time will do */
     std::string note;                   /* what the figure rests on, or why there is none; empty: eigenvalues */
 };
 

@@ -210,7 +210,8 @@ void motion_recorder::note_peaks(const tick_record &record, std::optional<double
 }
 
 /* The manipulator feels a stay only after the loop's delay: it has the speed of before when the robot touches, and
- * that of after once the last force has reached it. */
+ * that of after once the last force has reached it. Meanwhile its own spring slows it: that speed is what it had
+ * where it touched. */
 void motion_recorder::note_bounce(const tick_record &record)
 {
     if (!evidence_.is_contact) {
@@ -218,8 +219,15 @@ void motion_recorder::note_bounce(const tick_record &record)
     }
     const double now_s = period_s_ * static_cast<double>(record.index);
     const double speed_m_per_s = record.manipulator_velocity_m_per_s;
+    const manipulator_config &displayed = rig_.firmware.manipulator;
+    const bool has_spring =
+        rig_.firmware.arm.kind == ARM_NONE && rig_.firmware.operator_command.interface == OPERATOR_INTERFACE_MOTION;
+    const double stretched_m = record.manipulator_position_m - record.operator_position_m;
+    const double spring_m2_per_s2 =
+        has_spring ? displayed.stiffness_N_per_m / displayed.mass_kg * stretched_m * stretched_m : 0.0;
     if (holds_ && !open_bounce_) {
         open_bounce_ = bounce{now_s, 0.0, speed_m_per_s, 0.0};
+        spring_in_m2_per_s2_ = spring_m2_per_s2;
     }
     if (holds_) {
         settled_in_tick_ = -1;
@@ -227,7 +235,8 @@ void motion_recorder::note_bounce(const tick_record &record)
         open_bounce_->left_s = now_s;
         settled_in_tick_ = record.index + settle_ticks_;
     } else if (open_bounce_ && record.index >= settled_in_tick_) {
-        open_bounce_->speed_out_m_per_s = -speed_m_per_s;
+        const double energy_m2_per_s2 = speed_m_per_s * speed_m_per_s + spring_m2_per_s2 - spring_in_m2_per_s2_;
+        open_bounce_->speed_out_m_per_s = speed_m_per_s < 0.0 ? std::sqrt(std::max(0.0, energy_m2_per_s2)) : 0.0;
         if (open_bounce_->speed_in_m_per_s > 0.0 && open_bounce_->speed_out_m_per_s > 0.0) {
             evidence_.bounces.push_back(*open_bounce_);
         }

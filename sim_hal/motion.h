@@ -123,6 +123,7 @@ class motion_recorder
     std::size_t limited_until_tick_ = 0; /* of those: limits acted last before this one */
     free_motion newest_;
     free_motion longest_;
+    double spring_in_m2_per_s2_ = 0.0; /* twice the energy of the manipulator's spring at the touch, by its mass */
     std::optional<bounce> open_bounce_;
     std::int64_t settled_in_tick_ = -1; /* when the last stay's force has gone */
     double tracking_square_sum_m2_ = 0.0;

@@ -409,7 +409,7 @@ bool is_safe(const stability_verdict &verdict, const stability_margin &margin, d
     if (verdict.is_stable != std::optional<bool>(true)) {
         return false;
     }
-    return margin_ms <= 0.0 || margin.dead_time_ms.value_or(0.0) >= margin_ms;
+    return margin_ms <= 0.0 || margin.is_unlimited || margin.dead_time_ms.value_or(0.0) >= margin_ms;
 }
 
 } // namespace berth

@@ -55,7 +55,7 @@ std::string predicted_words(const growth_prediction &prediction)
 
 std::string gaining_words(const growth_prediction &prediction)
 {
-    return with_numbers("each bounce returns %.4g of its speed: energy is gained", *prediction.restitution);
+    return with_numbers("each bounce returns %.5g of its speed: energy is gained", *prediction.restitution);
 }
 
 std::string factor_words(const growth_finding &growth)

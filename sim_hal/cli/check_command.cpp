@@ -47,10 +47,11 @@ int check_command(const rig_arguments &arguments)
     const std::vector<implausible_value> found = implausible_values(rig);
     const growth_prediction predicted = predict_growth(rig);
     const bool grows = predicted.growth_per_s.value_or(0.0) > 0.0 || predicted.gains_by_bounces();
-    const stability_verdict verdict = compensation_is_linear(rig)
-                                          ? judge(predicted, grows ? advise(rig) : stability_advice())
-                                          : growth_of_compensated(rig).verdict;
-    const stability_margin margin = grows ? stability_margin() : margin_of(rig);
+    const bool is_run = !compensation_is_linear(rig) || is_judged_by_runs(rig);
+    const stability_verdict verdict =
+        is_run ? verdict_by_runs(rig) : judge(predicted, grows ? advise(rig) : stability_advice());
+    const bool is_unstable = grows || verdict.is_stable == std::optional<bool>(false);
+    const stability_margin margin = is_unstable ? stability_margin() : margin_of(rig);
     const bounce_answer bounce = answer_bounce(rig, {});
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);

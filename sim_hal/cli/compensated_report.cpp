@@ -38,7 +38,8 @@ int answer_compensated_growth(const rig &rig, const rig_arguments &arguments)
 {
     refuse_arm(rig);
     const stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
-    const stability_margin margin = margin_of_compensated(rig, arguments.amplitude_m);
+    const stability_margin margin =
+        touches_nothing(rig) ? margin_of(rig) : margin_of_compensated(rig, arguments.amplitude_m);
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);
         json.update({{"rig", rig.name},
@@ -69,7 +70,7 @@ int answer_compensated_limits(const rig &rig, const rig_arguments &arguments, st
         without.insert(without.end(), small.begin(), small.end());
     }
     const std::vector<compensated_limit> limits = limits_of_compensated(rig, arguments.amplitude_m);
-    const stability_margin margin = margin_of_compensated(own, limits);
+    const stability_margin margin = touches_nothing(rig) ? margin_of(rig) : margin_of_compensated(own, limits);
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, margin);
         json.update({{"rig", rig.name},

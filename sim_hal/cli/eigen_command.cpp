@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../compensated.h"
 #include "../stability/compensation_states.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
@@ -93,7 +94,7 @@ void print_spectrum(const char *title, const settled_rig &at, const spectrum &lo
 /* Where more than the eigenvalues decides, the verdict stands in front of them, and its reason below. */
 void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, const stability_verdict &verdict)
 {
-    const bool is_of_eigenvalues = !at.has_settled || drifts_freely(at.linear) ||
+    const bool is_of_eigenvalues = (!at.has_settled && !is_judged_by_runs(rig)) || drifts_freely(at.linear) ||
                                    verdict.is_stable == std::optional<bool>(loop.spectral_radius < 1.0);
     if (is_of_eigenvalues) {
         print_spectrum(rig.name.c_str(), at, loop);
@@ -110,8 +111,15 @@ struct answer {
     stability_margin margin;
 };
 
-answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction &prediction)
+answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction &prediction,
+                  const rig_arguments &arguments)
 {
+    if (is_judged_by_runs(rig) && arguments.amplitude_m != 0.0) {
+        const stability_verdict verdict = verdict_by_runs(rig, arguments.amplitude_m);
+        return {verdict, verdict.is_stable == std::optional<bool>(false)
+                             ? stability_margin()
+                             : margin_of_compensated(rig, arguments.amplitude_m)};
+    }
     if (!at.has_settled) {
         return {judge({{}, "the describing function did not settle: what it says is a guess"}, {}), {}};
     }
@@ -189,7 +197,7 @@ int steady_eigen(const chosen_rig &chosen, double amplitude_m, const varying_arg
     if (amplitude_m == 0.0) {
         add_bounces(prediction, rig);
     }
-    const answer found = answer_for(rig, own, prediction);
+    const answer found = answer_for(rig, own, prediction, arguments);
     if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
         json.update(answer_json(rig, found.verdict, found.margin));
@@ -241,7 +249,7 @@ int varying_eigen(const chosen_rig &chosen, double amplitude_m, const varying_ar
     if (amplitude_m == 0.0) {
         add_bounces(prediction, rig);
     }
-    const answer found = answer_for(rig, own, prediction);
+    const answer found = answer_for(rig, own, prediction, arguments);
     if (arguments.json) {
         nlohmann::json json = as_json(exponent, own.has_settled);
         json.update(answer_json(rig, found.verdict, found.margin));

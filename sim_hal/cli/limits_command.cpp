@@ -4,6 +4,7 @@
 
 #include "../../firmware/compensation/compensation.h"
 #include "../bounce_limits.h"
+#include "../compensated.h"
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
@@ -241,7 +242,8 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
             {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }
 
-void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const stability_verdict &judged)
+void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const stability_verdict &judged,
+                const stability_margin &margin, bool is_run)
 {
     const bool is_of_loop =
         !has_settled(verdict) || judged.is_stable == std::optional<bool>(verdict.growth_per_s < 0.0);
@@ -259,7 +261,11 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const sta
     }
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
-    if (verdict.is_stable) {
+    if (margin.is_unlimited) {
+        std::printf("  dead-time margin: %s\n", margin.note.c_str());
+    } else if (is_run && margin.dead_time_ms) {
+        print_margin(margin);
+    } else if (verdict.is_stable && !is_run) {
         std::printf("  dead-time margin: %s\n", verdict.margin_ms
                                                     ? (short_number(*verdict.margin_ms) + " ms").c_str()
                                                     : "none up to ten times the robot's dead time");
@@ -343,13 +349,22 @@ int limits_command(const limits_arguments &arguments)
     progress.show("");
 
     const bool is_open = verdict.is_stable && !verdict.margin_ms;
-    const stability_margin margin{
-        is_open ? searched_ms : verdict.margin_ms, is_open, ranking.now ? ranking.now->margin : std::nullopt, {}};
+    const bool is_run = is_judged_by_runs(rig) && arguments.amplitude_m != 0.0;
+    const stability_margin margin = is_run ? margin_of_compensated(rig, arguments.amplitude_m)
+                                    : touches_nothing(rig)
+                                        ? margin_of(rig)
+                                        : stability_margin{is_open ? searched_ms : verdict.margin_ms,
+                                                           is_open,
+                                                           ranking.now ? ranking.now->margin : std::nullopt,
+                                                           false,
+                                                           {}};
     const stability_advice advice{verdict.is_stable ? std::nullopt : nearest_limit(parameters, false), {}};
     stability_verdict judged =
-        has_settled(verdict) ? judge(predicted, advice)
-                             : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
+        is_run                 ? verdict_by_runs(rig, arguments.amplitude_m)
+        : has_settled(verdict) ? judge(predicted, advice)
+                               : judge({{}, "the describing function did not settle: what it says is a guess"}, {});
     judged.because += left_out_words(verdict.left_out);
+    verdict.margin_ms = is_run ? margin.dead_time_ms : verdict.margin_ms;
     const int exit_code = check_exit_code(arguments, judged, margin);
     const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});
     if (arguments.json) {
@@ -367,7 +382,7 @@ int limits_command(const limits_arguments &arguments)
         return exit_code;
     }
     print_assumptions(rig);
-    print_loop(chosen, verdict, judged);
+    print_loop(chosen, verdict, judged, margin, is_run);
     print_delay_budget(rig);
     print_bounce(bounce);
     print_parameters(parameters, how);

@@ -171,11 +171,11 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     }
     if (result.predicted.growth_per_s.value_or(0.0) > 0.0 || result.predicted.gains_by_bounces()) {
         all.advice = advise(rig);
+        result.verdict = judge(all);
     } else {
-        all.margin = margin_of(rig);
+        result.verdict = judge(all);
+        result.margin = result.verdict.is_stable == std::optional<bool>(false) ? stability_margin() : margin_of(rig);
     }
-    result.margin = all.margin;
-    result.verdict = judge(all);
     if (has_arm(rig)) {
         result.accuracy = estimate_accuracy(rig);
     }

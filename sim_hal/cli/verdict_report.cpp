@@ -84,7 +84,7 @@ void print_margin(const stability_margin &margin)
         parts.push_back(with_numbers("modulus %.4f", *margin.modulus));
     }
     if (!margin.note.empty()) {
-        parts.push_back((parts.empty() ? "not known: " : "") + margin.note);
+        parts.push_back((parts.empty() && !margin.is_unlimited ? "not known: " : "") + margin.note);
     }
     if (!parts.empty()) {
         std::printf("  %-14s %s\n", "margin", list_of(parts).c_str());
@@ -158,6 +158,7 @@ nlohmann::json margin_json(const stability_margin &margin)
 {
     return {{"dead_time_ms", or_null(margin.dead_time_ms)},
             {"dead_time_is_open", margin.is_dead_time_open},
+            {"unlimited", margin.is_unlimited},
             {"modulus", or_null(margin.modulus)},
             {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};
 }
