@@ -56,8 +56,21 @@ stability_margin margin_of_plain(const rig &rig)
     return margin;
 }
 
+/* By runs, and by eigenvalues where small motions have them: what grows may be too small to be seen in a run. */
+stability_margin margin_of_size(const rig &rig, std::optional<double> amplitude_m)
+{
+    const stability_margin by_runs = margin_of_compensated(rig, amplitude_m);
+    if (!by_runs.dead_time_ms || compensation_is_on(&rig.firmware) || drifts_freely(in_contact(rig)) ||
+        !left_out_when_small(in_contact(rig)).empty()) {
+        return by_runs;
+    }
+    const stability_margin small = margin_of_plain(rig);
+    const bool is_small_nearer = small.dead_time_ms && *small.dead_time_ms < *by_runs.dead_time_ms;
+    return is_small_nearer ? small : by_runs;
+}
+
 /* Of one that is the same in each tick. */
-stability_margin margin_of_steady(const rig &rig)
+stability_margin margin_of_steady(const rig &rig, std::optional<double> amplitude_m)
 {
     const berth::rig linear = in_contact(rig);
     if (touches_nothing(rig)) {
@@ -67,11 +80,11 @@ stability_margin margin_of_steady(const rig &rig)
     if (has_arm && !compensation_is_linear(linear)) {
         return none_because("an arm with a compensation that has no eigenvalues");
     }
-    if (compensation_is_on(&linear.firmware) || has_arm) {
-        return margin_of_compensated(rig);
+    if (is_judged_by_runs(rig) && amplitude_m != 0.0) {
+        return margin_of_size(rig, amplitude_m);
     }
-    if (is_judged_by_runs(rig)) {
-        return margin_of_compensated(rig);
+    if (compensation_is_on(&linear.firmware) || has_arm) {
+        return margin_of_compensated(rig, amplitude_m);
     }
     if (const std::vector<std::string> left_out = left_out_when_small(linear); !left_out.empty()) {
         return none_because(left_out.front());
@@ -84,10 +97,10 @@ stability_margin margin_of_steady(const rig &rig)
 
 } // namespace
 
-stability_margin margin_of(const rig &rig)
+stability_margin margin_of(const rig &rig, std::optional<double> amplitude_m)
 try {
     const bool varies = is_time_varying(rig);
-    stability_margin margin = margin_of_steady(varies ? without_variation(rig) : rig);
+    stability_margin margin = margin_of_steady(varies ? without_variation(rig) : rig, amplitude_m);
     if (varies && (margin.dead_time_ms || margin.modulus)) {
         margin.note += std::string(margin.note.empty() ? "" : ", ") + "without what changes from tick to tick";
     }

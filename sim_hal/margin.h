@@ -20,8 +20,9 @@ struct stability_margin {
 
 /* Of a loop that is stable; empty of one that is not. With compensation, the robot's dead time grows and the
  * firmware's settings stay as they are. What changes from tick to tick is left out, and the note says so. Takes 20 s
- * of simulated time some thirty times where a compensation has no eigenvalues. */
-stability_margin margin_of(const rig &rig);
+ * of simulated time some thirty times where a compensation has no eigenvalues, and where the size of the motion
+ * matters, see is_judged_by_runs(): from the rig's own start, or let go this far from rest. */
+stability_margin margin_of(const rig &rig, std::optional<double> amplitude_m = {});
 
 } // namespace berth
 

@@ -18,6 +18,9 @@ namespace berth
 namespace
 {
 
+/* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
+constexpr double neutral_per_s = 1e-6;
+
 constexpr std::int64_t predicted_ticks = 40000;
 
 /* Moves z = 1 by this much where it is a double eigenvalue. */
@@ -70,6 +73,20 @@ try {
 }
 
 } // namespace
+
+std::optional<bool> is_stable_in_contact(const growth_prediction &prediction)
+{
+    const double growth_per_s = prediction.growth_per_s.value_or(0.0);
+    if (!(std::abs(growth_per_s) > std::max(prediction.ci95_per_s, neutral_per_s))) {
+        return {};
+    }
+    return growth_per_s < 0.0;
+}
+
+std::optional<bool> is_stable(const growth_prediction &prediction)
+{
+    return prediction.gains_by_bounces() ? false : is_stable_in_contact(prediction);
+}
 
 rig in_contact(const rig &rig)
 {

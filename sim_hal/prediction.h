@@ -34,6 +34,11 @@ struct growth_prediction {
     bool gains_by_bounces() const { return restitution && *restitution > 1.0; }
 };
 
+/* True: decays. Nothing: there is no growth, or it is no larger than its interval or rounding. A tool whose bounces
+ * gain energy is not stable, even if it is while it stays in contact. */
+std::optional<bool> is_stable(const growth_prediction &prediction);
+std::optional<bool> is_stable_in_contact(const growth_prediction &prediction);
+
 /* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits; and what a bounce does. */
 growth_prediction predict_growth(const rig &rig);
 

@@ -11,9 +11,6 @@ namespace berth
 namespace
 {
 
-/* Eigenvalues leave a rounding of about 1e-9 of |z| - 1, at 1 kHz a growth of 1e-6 /s. */
-constexpr double neutral_per_s = 1e-6;
-
 constexpr const char *never_touched_advice =
     "move the tool beyond object.surface_position_m, or run longer (run.duration_s)";
 
@@ -27,18 +24,19 @@ tendency tendency_of(double growth_per_s, double ci95_per_s)
     return growth_per_s < 0.0 ? tendency::decays : tendency::grows;
 }
 
-/* Of a loop whose tool, if it has one, stays in contact. */
-tendency held_tendency_of(const growth_prediction &prediction)
+tendency tendency_of(const std::optional<bool> &decays)
 {
-    return prediction.growth_per_s
-               ? tendency_of(*prediction.growth_per_s, std::max(prediction.ci95_per_s, neutral_per_s))
-               : tendency::unknown;
+    return !decays ? tendency::unknown : *decays ? tendency::decays : tendency::grows;
 }
 
-/* Of a tool that touches and leaves as well. */
+tendency held_tendency_of(const growth_prediction &prediction)
+{
+    return tendency_of(is_stable_in_contact(prediction));
+}
+
 tendency tendency_of(const growth_prediction &prediction)
 {
-    return prediction.gains_by_bounces() ? tendency::grows : held_tendency_of(prediction);
+    return tendency_of(is_stable(prediction));
 }
 
 /* What an operator moves tells nothing of what the loop does by itself. */
@@ -215,13 +213,9 @@ stability_verdict stable(const verdict_case &of)
 stability_verdict driven(const verdict_case &of)
 {
     const motion_evidence &motion = of.motion;
-    const tracking_error &tracking = motion.tracking;
     stability_verdict found;
     found.kind = verdict_kind::driven;
-    const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
-    found.because =
-        with_numbers("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
-                     1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
+    found.because = tracking_words(motion.tracking);
     if (tendency_of(of.prediction) == tendency::decays) {
         found.is_stable = true;
         found.growth = predicted(of.prediction);

@@ -58,6 +58,13 @@ std::string gaining_words(const growth_prediction &prediction)
     return with_numbers("each bounce returns %.5g of its speed: energy is gained", *prediction.restitution);
 }
 
+std::string tracking_words(const tracking_error &tracking)
+{
+    const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
+    return with_numbers("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
+                        1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
+}
+
 std::string factor_words(const growth_finding &growth)
 {
     return (growth.growth_per_s < 0.0 ? ": halves every " : ": doubles every ") +

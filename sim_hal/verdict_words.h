@@ -24,6 +24,9 @@ std::string with_prediction(std::string text, const growth_prediction &predictio
 /* "each bounce returns 1.08 of its speed: energy is gained"; of a prediction that has a restitution. */
 std::string gaining_words(const growth_prediction &prediction);
 
+/* How well the robot follows an operator. */
+std::string tracking_words(const tracking_error &tracking);
+
 /* Why the motion does not show what the model says; empty: what stopped the run says it. */
 std::string not_shown_words(const motion_evidence &motion);
 

@@ -116,9 +116,8 @@ answer answer_for(const rig &rig, const settled_rig &at, const growth_prediction
 {
     if (is_judged_by_runs(rig) && arguments.amplitude_m != 0.0) {
         const stability_verdict verdict = verdict_by_runs(rig, arguments.amplitude_m);
-        return {verdict, verdict.is_stable == std::optional<bool>(false)
-                             ? stability_margin()
-                             : margin_of_compensated(rig, arguments.amplitude_m)};
+        return {verdict, verdict.is_stable == std::optional<bool>(false) ? stability_margin()
+                                                                         : margin_of(rig, arguments.amplitude_m)};
     }
     if (!at.has_settled) {
         return {judge({{}, "the describing function did not settle: what it says is a guess"}, {}), {}};

@@ -350,9 +350,8 @@ int limits_command(const limits_arguments &arguments)
 
     const bool is_open = verdict.is_stable && !verdict.margin_ms;
     const bool is_run = is_judged_by_runs(rig) && arguments.amplitude_m != 0.0;
-    const stability_margin margin = is_run ? margin_of_compensated(rig, arguments.amplitude_m)
-                                    : touches_nothing(rig)
-                                        ? margin_of(rig)
+    const stability_margin margin = is_run || touches_nothing(rig)
+                                        ? margin_of(rig, arguments.amplitude_m)
                                         : stability_margin{is_open ? searched_ms : verdict.margin_ms,
                                                            is_open,
                                                            ranking.now ? ranking.now->margin : std::nullopt,

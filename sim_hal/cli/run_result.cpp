@@ -6,6 +6,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
+#include "../compensated.h"
 #include "../stability/inverse_filter_response.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -119,6 +120,19 @@ nlohmann::json accuracy_json(const step_accuracy &accuracy, const rig &rig)
             {"because", accuracy_sentence(accuracy, rig)}};
 }
 
+/* Noise may hide how a loop with play or friction swings, which is not predicted otherwise. */
+stability_verdict told_by_a_run_without_noise(const stability_verdict &of, const motion_evidence &motion,
+                                              const rig &rig)
+{
+    const bool is_whole = motion.has_moved && motion.has_touched && motion.stop.cause == STOP_NONE;
+    if (of.kind != verdict_kind::undetermined || !is_whole || !is_judged_by_runs(rig)) {
+        return of;
+    }
+    stability_verdict found = verdict_by_runs(rig);
+    found.because += "; this run alone does not tell";
+    return found;
+}
+
 } // namespace
 
 void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
@@ -174,6 +188,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
         result.verdict = judge(all);
     } else {
         result.verdict = judge(all);
+        result.verdict = told_by_a_run_without_noise(result.verdict, result.evidence, rig);
         result.margin = result.verdict.is_stable == std::optional<bool>(false) ? stability_margin() : margin_of(rig);
     }
     if (has_arm(rig)) {
