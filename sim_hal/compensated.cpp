@@ -59,18 +59,66 @@ rig undisturbed(const rig &original)
     return quiet;
 }
 
-motion_evidence motion_of(const rig &quiet)
+struct undisturbed_motion {
+    motion_evidence evidence;               /* of the first 20 s */
+    std::optional<double> lasting_height_m; /* of a swing that does not come to rest, from crest to trough */
+};
+
+/* The height of the manipulator's swing in the next seconds. */
+double height_within_m(struct hal *hal, struct app &app, std::int64_t ticks)
+{
+    double lowest_m = app.recorder.tick.manipulator_position_m;
+    double highest_m = lowest_m;
+    for (std::int64_t i = 0; i < ticks && loop_tick(hal, &app) == HAL_OK; i++) {
+        lowest_m = std::min(lowest_m, app.recorder.tick.manipulator_position_m);
+        highest_m = std::max(highest_m, app.recorder.tick.manipulator_position_m);
+    }
+    return highest_m - lowest_m;
+}
+
+/* A swing that play keeps alive may be a small part of the first one, and is slow to come to its height. */
+std::optional<double> lasting_height_m(struct hal *hal, struct app &app, double start_m, std::int64_t ticks)
+{
+    constexpr int windows = 4;
+    constexpr double at_rest = 1e-3; /* of the start */
+    constexpr double falls = 0.9;    /* from window to window: by less it lasts */
+    double height_m = height_within_m(hal, app, ticks);
+    for (int i = 1; i < windows; i++) {
+        if (height_m < at_rest * start_m || app.supervisor.state != SUPERVISOR_RUNNING) {
+            return {};
+        }
+        const double before_m = height_m;
+        height_m = height_within_m(hal, app, ticks);
+        if (i == windows - 1 && height_m > falls * before_m) {
+            return height_m;
+        }
+    }
+    return {};
+}
+
+undisturbed_motion motion_of(const rig &quiet, double start_m)
 {
     rig made = quiet;
-    made.run.duration_s = made.run.release_s + compensated_run_s;
+    const bool is_long = is_judged_by_runs(quiet);
+    made.run.duration_s = made.run.release_s + (is_long ? 5.1 : 1.0) * compensated_run_s;
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> hal(sim_open(made), hal_close);
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &made.firmware);
     motion_recorder recorder(made);
+    const double ends_s = made.run.release_s + compensated_run_s;
+    const double period_s = config_period_s(&made.firmware);
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
         recorder.note_tick(app->recorder.tick, false, {});
+        if (is_long && period_s * static_cast<double>(app->recorder.tick.index) > ends_s) {
+            break;
+        }
     }
-    return recorder.conclude();
+    undisturbed_motion found{recorder.conclude(), {}};
+    if (is_long) {
+        found.lasting_height_m =
+            lasting_height_m(hal.get(), *app, start_m, static_cast<std::int64_t>(compensated_run_s / period_s));
+    }
+    return found;
 }
 
 double deflection_m(const rig &released)
@@ -81,7 +129,8 @@ double deflection_m(const rig &released)
 /* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. */
 stability_verdict judge_run(const rig &quiet)
 {
-    const motion_evidence motion = motion_of(quiet);
+    const undisturbed_motion seen = motion_of(quiet, deflection_m(quiet));
+    const motion_evidence &motion = seen.evidence;
     verdict_case all{{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""};
     if (motion.falls == std::optional<bool>(false)) {
         all.cycles = predict_cycles(quiet, motion.height_m);
@@ -93,6 +142,13 @@ stability_verdict judge_run(const rig &quiet)
         found = judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
     } else {
         found.because = "a run without noise: " + found.because;
+    }
+    if (seen.lasting_height_m && found.is_stable != std::optional<bool>(false)) {
+        found = {};
+        found.kind = verdict_kind::limit_cycle;
+        found.is_stable = false;
+        found.because = with_numbers("a run without noise: after %.0f s it still swings at a height of %.3g mm",
+                                     5.0 * compensated_run_s, 1e3 * *seen.lasting_height_m);
     }
     found.because +=
         with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m(quiet));

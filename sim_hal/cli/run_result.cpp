@@ -120,15 +120,20 @@ nlohmann::json accuracy_json(const step_accuracy &accuracy, const rig &rig)
             {"because", accuracy_sentence(accuracy, rig)}};
 }
 
-/* Noise may hide how a loop with play or friction swings, which is not predicted otherwise. */
+/* Noise and a short run may hide how a loop with play or friction swings, which is not predicted otherwise. */
 stability_verdict told_by_a_run_without_noise(const stability_verdict &of, const motion_evidence &motion,
                                               const rig &rig)
 {
-    const bool is_whole = motion.has_moved && motion.has_touched && motion.stop.cause == STOP_NONE;
-    if (of.kind != verdict_kind::undetermined || !is_whole || !is_judged_by_runs(rig)) {
+    const bool is_open = of.kind == verdict_kind::undetermined || of.kind == verdict_kind::stable;
+    const bool is_whole = motion.has_moved && motion.has_touched &&
+                          (motion.stop.cause == STOP_NONE || motion.stop.cause == STOP_REQUESTED);
+    if (!is_open || !is_whole || !is_judged_by_runs(rig)) {
         return of;
     }
     stability_verdict found = verdict_by_runs(rig);
+    if (found.is_stable == of.is_stable) {
+        return of;
+    }
     found.because += "; this run alone does not tell";
     return found;
 }
