@@ -1,13 +1,13 @@
 """`run`, `eigen`, `limits` and `check` give one answer to "will my rig blow up?": the same verdict and exit code. What a
 docking tool does is read off long runs without noise on both sides of each limit."""
 
-import json
 import re
 import sys
 import tomllib
 
 import numpy as np
 import pytest
+from answers import COMMANDS, answers, ask
 from conftest import EXIT_DIFFERENT, EXIT_DONE, ROOT, command, settings
 
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -53,7 +53,6 @@ dead_time_ms = 34
 [object]
 kind = "none"
 """
-COMMANDS = ("run", "eigen", "limits", "check")
 
 
 @pytest.fixture
@@ -64,24 +63,6 @@ def rig(tmp_path):
         path.write_text(text)
         return path
     return write
-
-
-def ask(name, path, *more):
-    """The JSON answer of a command, and its exit code."""
-    extra = {"run": ["--no-log", "--check"], "check": []}.get(name, ["--check"])
-    done = command(name, path, "--json", *extra, *more)
-    assert done.returncode in (EXIT_DONE, EXIT_DIFFERENT), done.stderr.decode()
-    return json.loads(done.stdout), done.returncode
-
-
-def answers(path, *more):
-    """Of all four; they agree whether the rig is stable. `check` also refuses what is implausible."""
-    told = {name: ask(name, path, *more) for name in COMMANDS}
-    doubtful = {name for name, (answer, _) in told.items() if answer.get("implausible")}
-    stable = {name: (answer["stable"], EXIT_DONE if name in doubtful and answer["stable"] else code)
-              for name, (answer, code) in told.items()}
-    assert len(set(stable.values())) == 1, stable
-    return {name: answer for name, (answer, _) in told.items()}
 
 
 def changes(advice, beyond=1.0):
@@ -100,6 +81,7 @@ def flight_peaks_m(path, tmp_path, *more):
     return x[1:-1][tops]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text, values, verdict, stable", [
     (DOCK, {}, "stable", True),
     (DOCK, {"object.stiffness_N_per_m": 1500}, "bouncing", False),
@@ -132,6 +114,7 @@ def test_four_commands_agree_on_a_docking_rig_with_compensation(rig, method, val
     assert told["eigen"]["stable"] is not gains
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key", ["object.stiffness_N_per_m", "robot.dead_time_ms", "object.damping_N_s_per_m"])
 def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(rig, tmp_path, key):
     """Heights of flight in runs: no sum of the program's own."""
@@ -145,7 +128,7 @@ def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(rig, tmp_path, 
         peaks_m = flight_peaks_m(path, tmp_path, *settings({key: value}))
         assert len(peaks_m) > 5
         assert (np.diff(peaks_m) > 0).all() if grows else (np.diff(peaks_m) < 0).all()
-        assert answers(path, *settings({key: value}))["run"]["stable"] is not grows
+        assert answers(path, *settings({key: value}), commands=("run", "eigen"))["run"]["stable"] is not grows
 
 
 @pytest.mark.parametrize("text, values", [
@@ -165,6 +148,7 @@ def test_advice_for_a_docking_rig_cures_it(rig, text, values):
     assert ask("run", path, *cured)[0]["stable"] is True, told["advice"]
 
 
+@pytest.mark.long
 def test_margin_of_a_docking_rig_ends_where_bounces_gain(rig):
     path = rig(DOCK)
     told = answers(path)
@@ -172,7 +156,8 @@ def test_margin_of_a_docking_rig_ends_where_bounces_gain(rig):
     assert max(margins_ms) - min(margins_ms) < 1e-9
     own_ms = tomllib.loads(DOCK)["robot"]["dead_time_ms"]
     for share, stable in ((0.95, True), (1.05, False)):
-        answer = answers(path, *settings({"robot.dead_time_ms": own_ms + share * min(margins_ms)}))
+        longer = settings({"robot.dead_time_ms": own_ms + share * min(margins_ms)})
+        answer = answers(path, *longer, commands=("run", "eigen", "check"))
         assert answer["run"]["stable"] is stable
 
 
