@@ -32,6 +32,7 @@ constexpr double near_enough_measured = 5e-3; /* the growth of 20 s tells no mor
 
 constexpr const char *dead_time_key = "robot.dead_time_ms";
 constexpr const char *by_runs = "by runs of 20 s without noise";
+constexpr const char *by_long_runs = "by runs of up to 100 s without noise";
 
 double near_enough_of(const compensated_growth &own)
 {
@@ -312,7 +313,9 @@ stability_margin margin_of_compensated(const rig &rig, std::optional<double> amp
     }
     const auto above =
         first_change({rig, amplitude_m}, *find_key(dead_time_key), value_ms, true, true, near_enough_of(own));
-    return margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
+    stability_margin margin = margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
+    margin.note = is_judged_by_runs(rig) ? by_long_runs : margin.note;
+    return margin;
 }
 
 } // namespace berth

@@ -4,7 +4,7 @@
  * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none, nor has a
  * loop with play, friction or another effect of size, or one that changes from tick to tick: it is run from a
  * deflection for 20 s, a tool held to the material, and the growth of its swing is bisected, without noise and
- * events. */
+ * events. Play may keep a small part of a swing alive: such a loop runs on for up to 100 s, until it is at rest. */
 #ifndef SIM_HAL_COMPENSATED_H
 #define SIM_HAL_COMPENSATED_H
 

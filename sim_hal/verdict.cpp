@@ -80,9 +80,7 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
                      : !gains && held == tendency::grows ? ": what stays in contact grows"
                                                          : "";
-    if (gains && !(bounces.restitution > 1.0)) {
-        found.because += "; with the operator's spring relaxed at the surface " + gaining_words(of.prediction);
-    }
+    found.because += relaxed_words(bounces, of.prediction);
     if (!found.is_stable) {
         found.because += "; whether a tool that stays in contact is stable is not predicted" +
                          (of.prediction.why_not.empty() ? "" : ": " + of.prediction.why_not);
@@ -205,8 +203,7 @@ stability_verdict stable(const verdict_case &of)
         return found;
     }
     found.growth = predicted(of.prediction);
-    found.because = predicted_words(of.prediction) + factor_words(*found.growth);
-    found.because += not_shown_words(motion);
+    found.because = predicted_words(of.prediction) + factor_words(*found.growth) + not_shown_words(motion);
     return found;
 }
 
@@ -219,7 +216,7 @@ stability_verdict driven(const verdict_case &of)
     if (tendency_of(of.prediction) == tendency::decays) {
         found.is_stable = true;
         found.growth = predicted(of.prediction);
-        found.because += "; " + predicted_words(of.prediction) + factor_words(*found.growth);
+        found.because = with_prediction(found.because, of.prediction) + factor_words(*found.growth);
         return found;
     }
     found.because += "; whether the loop is stable is not predicted: " + of.prediction.why_not;
@@ -327,17 +324,6 @@ stability_verdict judge_motion(const verdict_case &of)
 }
 
 } // namespace
-
-const char *verdict_name(verdict_kind kind)
-{
-    static const char *const names[] = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"};
-    return names[static_cast<int>(kind)];
-}
-
-double growth_finding::factor_time_s() const
-{
-    return std::log(2.0) / std::abs(growth_per_s);
-}
 
 stability_verdict judge(const verdict_case &of)
 {

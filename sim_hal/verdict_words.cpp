@@ -7,6 +7,17 @@
 namespace berth
 {
 
+const char *verdict_name(verdict_kind kind)
+{
+    static const char *const names[] = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"};
+    return names[static_cast<int>(kind)];
+}
+
+double growth_finding::factor_time_s() const
+{
+    return std::log(2.0) / std::abs(growth_per_s);
+}
+
 std::string with_numbers(const char *format, double a, double b, double c)
 {
     char text[200];
@@ -56,6 +67,13 @@ std::string predicted_words(const growth_prediction &prediction)
 std::string gaining_words(const growth_prediction &prediction)
 {
     return with_numbers("each bounce returns %.5g of its speed: energy is gained", *prediction.restitution);
+}
+
+std::string relaxed_words(const bounce_finding &seen, const growth_prediction &prediction)
+{
+    return seen.restitution > 1.0 || !prediction.gains_by_bounces()
+               ? ""
+               : "; with the operator's spring relaxed at the surface " + gaining_words(prediction);
 }
 
 std::string tracking_words(const tracking_error &tracking)

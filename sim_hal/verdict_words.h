@@ -24,6 +24,11 @@ std::string with_prediction(std::string text, const growth_prediction &predictio
 /* "each bounce returns 1.08 of its speed: energy is gained"; of a prediction that has a restitution. */
 std::string gaining_words(const growth_prediction &prediction);
 
+/* Where bounces of a run lose, and that of a tool whose operator rests at the surface gains; empty: they do not
+ * differ.
+ */
+std::string relaxed_words(const bounce_finding &seen, const growth_prediction &prediction);
+
 /* How well the robot follows an operator. */
 std::string tracking_words(const tracking_error &tracking);
 

@@ -51,7 +51,7 @@ def last_height_mm(path, tmp_path, values, duration_s=120):
     command("run", path, "--out", tmp_path / "log", *settings(quiet), check=True)
     log = read_log(tmp_path / "log" / "my.ulg")
     x = log.tick["manipulator_position_m"][log.tick_s > duration_s - 5]
-    return 1e3 * (x.max() - x.min())
+    return 1e3 * float(x.max() - x.min())
 
 
 @pytest.mark.parametrize("values, verdict, lasts", [
