@@ -121,7 +121,7 @@ constexpr std::string_view keys_of_size[] = {"object.mass_kg", "object.stiffness
 struct sized_rig {
     berth::rig rig;
     double object_share;
-    std::string growth_of_whole; /* "+61.7 /s"; empty: the whole object is stable */
+    std::string flaw_of_whole; /* "grows by +61.7 /s"; empty: there is none */
 };
 constexpr double spare_share = 0.1;
 
@@ -148,8 +148,10 @@ sized_rig sized_to_be_stable(const rig &whole)
             break;
         }
         if (share == 1.0) {
-            const growth_prediction grows = predict_growth(whole);
-            made.growth_of_whole = with_numbers("%+.3g /s", grows.growth_per_s.value_or(0.0));
+            const double growth_per_s = predict_growth(whole).growth_per_s.value_or(0.0);
+            made.flaw_of_whole = growth_per_s > 0.0 ? with_numbers("grows by %+.3g /s", growth_per_s)
+                                                    : with_numbers("has less than %.0f %% of its dead time to spare",
+                                                                   100.0 * spare_share);
         }
     }
     return made;
@@ -161,10 +163,10 @@ std::string size_remark(const sized_rig &made)
         return "";
     }
     return with_numbers(
-               ". Scaled to %.3g of that, with the same frequency and damping ratio: the loop with the whole "
-               "of it grows by ",
+               ". Scaled to %.3g of that, with the same frequency and damping ratio: with this robot's dead "
+               "time and this sensor, the loop with the whole of it ",
                made.object_share) +
-           made.growth_of_whole + " or has no margin, because of this robot's dead time or this sensor";
+           made.flaw_of_whole;
 }
 
 std::vector<std::string> part_names(const std::vector<named_part> &parts)
