@@ -8,6 +8,7 @@
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/beam.h"
 #include "../hal/rig/rig_file.h"
+#include "bounce_limits.h"
 #include "effects/active.h"
 #include "prediction.h"
 #include "schedule.h"
@@ -91,7 +92,8 @@ std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_pred
         if (linear.object.kind == object_kind::beam && follows_from_beam(key)) {
             continue; /* no rig file may state it */
         }
-        const parameter_limits parameter = find_limits(linear, key, as_it_is, advice_scan);
+        parameter_limits parameter = find_limits(linear, key, as_it_is, advice_scan);
+        cut_by_bounces(parameter, rig);
         for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
             if (limit != nullptr && !limit->is_rough && parameter.value > 0.0 && limit->value > 0.0) {
                 candidates.push_back({std::string(key), parameter.value, *limit});

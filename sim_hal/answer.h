@@ -14,12 +14,16 @@ struct model_answer {
     scheduled_loop worst;    /* the rig itself, or the worst loop of its schedule; prediction and margin are of it */
     stability_advice advice; /* of a loop that grows: changes of the rig that make all of its schedule stable */
     stability_margin margin; /* of one that does not */
+    std::optional<stability_verdict>
+        by_runs; /* of a swing whose fate hangs on its size, or that has no eigenvalues */
 
-    stability_verdict verdict() const { return judge(worst.prediction, advice); }
+    stability_verdict verdict() const { return by_runs ? *by_runs : judge(worst.prediction, advice); }
 };
 
-/* `predict`: of a rig with nothing scheduled. */
-model_answer answer_of(const rig &rig, const growth_predictor &predict = predict_unscheduled);
+/* `predict`: of a rig with nothing scheduled. `amplitude_m`: of a swing that is judged by runs; nothing: the rig's
+ * own; 0: small motions, which are predicted. */
+model_answer answer_of(const rig &rig, const growth_predictor &predict = predict_unscheduled,
+                       std::optional<double> amplitude_m = {});
 
 } // namespace berth
 

@@ -119,6 +119,22 @@ std::optional<played_bounce> play_bounce(const rig &original)
     return found;
 }
 
+bool comes_to_surface(const rig &original)
+{
+    rig made = original;
+    made.sensor.noise_N = made.robot.feedback_noise_m = 0.0;
+    const std::unique_ptr<struct hal, hal_closer> hal(sim_open(made));
+    const auto app = std::make_unique<struct app>();
+    app_start(app.get(), &made.firmware);
+    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
+        const bool touches = app->recorder.tick.robot_position_m > made.object.surface_position_m;
+        if (touches && app->supervisor.state == SUPERVISOR_RUNNING) {
+            return true;
+        }
+    }
+    return false;
+}
+
 std::optional<bounce_limit> find_bounce_limit(const rig &rig, std::string_view path)
 {
     const rig_key &key = *find_key(path);

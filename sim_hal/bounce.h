@@ -26,6 +26,9 @@ struct played_bounce {
  * reaches the surface. Throws input_error. */
 std::optional<played_bounce> play_bounce(const rig &rig);
 
+/* Whether the rig's own run, without noise, brings the tool to the surface. Throws input_error. */
+bool comes_to_surface(const rig &rig);
+
 /* The value of a parameter nearest to the rig's own at which a bounce starts, or ends, to gain energy, within a
  * factor of 1000 (delays: 10) either way; nothing: there is none. Relative accuracy 1e-4. */
 struct bounce_limit {

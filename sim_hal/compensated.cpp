@@ -1,11 +1,15 @@
 #include "compensated.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 
+#include "../firmware/compensation/compensation.h"
 #include "../firmware/loop.h"
 #include "../hal/rig/keys.h"
 #include "compensation/measured_map.h"
+#include "effects/active.h"
 #include "hil/sim_hal.h"
 #include "prediction.h"
 #include "stability/compensation_states.h"
@@ -28,6 +32,7 @@ constexpr double near_enough_measured = 5e-3; /* the growth of 20 s tells no mor
 
 constexpr const char *dead_time_key = "robot.dead_time_ms";
 constexpr const char *by_runs = "by runs of 20 s without noise";
+constexpr const char *by_long_runs = "by runs of up to 100 s without noise";
 
 double near_enough_of(const compensated_growth &own)
 {
@@ -55,25 +60,83 @@ rig undisturbed(const rig &original)
     return quiet;
 }
 
-motion_evidence motion_of(const rig &quiet)
+struct undisturbed_motion {
+    motion_evidence evidence;               /* of the first 20 s */
+    std::optional<double> lasting_height_m; /* of a swing that does not come to rest, from crest to trough */
+};
+
+/* The height of the manipulator's swing in the next seconds. */
+double height_within_m(struct hal *hal, struct app &app, std::int64_t ticks)
+{
+    double lowest_m = app.recorder.tick.manipulator_position_m;
+    double highest_m = lowest_m;
+    for (std::int64_t i = 0; i < ticks && loop_tick(hal, &app) == HAL_OK; i++) {
+        lowest_m = std::min(lowest_m, app.recorder.tick.manipulator_position_m);
+        highest_m = std::max(highest_m, app.recorder.tick.manipulator_position_m);
+    }
+    return highest_m - lowest_m;
+}
+
+/* A swing that play keeps alive may be a small part of the first one, and is slow to come to its height. */
+std::optional<double> lasting_height_m(struct hal *hal, struct app &app, double start_m, std::int64_t ticks)
+{
+    constexpr int windows = 4;
+    constexpr double at_rest = 1e-3; /* of the start */
+    constexpr double falls = 0.9;    /* from window to window: by less it lasts */
+    double height_m = height_within_m(hal, app, ticks);
+    for (int i = 1; i < windows; i++) {
+        if (height_m < at_rest * start_m || app.supervisor.state != SUPERVISOR_RUNNING) {
+            return {};
+        }
+        const double before_m = height_m;
+        height_m = height_within_m(hal, app, ticks);
+        if (i == windows - 1 && height_m > falls * before_m) {
+            return height_m;
+        }
+    }
+    return {};
+}
+
+undisturbed_motion motion_of(const rig &quiet, double start_m)
 {
     rig made = quiet;
-    made.run.duration_s = made.run.release_s + compensated_run_s;
+    const bool is_long = is_judged_by_runs(quiet);
+    made.run.duration_s = made.run.release_s + (is_long ? 5.1 : 1.0) * compensated_run_s;
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> hal(sim_open(made), hal_close);
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &made.firmware);
     motion_recorder recorder(made);
+    const double ends_s = made.run.release_s + compensated_run_s;
+    const double period_s = config_period_s(&made.firmware);
     while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
         recorder.note_tick(app->recorder.tick, false, {});
+        if (is_long && period_s * static_cast<double>(app->recorder.tick.index) > ends_s) {
+            break;
+        }
     }
-    return recorder.conclude();
+    undisturbed_motion found{recorder.conclude(), {}};
+    if (is_long) {
+        found.lasting_height_m =
+            lasting_height_m(hal.get(), *app, start_m, static_cast<std::int64_t>(compensated_run_s / period_s));
+    }
+    return found;
+}
+
+double deflection_m(const rig &released)
+{
+    return std::abs(released.firmware.manipulator.initial_position_m - rest_m(released));
 }
 
 /* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. */
 stability_verdict judge_run(const rig &quiet)
 {
-    const motion_evidence motion = motion_of(quiet);
-    stability_verdict found = judge({{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""});
+    const undisturbed_motion seen = motion_of(quiet, deflection_m(quiet));
+    const motion_evidence &motion = seen.evidence;
+    verdict_case all{{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""};
+    if (motion.falls == std::optional<bool>(false)) {
+        all.cycles = predict_cycles(quiet, motion.height_m);
+    }
+    stability_verdict found = judge(all);
     const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
     if (found.kind == verdict_kind::undetermined && ended_freely) {
         const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
@@ -81,9 +144,44 @@ stability_verdict judge_run(const rig &quiet)
     } else {
         found.because = "a run without noise: " + found.because;
     }
-    const double deflection_m = std::abs(quiet.firmware.manipulator.initial_position_m - rest_m(quiet));
-    found.because += with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m);
+    if (seen.lasting_height_m && found.is_stable != std::optional<bool>(false)) {
+        found = {};
+        found.kind = verdict_kind::limit_cycle;
+        found.is_stable = false;
+        found.because = with_numbers("a run without noise: after %.0f s it still swings at a height of %.3g mm",
+                                     5.0 * compensated_run_s, 1e3 * *seen.lasting_height_m);
+    }
+    found.because +=
+        with_numbers("; let go %.3g mm from rest: another start may do otherwise", 1e3 * deflection_m(quiet));
     return found;
+}
+
+bool has_no_small_motion(const effect &effect)
+{
+    return effect.when_small == small_motion::depends_on_size;
+}
+
+bool has_limited_drive(const rig &rig)
+{
+    return rig.robot.velocity_limit_m_per_s != unlimited || rig.robot.acceleration_limit_m_per_s2 != unlimited;
+}
+
+/* Where swings of another size than the run's end otherwise; empty: nowhere. */
+std::string words_of_cycles(const std::vector<limit_cycle> &cycles, double start_m, bool is_stable)
+{
+    const auto parts = std::find_if(cycles.begin(), cycles.end(), [&](const limit_cycle &cycle) {
+        return !cycle.attracts && (cycle.amplitude_m > start_m) == is_stable;
+    });
+    if (parts == cycles.end()) {
+        return "";
+    }
+    const auto lasts = std::find_if(parts, cycles.end(), [](const limit_cycle &cycle) { return cycle.attracts; });
+    std::string words =
+        with_numbers("; harmonic balance: stable for swings below %.3g mm; ", 1e3 * parts->amplitude_m);
+    return words + (lasts == cycles.end() ? std::string("larger ones grow")
+                                          : with_numbers("beyond that it swings for ever (limit cycle of %.3g mm at "
+                                                         "%.4g Hz)",
+                                                         1e3 * lasts->amplitude_m, lasts->frequency_Hz));
 }
 
 /* Limits of one rig, all seen from the same deflection. */
@@ -135,10 +233,42 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     if (compensation_is_linear(held) && is_linear && !is_time_varying(held)) {
         const double growth_per_s = std::log(spectral_radius_of(held)) / config_period_s(&held.firmware);
         const bool touches = rig.object.kind == object_kind::contact;
-        const prediction_source source = touches ? prediction_source::contact : prediction_source::eigenvalues;
-        return {judge({growth_per_s, {}, 0.0, source}, {}), false};
+        growth_prediction found{
+            growth_per_s, {}, 0.0, touches ? prediction_source::contact : prediction_source::eigenvalues};
+        add_bounces(found, rig);
+        return {judge(found, {}), false};
     }
-    return {judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0)))), true};
+    const stability_verdict in_run = judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0))));
+    growth_prediction bounces;
+    add_bounces(bounces, rig);
+    const bool decides =
+        in_run.is_stable != std::optional<bool>(false) && (bounces.gains_by_bounces() || bounces.never_touches);
+    return {decides ? judge(bounces, {}) : in_run, true};
+}
+
+bool is_judged_by_runs(const rig &rig)
+{
+    return rig.firmware.arm.kind == ARM_NONE && rig.object.kind != object_kind::none &&
+           (has_limited_drive(rig) || !effect_names(rig, has_no_small_motion).empty());
+}
+
+stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m)
+{
+    const stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
+    if (!is_judged_by_runs(rig) || !found.is_stable) {
+        return found;
+    }
+    const growth_prediction small = predict_growth(rig);
+    if (*found.is_stable && small.growth_per_s.value_or(0.0) > 0.0) {
+        return judge(small, {}); /* what grows is too small to be seen in the run */
+    }
+    stability_verdict with_cycles = found;
+    const bool has_balance = rig.object.kind != object_kind::contact && !compensation_is_on(&rig.firmware);
+    if (has_limited_drive(rig) && has_balance) {
+        const double start_m = deflection_m(released_rig(rig, amplitude_m.value_or(0.0)));
+        with_cycles.because += words_of_cycles(limit_cycles(rig, start_m), start_m, *found.is_stable);
+    }
+    return with_cycles;
 }
 
 growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m)
@@ -183,15 +313,15 @@ std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::option
 stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits)
 {
     if (!own.is_stable()) {
-        return {{}, false, {}, own.verdict.is_stable ? "" : own.verdict.because};
+        return {{}, false, {}, false, own.verdict.is_stable ? "" : own.verdict.because};
     }
     for (const compensated_limit &limit : limits) {
         if (limit.key == dead_time_key) {
             const double longest_ms = limit.above.value_or(furthest * limit.value);
-            return {longest_ms - limit.value, !limit.above, {}, own.is_measured ? by_runs : ""};
+            return {longest_ms - limit.value, !limit.above, {}, false, own.is_measured ? by_runs : ""};
         }
     }
-    return {{}, false, {}, "robot.dead_time_ms is 0, and multiples of it are searched"};
+    return {{}, false, {}, false, "robot.dead_time_ms is 0, and multiples of it are searched"};
 }
 
 stability_margin margin_of_compensated(const rig &rig, std::optional<double> amplitude_m)
@@ -203,7 +333,9 @@ stability_margin margin_of_compensated(const rig &rig, std::optional<double> amp
     }
     const auto above =
         first_change({rig, amplitude_m}, *find_key(dead_time_key), value_ms, true, true, near_enough_of(own));
-    return margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
+    stability_margin margin = margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
+    margin.note = is_judged_by_runs(rig) ? by_long_runs : margin.note;
+    return margin;
 }
 
 } // namespace berth

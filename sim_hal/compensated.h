@@ -4,7 +4,7 @@
  * Linear methods have eigenvalues. Identification, an inverse that adapts, tank and passivity have none, nor has a
  * loop with play, friction or another effect of size, or one that changes from tick to tick: it is run from a
  * deflection for 20 s, a tool held to the material, and the growth of its swing is bisected, without noise and
- * events. */
+ * events. Play may keep a small part of a swing alive: such a loop runs on for up to 100 s, until it is at rest. */
 #ifndef SIM_HAL_COMPENSATED_H
 #define SIM_HAL_COMPENSATED_H
 
@@ -34,6 +34,12 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
 
 /* The same as a prediction. */
 growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m = {});
+/* Play, friction, a dead band, or a drive with limits: what becomes of a swing depends on its size, which
+ * eigenvalues do not know. Of a manipulator of one degree of freedom. */
+bool is_judged_by_runs(const rig &rig);
+
+/* As growth_of_compensated(); of a drive with limits also up to which swing it is stable, by harmonic balance. */
+stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m = {});
 
 struct compensated_limit {
     std::string_view key; /* of the hardware, in the rig file */

@@ -164,6 +164,9 @@ bool is_driven(const rig &rig, double running_s)
 double speed_at_surface_m_per_s(const rig &rig, const tick_record &record)
 {
     const manipulator_config &manipulator = rig.firmware.manipulator;
+    if (rig.firmware.arm.kind != ARM_NONE || rig.firmware.operator_command.interface != OPERATOR_INTERFACE_MOTION) {
+        return record.manipulator_velocity_m_per_s; /* where its spring is at rest is not known */
+    }
     const double way_m = record.manipulator_position_m - record.operator_position_m;
     const double way_at_surface_m = rig.object.surface_position_m - record.operator_position_m;
     const double w2_per_s2 = manipulator.stiffness_N_per_m / (manipulator.mass_kg + rig.object.mass_kg);

@@ -50,8 +50,8 @@ struct bounce {
     double restitution() const { return speed_out_m_per_s / speed_in_m_per_s; }
 };
 
-/* Speed of the manipulator where it passes the surface, reckoned from a tick nearby: what its spring holds there, more
- * than at the surface, is motion at the surface. The tool moves with it. Its sign is that of the tick. */
+/* Speed of the manipulator where it passes the surface, reckoned from a tick nearby: what its spring holds there,
+ * more than at the surface, is motion at the surface. The tool moves with it. Its sign is that of the tick. */
 double speed_at_surface_m_per_s(const rig &rig, const tick_record &record);
 
 /* How far the robot is from where the manipulator is. */

@@ -5,6 +5,7 @@
 
 #include "../firmware/compensation/compensation.h"
 #include "../hal/rig/rig_file.h"
+#include "bounce.h"
 #include "compensated.h"
 #include "effects/active.h"
 #include "schedule.h"
@@ -43,40 +44,7 @@ growth_prediction eigenvalue_growth(const rig &rig, prediction_source source)
     return prediction_of(growth_per_s, rig, source);
 }
 
-} // namespace
-
-std::optional<bool> is_stable(const growth_prediction &prediction)
-{
-    const double growth_per_s = prediction.growth_per_s.value_or(0.0);
-    if (!(std::abs(growth_per_s) > std::max(prediction.ci95_per_s, neutral_per_s))) {
-        return {};
-    }
-    return growth_per_s < 0.0;
-}
-
-growth_prediction prediction_of(double growth_per_s, const rig &linear, prediction_source source)
-{
-    if (drifts_freely(linear) && growth_per_s < drift_rounding_per_s) {
-        return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
-    }
-    return {growth_per_s, {}, 0.0, source};
-}
-
-rig in_contact(const rig &rig)
-{
-    berth::rig held = rig;
-    if (held.object.kind == object_kind::contact) {
-        held.object.kind = object_kind::gripped;
-    }
-    return held;
-}
-
-growth_prediction predict_growth(const rig &rig)
-{
-    return worst_of_schedule(rig, predict_unscheduled).prediction;
-}
-
-growth_prediction predict_unscheduled(const rig &rig)
+growth_prediction predict_held(const rig &rig)
 try {
     const bool touches = rig.object.kind == object_kind::contact;
     if (const std::vector<std::string> left_out = left_out_when_small(in_contact(rig)); !left_out.empty()) {
@@ -102,6 +70,64 @@ try {
     return eigenvalue_growth(linear, source);
 } catch (const input_error &error) {
     return {{}, error.what()};
+}
+
+} // namespace
+
+growth_prediction prediction_of(double growth_per_s, const rig &linear, prediction_source source)
+{
+    if (drifts_freely(linear) && growth_per_s < drift_rounding_per_s) {
+        return {{}, "no spring holds manipulator or object: they may drift together for ever (z = 1)"};
+    }
+    return {growth_per_s, {}, 0.0, source};
+}
+
+std::optional<bool> is_stable_in_contact(const growth_prediction &prediction)
+{
+    const double growth_per_s = prediction.growth_per_s.value_or(0.0);
+    if (!(std::abs(growth_per_s) > std::max(prediction.ci95_per_s, neutral_per_s))) {
+        return {};
+    }
+    return growth_per_s < 0.0;
+}
+
+std::optional<bool> is_stable(const growth_prediction &prediction)
+{
+    return prediction.gains_by_bounces() ? false : is_stable_in_contact(prediction);
+}
+
+rig in_contact(const rig &rig)
+{
+    berth::rig held = rig;
+    if (held.object.kind == object_kind::contact) {
+        held.object.kind = object_kind::gripped;
+    }
+    return held;
+}
+
+growth_prediction predict_growth(const rig &rig)
+{
+    return worst_of_schedule(rig, predict_unscheduled).prediction;
+}
+
+growth_prediction predict_unscheduled(const rig &rig)
+try {
+    growth_prediction found = predict_held(rig);
+    add_bounces(found, rig);
+    return found;
+} catch (const input_error &error) {
+    return {{}, error.what()};
+}
+
+void add_bounces(growth_prediction &held, const rig &rig)
+{
+    if (rig.object.kind != object_kind::contact || rig.firmware.arm.kind != ARM_NONE) {
+        return;
+    }
+    if (const auto bounce = play_bounce(rig)) {
+        held.restitution = bounce->restitution;
+    }
+    held.never_touches = !comes_to_surface(rig);
 }
 
 std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m)

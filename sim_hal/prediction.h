@@ -45,16 +45,24 @@ struct growth_prediction {
     /* Of a rig that schedules a change of its loop, see schedule.h: all loops in order of time, this one is the
      * worst. Empty: nothing is scheduled. */
     std::vector<scheduled_growth> schedule = {};
+
+    std::optional<double> restitution = {}; /* of a tool that touches and leaves, see bounce.h */
+    bool never_touches = false;             /* the tool does not come to the object in the rig's own run */
+
+    bool gains_by_bounces() const { return restitution && *restitution > 1.0; }
 };
 
-/* True: decays. Nothing: there is no growth, or it is no larger than its interval or rounding. */
+/* True: decays. Nothing: there is no growth, or it is no larger than its interval or rounding. A tool whose bounces
+ * gain energy is not stable, even if it is while it stays in contact. */
 std::optional<bool> is_stable(const growth_prediction &prediction);
+std::optional<bool> is_stable_in_contact(const growth_prediction &prediction);
 
 /* What predicts the growth of a rig. */
 using growth_predictor = std::function<growth_prediction(const rig &)>;
 
-/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits: what every command says of a
- * rig's small motions. Of a rig that schedules a change of its loop, the worst growth of its schedule. */
+/* From the eigenvalues, or the Lyapunov exponent, of the loop without noise and limits, and what a bounce does: what
+ * every command says of a rig's small motions. Of a rig that schedules a change of its loop, the worst growth of its
+ * schedule. */
 growth_prediction predict_growth(const rig &rig);
 
 /* The same of the loop as it is at the start, whatever is scheduled. */
@@ -62,6 +70,10 @@ growth_prediction predict_unscheduled(const rig &rig);
 
 /* Of the eigenvalues of a linear rig. */
 growth_prediction prediction_of(double growth_per_s, const rig &linear, prediction_source source);
+
+/* Adds what a bounce of the rig's tool does to a prediction of the tool that stays in contact. Other rigs have none.
+ */
+void add_bounces(growth_prediction &held, const rig &rig);
 
 /* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
 rig in_contact(const rig &rig);

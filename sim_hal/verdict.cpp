@@ -11,6 +11,10 @@ namespace berth
 namespace
 {
 
+constexpr const char *never_touched_advice = "move the tool beyond object.surface_position_m, or run longer "
+                                             "(run.duration_s); a manipulator without spring and "
+                                             "damper needs manipulator.initial_velocity_m_per_s";
+
 enum class tendency { unknown, decays, grows };
 
 tendency tendency_of(double growth_per_s, double ci95_per_s)
@@ -21,10 +25,19 @@ tendency tendency_of(double growth_per_s, double ci95_per_s)
     return growth_per_s < 0.0 ? tendency::decays : tendency::grows;
 }
 
+tendency tendency_of(const std::optional<bool> &decays)
+{
+    return !decays ? tendency::unknown : *decays ? tendency::decays : tendency::grows;
+}
+
+tendency held_tendency_of(const growth_prediction &prediction)
+{
+    return tendency_of(is_stable_in_contact(prediction));
+}
+
 tendency tendency_of(const growth_prediction &prediction)
 {
-    const std::optional<bool> decays = is_stable(prediction);
-    return !decays ? tendency::unknown : *decays ? tendency::decays : tendency::grows;
+    return tendency_of(is_stable(prediction));
 }
 
 /* What an operator moves tells nothing of what the loop does by itself. */
@@ -59,8 +72,8 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     stability_verdict found;
     found.kind = verdict_kind::bouncing;
     found.bounces = bounces;
-    const tendency held = tendency_of(of.prediction);
-    const bool gains = bounces.restitution > 1.0;
+    const tendency held = held_tendency_of(of.prediction);
+    const bool gains = bounces.restitution > 1.0 || of.prediction.gains_by_bounces();
     if (gains || held != tendency::unknown) {
         found.is_stable = !gains && held == tendency::decays;
     }
@@ -68,6 +81,7 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
                      : !gains && held == tendency::grows ? ": what stays in contact grows"
                                                          : "";
+    found.because += relaxed_words(bounces, of.prediction);
     if (!found.is_stable) {
         found.because += "; whether a tool that stays in contact is stable is not predicted" +
                          (of.prediction.why_not.empty() ? "" : ": " + of.prediction.why_not);
@@ -93,7 +107,7 @@ std::optional<stability_verdict> judge_without_motion(const verdict_case &of)
     return motion.is_contact
                ? undetermined(with_prediction(ran + "the tool never came to the object: there was no loop to judge",
                                               of.prediction),
-                              "move the tool beyond object.surface_position_m, or run longer (run.duration_s)")
+                              never_touched_advice)
                : undetermined(with_prediction(ran + "never with the object gripped: there was no loop to judge",
                                               of.prediction),
                               "let run.grip_close_s lie within the run");
@@ -110,6 +124,9 @@ stability_verdict unstable(const verdict_case &of)
     if (is_seen) {
         found.growth = measured(*motion.growth);
         found.because = measured_words(*found.growth) + motor_words(motion);
+    } else if (of.prediction.gains_by_bounces() && held_tendency_of(of.prediction) != tendency::grows) {
+        found.kind = verdict_kind::bouncing;
+        found.because = with_prediction(gaining_words(of.prediction), of.prediction) + not_shown_words(motion);
     } else if (model == tendency::grows) {
         found.growth = predicted(of.prediction);
         found.because = predicted_words(of.prediction) + factor_words(*found.growth) + motor_words(motion);
@@ -154,7 +171,7 @@ stability_verdict judge_limit_cycle(const verdict_case &of)
         found.because += with_numbers("; harmonic balance predicts %.3g mm at %.4g Hz", 2e3 * cycle->amplitude_m,
                                       cycle->frequency_Hz);
     }
-    if (tendency_of(of.prediction) == tendency::grows) {
+    if (held_tendency_of(of.prediction) == tendency::grows) {
         found.growth = predicted(of.prediction);
     }
     found.because = tendency_of(of.prediction) == tendency::decays ? found.because + beyond_words(of.prediction)
@@ -187,25 +204,20 @@ stability_verdict stable(const verdict_case &of)
         return found;
     }
     found.growth = predicted(of.prediction);
-    found.because = predicted_words(of.prediction) + factor_words(*found.growth);
-    found.because += not_shown_words(motion);
+    found.because = predicted_words(of.prediction) + factor_words(*found.growth) + not_shown_words(motion);
     return found;
 }
 
 stability_verdict driven(const verdict_case &of)
 {
     const motion_evidence &motion = of.motion;
-    const tracking_error &tracking = motion.tracking;
     stability_verdict found;
     found.kind = verdict_kind::driven;
-    const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
-    found.because =
-        with_numbers("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
-                     1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
+    found.because = tracking_words(motion.tracking);
     if (tendency_of(of.prediction) == tendency::decays) {
         found.is_stable = true;
         found.growth = predicted(of.prediction);
-        found.because += "; " + predicted_words(of.prediction) + factor_words(*found.growth);
+        found.because = with_prediction(found.because, of.prediction) + factor_words(*found.growth);
         return found;
     }
     found.because += "; whether the loop is stable is not predicted: " + of.prediction.why_not;
@@ -329,17 +341,6 @@ stability_verdict judge_motion(const verdict_case &of)
 
 } // namespace
 
-const char *verdict_name(verdict_kind kind)
-{
-    static const char *const names[] = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"};
-    return names[static_cast<int>(kind)];
-}
-
-double growth_finding::factor_time_s() const
-{
-    return std::log(2.0) / std::abs(growth_per_s);
-}
-
 stability_verdict judge(const verdict_case &of)
 {
     if (auto found = judge_without_motion(of)) {
@@ -359,6 +360,18 @@ stability_verdict judge(const verdict_case &of)
 stability_verdict judge(const growth_prediction &prediction, const stability_advice &advice)
 {
     stability_verdict found;
+    if (prediction.never_touches) {
+        return undetermined(
+            with_prediction("the tool never comes to the object: there is no loop to judge", prediction),
+            never_touched_advice);
+    }
+    if (prediction.gains_by_bounces() && held_tendency_of(prediction) != tendency::grows) {
+        found.kind = verdict_kind::bouncing;
+        found.is_stable = false;
+        found.because = with_prediction(gaining_words(prediction), prediction);
+        found.advice = advice_text(advice);
+        return found;
+    }
     if (!prediction.growth_per_s) {
         return undetermined(prediction.why_not, "ask `berth run`");
     }
@@ -377,6 +390,9 @@ stability_verdict judge(const growth_prediction &prediction, const stability_adv
         return neither(prediction);
     }
     found.because = predicted_words(prediction) + factor_words(*found.growth);
+    if (prediction.restitution) {
+        found.because += with_numbers("; a bounce returns %.3g of its speed", *prediction.restitution);
+    }
     return found;
 }
 
@@ -385,7 +401,7 @@ bool is_safe(const stability_verdict &verdict, const stability_margin &margin, d
     if (verdict.is_stable != std::optional<bool>(true)) {
         return false;
     }
-    return margin_ms <= 0.0 || margin.dead_time_ms.value_or(0.0) >= margin_ms;
+    return margin_ms <= 0.0 || margin.is_unlimited || margin.dead_time_ms.value_or(0.0) >= margin_ms;
 }
 
 } // namespace berth

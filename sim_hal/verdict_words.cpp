@@ -9,6 +9,17 @@
 namespace berth
 {
 
+const char *verdict_name(verdict_kind kind)
+{
+    static const char *const names[] = {"stable", "unstable", "limit cycle", "driven", "bouncing", "undetermined"};
+    return names[static_cast<int>(kind)];
+}
+
+double growth_finding::factor_time_s() const
+{
+    return std::log(2.0) / std::abs(growth_per_s);
+}
+
 std::string with_numbers(const char *format, double a, double b, double c)
 {
     char text[200];
@@ -59,6 +70,25 @@ std::string predicted_words(const growth_prediction &prediction)
            (has_interval ? (growth_per_s < 0.0 ? "" : "+") + rate_text(growth_per_s, prediction.ci95_per_s)
                          : with_numbers("%+.3g", growth_per_s)) +
            " /s";
+}
+
+std::string gaining_words(const growth_prediction &prediction)
+{
+    return with_numbers("each bounce returns %.5g of its speed: energy is gained", *prediction.restitution);
+}
+
+std::string relaxed_words(const bounce_finding &seen, const growth_prediction &prediction)
+{
+    return seen.restitution > 1.0 || !prediction.gains_by_bounces()
+               ? ""
+               : "; with the operator's spring relaxed at the surface " + gaining_words(prediction);
+}
+
+std::string tracking_words(const tracking_error &tracking)
+{
+    const double share = tracking.range_m > 0.0 ? 100.0 * tracking.rms_m / tracking.range_m : 0.0;
+    return with_numbers("the robot is %.3g mm rms off the manipulator (%.2g %% of its range), %.3g mm at most",
+                        1e3 * tracking.rms_m, share, 1e3 * tracking.peak_m);
 }
 
 std::string factor_words(const growth_finding &growth)

@@ -21,6 +21,17 @@ std::string stop_words(const run_stop &stop);
 std::string predicted_words(const growth_prediction &prediction);
 std::string with_prediction(std::string text, const growth_prediction &prediction);
 
+/* "each bounce returns 1.08 of its speed: energy is gained"; of a prediction that has a restitution. */
+std::string gaining_words(const growth_prediction &prediction);
+
+/* Where bounces of a run lose, and that of a tool whose operator rests at the surface gains; empty: they do not
+ * differ.
+ */
+std::string relaxed_words(const bounce_finding &seen, const growth_prediction &prediction);
+
+/* How well the robot follows an operator. */
+std::string tracking_words(const tracking_error &tracking);
+
 /* Why the motion does not show what the model says; empty: what stopped the run says it. */
 std::string not_shown_words(const motion_evidence &motion);
 

@@ -76,13 +76,24 @@ growth_predictor predictor_at(double amplitude_m, std::int64_t ticks)
             }
             if (is_time_varying(at)) {
                 const lyapunov_exponent exponent = exponent_of(found.linear, load_wake_histogram(at), ticks);
-                return {exponent.growth_per_s, {}, exponent.ci95_per_s, prediction_source::lyapunov_exponent,
-                        exponent.ticks,        {}};
+                growth_prediction made{exponent.growth_per_s,
+                                       {},
+                                       exponent.ci95_per_s,
+                                       prediction_source::lyapunov_exponent,
+                                       exponent.ticks};
+                if (amplitude_m == 0.0) {
+                    add_bounces(made, at);
+                }
+                return made;
             }
             const bool is_held = at.object.kind == object_kind::contact && amplitude_m == 0.0;
-            return prediction_of(std::log(spectral_radius_of(found.linear)) / config_period_s(&at.firmware),
-                                 found.linear,
-                                 is_held ? prediction_source::contact : prediction_source::eigenvalues);
+            growth_prediction made =
+                prediction_of(std::log(spectral_radius_of(found.linear)) / config_period_s(&at.firmware),
+                              found.linear, is_held ? prediction_source::contact : prediction_source::eigenvalues);
+            if (is_held) {
+                add_bounces(made, at);
+            }
+            return made;
         } catch (const input_error &error) {
             return {{}, error.what()};
         }

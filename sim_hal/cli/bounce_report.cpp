@@ -27,9 +27,9 @@ void print_bounce(const bounce_answer &answer)
         return;
     }
     const played_bounce &own = *answer.own;
-    std::printf("  %-14s restitution %.4f, in contact for %.3g s: %s %.3g %% of its energy\n", "bounce",
-                own.restitution, own.contact_s, own.energy_share() > 0.0 ? "each gains" : "each loses",
-                100.0 * std::abs(own.energy_share()));
+    std::printf("  %-14s restitution %.4f at %.2g m/s, in contact for %.3g s: %s %.3g %% of its energy\n", "bounce",
+                own.restitution, own.speed_in_m_per_s, own.contact_s,
+                own.energy_share() > 0.0 ? "each gains" : "each loses", 100.0 * std::abs(own.energy_share()));
     for (const auto &[key, limit] : answer.limits) {
         const std::string name(key);
         if (limit) {
@@ -47,6 +47,7 @@ nlohmann::json bounce_json(const bounce_answer &answer)
         return nullptr;
     }
     nlohmann::json json = {{"restitution", answer.own->restitution},
+                           {"speed_m_per_s", answer.own->speed_in_m_per_s},
                            {"energy_share", answer.own->energy_share()},
                            {"contact_s", answer.own->contact_s},
                            {"limits", nlohmann::json::object()}};

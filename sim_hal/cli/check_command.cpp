@@ -1,7 +1,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../compensated.h"
 #include "../plausibility.h"
+#include "../stability/compensation_states.h"
+#include "bounce_report.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -44,12 +47,14 @@ int check_command(const rig_arguments &arguments)
     const std::vector<implausible_value> found = implausible_values(rig);
     const model_answer answer = answer_of(rig);
     const stability_verdict verdict = answer.verdict();
+    const bounce_answer bounce = answer_bounce(rig, {});
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, answer.margin);
         json["prediction"] = prediction_json(answer.worst.prediction);
         json["rig"] = rig.name;
         json["robot"] = robot_as_json(chosen);
         json["implausible"] = as_json(found);
+        json["bounce"] = bounce_json(bounce);
         print_json(json);
     } else {
         std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
@@ -57,6 +62,7 @@ int check_command(const rig_arguments &arguments)
         print_assumptions(rig);
         print_verdict(verdict);
         print_margin(answer.margin);
+        print_bounce(bounce);
         print_delay_budget(rig);
     }
     return found.empty() && verdict.is_stable == std::optional<bool>(true) ? 0 : exit_doubtful;

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../compensated.h"
 #include "../stability/compensation_states.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
@@ -11,6 +12,7 @@
 #include "colour.h"
 #include "commands.h"
 #include "compensated_report.h"
+#include "gains_report.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
 
@@ -75,10 +77,9 @@ void print_spectra(const rig &steady, const spectrum &loop, const char *loop_tit
                 coupled_spectrum(steady));
 }
 
-/* `title` goes before it. Returns the eigenvalues, which take long to find where the dead time is long. */
-spectrum print_spectrum(const char *title, const settled_rig &at)
+/* `title` goes before it. */
+void print_spectrum(const char *title, const settled_rig &at, const spectrum &loop)
 {
-    spectrum loop = loop_spectrum(at.linear);
     const bool is_free = drifts_freely(at.linear);
     const nlohmann::json stable = stable_json(loop.growth_per_s, loop.spectral_radius, is_free);
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", title,
@@ -86,7 +87,22 @@ spectrum print_spectrum(const char *title, const settled_rig &at)
                 : is_free         ? "undetermined (no spring holds manipulator or object: z = 1)"
                                   : "undetermined (no more than rounding)",
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
-    return loop;
+}
+
+/* Where more than the eigenvalues decides, the verdict stands in front of them, and its reason below. */
+void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, const stability_verdict &verdict)
+{
+    const nlohmann::json of_eigenvalues =
+        stable_json(loop.growth_per_s, loop.spectral_radius, drifts_freely(at.linear));
+    const bool is_of_eigenvalues = (!at.has_settled && !is_judged_by_runs(rig)) || drifts_freely(at.linear) ||
+                                   or_null(verdict.is_stable) == of_eigenvalues;
+    if (is_of_eigenvalues) {
+        print_spectrum(rig.name.c_str(), at, loop);
+        return;
+    }
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(), verdict_name(verdict.kind),
+                loop.spectral_radius, loop.growth_per_s);
+    std::printf("  %-14s %s\n", verdict_name(verdict.kind), verdict.because.c_str());
 }
 
 /* What was asked: `chosen` holds the loop that decides, of a rig that schedules a change the worst one. */
@@ -102,9 +118,9 @@ question ask(const varying_arguments &arguments, chosen_rig chosen, double ampli
 {
     settle_at(chosen.rig, amplitude_m); /* says here what is wrong with the amplitude */
     const rig stated = chosen.rig;
-    model_answer found = answer_of(stated, predictor_at(amplitude_m, arguments.ticks));
+    model_answer found = answer_of(stated, predictor_at(amplitude_m, arguments.ticks), arguments.amplitude_m);
     chosen.rig = found.worst.rig;
-    if (amplitude_m > 0.0 && is_stable(found.worst.prediction) != std::optional<bool>(false)) {
+    if (!found.by_runs && amplitude_m > 0.0 && is_stable(found.worst.prediction) != std::optional<bool>(false)) {
         found.margin = margin_of(linear_at(chosen.rig, amplitude_m));
     }
     const stability_verdict verdict = found.verdict();
@@ -171,6 +187,7 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
     if (chosen.dead_time_band) {
         lower_end = settle_at(chosen.at_lower_end(), amplitude_m);
     }
+    const spectrum loop = loop_spectrum(own.linear);
     if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
         json.update(as_json(asked));
@@ -184,7 +201,7 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
         return check_exit_code(arguments, verdict, found.margin);
     }
     print_assumptions(rig);
-    const spectrum loop = print_spectrum(rig.name.c_str(), own);
+    print_loop(rig, own, loop, verdict);
     print_answer(asked);
     print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
@@ -192,7 +209,7 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
     if (lower_end) {
         char title[60];
         std::snprintf(title, sizeof title, "  dead time %g ms, the lower end", chosen.dead_time_band->from);
-        print_spectrum(title, *lower_end);
+        print_spectrum(title, *lower_end, loop_spectrum(lower_end->linear));
     }
     print_spectra(in_contact(rig), loop,
                   rig.object.kind == object_kind::contact ? "loop with dead time, in contact"
@@ -229,6 +246,7 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
                      {"lower_end", nullptr},
                      {"seed", rig.run.seed},
                      {"varies", effects},
+                     {"bounce", bounce_json(answer_bounce(rig, {}))},
                      {"without", spectra_json(steady, amplitude_m)}});
         if (lower_end) {
             json["lower_end"] = as_json(*lower_end, low->has_settled);
@@ -241,6 +259,7 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
     std::printf("%s: ", rig.name.c_str());
     print_exponent(exponent, rig.run.seed, own.has_settled);
     print_answer(asked);
+    print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);
     print_describing_function(describing_function_json(rig, amplitude_m));
     if (lower_end) {
@@ -250,7 +269,9 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
     for (const std::string &effect : effects) {
         std::printf("  %s\n", effect.c_str());
     }
-    const spectrum loop = print_spectrum("  without", settle_at(steady, amplitude_m));
+    const settled_rig without = settle_at(steady, amplitude_m);
+    const spectrum loop = loop_spectrum(without.linear);
+    print_spectrum("  without", without, loop);
     print_spectra(steady, loop, "loop with dead time, without that");
     return check_exit_code(arguments, verdict, found.margin);
 }

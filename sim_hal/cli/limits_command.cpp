@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "../../firmware/compensation/compensation.h"
+#include "../bounce_limits.h"
+#include "../compensated.h"
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
@@ -248,17 +250,23 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
         {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }
 
-void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
+void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const stability_verdict &judged,
+                const stability_margin &margin, bool is_run)
 {
     const bool varies = !verdict.left_out.empty();
     if (varies) {
         std::printf("%s: %s\n", chosen.rig.name.c_str(),
                     exponent_sentence(verdict.predicted, chosen.rig.run.seed).c_str());
     }
+    const bool is_of_loop = varies || judged.is_stable == std::optional<bool>(verdict.growth_per_s < 0.0) ||
+                            (!has_settled(verdict) && !is_run);
+    const char *const name = is_of_loop ? verdict.is_stable ? "stable" : "unstable" : verdict_name(judged.kind);
     std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n",
-                varies ? "  the rest is without what changes from tick to tick" : chosen.rig.name.c_str(),
-                verdict.is_stable ? "stable" : "unstable", verdict.spectral_radius, verdict.growth_per_s,
-                guess_text(has_settled(verdict)));
+                varies ? "  the rest is without what changes from tick to tick" : chosen.rig.name.c_str(), name,
+                verdict.spectral_radius, verdict.growth_per_s, guess_text(has_settled(verdict)));
+    if (!is_of_loop) {
+        std::printf("  %-14s %s\n", name, judged.because.c_str());
+    }
     print_schedule(verdict.predicted);
     if (chosen.robot) {
         std::printf("  robot %s\n", robot_sentence(robot_as_json(chosen)).c_str());
@@ -268,7 +276,11 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict)
     }
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
-    if (verdict.is_stable) {
+    if (margin.is_unlimited) {
+        std::printf("  dead-time margin: %s\n", margin.note.c_str());
+    } else if (is_run && margin.dead_time_ms) {
+        print_margin(margin);
+    } else if (verdict.is_stable && !is_run) {
         std::printf("  dead-time margin: %s%s\n",
                     verdict.margin_ms ? (short_number(*verdict.margin_ms) + " ms").c_str()
                                       : "none up to ten times the robot's dead time",
@@ -295,7 +307,7 @@ int limits_command(const limits_arguments &arguments)
         return answer_compensated_limits(stated, arguments);
     }
     settle_at(stated, amplitude_m); /* says here what is wrong with the amplitude */
-    model_answer answer = answer_of(stated, predictor_at(amplitude_m));
+    model_answer answer = answer_of(stated, predictor_at(amplitude_m), arguments.amplitude_m);
     chosen.rig = answer.worst.rig;
     loop_verdict verdict{};
     verdict.predicted = answer.worst.prediction;
@@ -314,7 +326,7 @@ int limits_command(const limits_arguments &arguments)
     }
     verdict.spectral_radius = spectral_radius_of(own);
     verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&own.firmware);
-    verdict.is_stable = verdict.spectral_radius < 1.0;
+    verdict.is_stable = verdict.spectral_radius < 1.0 && !verdict.predicted.gains_by_bounces();
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     /* A new finder each time: one that goes on from the value before may follow another mode there. */
     const linear_view linear = [&](const berth::rig &of) {
@@ -333,6 +345,9 @@ int limits_command(const limits_arguments &arguments)
     for (const std::string_view key : physical_parameters(rig)) {
         progress.show("limits: " + std::string(key));
         parameters.push_back(find_limits(rig, key, linear, how));
+        if (amplitude_m == 0.0) {
+            cut_by_bounces(parameters.back(), rig);
+        }
         if (key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
             searched_ms = parameters.back().to - parameters.back().value;
@@ -350,19 +365,23 @@ int limits_command(const limits_arguments &arguments)
     progress.show("");
 
     const bool varies = !verdict.left_out.empty();
-    if (!varies) {
+    const bool is_run = answer.by_runs.has_value();
+    if (!varies && !is_run && !touches_nothing(rig)) {
         const bool is_open = verdict.is_stable && !verdict.margin_ms;
         answer.margin = {is_open ? searched_ms : verdict.margin_ms,
                          is_open,
                          ranking.now ? ranking.now->margin : std::nullopt,
+                         false,
                          {}};
     }
-    if (const auto nearest = nearest_limit(parameters, false); nearest && amplitude_m > 0.0 && !verdict.is_stable) {
+    const bool may_advise = amplitude_m > 0.0 && !verdict.is_stable && !is_run;
+    if (const auto nearest = nearest_limit(parameters, false); nearest && may_advise) {
         answer.advice.change = change_to(stated, *nearest, predictor_at(amplitude_m));
     }
     stability_verdict judged = answer.verdict();
     judged.because += left_out_words(verdict.left_out);
     const stability_margin &margin = answer.margin;
+    verdict.margin_ms = is_run ? margin.dead_time_ms : verdict.margin_ms;
     const int exit_code = check_exit_code(arguments, judged, margin);
     const bounce_answer bounce = answer_bounce(rig, {"object.stiffness_N_per_m", "robot.dead_time_ms"});
     if (arguments.json) {
@@ -381,7 +400,7 @@ int limits_command(const limits_arguments &arguments)
         return exit_code;
     }
     print_assumptions(stated);
-    print_loop(chosen, verdict);
+    print_loop(chosen, verdict, judged, margin, is_run);
     print_delay_budget(stated);
     print_bounce(bounce);
     print_parameters(parameters, how);

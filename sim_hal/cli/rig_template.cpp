@@ -5,7 +5,12 @@
 #include <string_view>
 
 #include "../../hal/rig/keys.h"
+#include "../../hal/rig/rig_file.h"
 #include "../../hal/rig/sections.h"
+#include "../effects/effect.h"
+#include "../margin.h"
+#include "../prediction.h"
+#include "../verdict_words.h"
 #include "rig_schema.h"
 
 namespace berth
@@ -106,6 +111,64 @@ const std::vector<setting> common_settings = {
     {"sensor.delay_ms", "2.5"},
 };
 
+/* What grows with the object's size: scaled together, its frequency and damping ratio stay. */
+constexpr std::string_view keys_of_size[] = {"object.mass_kg", "object.stiffness_N_per_m",
+                                             "object.damping_N_s_per_m", "object.beam_mass_kg_per_m",
+                                             "object.beam_stiffness_N_m2"};
+
+/* A rig as it is written: the object is made smaller until the loop is stable with this share of its dead time to
+ * spare. */
+struct sized_rig {
+    berth::rig rig;
+    double object_share;
+    std::string flaw_of_whole; /* "grows by +61.7 /s"; empty: there is none */
+};
+constexpr double spare_share = 0.1;
+
+bool has_margin(const rig &rig)
+{
+    if (is_stable(predict_growth(rig)) != std::optional<bool>(true)) {
+        return false;
+    }
+    const stability_margin margin = margin_of(rig);
+    return margin.is_unlimited || margin.dead_time_ms.value_or(0.0) > spare_share * rig.robot.dead_time_ms;
+}
+
+sized_rig sized_to_be_stable(const rig &whole)
+{
+    constexpr double shares[] = {1.0, 0.5, 0.25, 0.1, 0.05, 0.025, 0.01};
+    sized_rig made{whole, 1.0, ""};
+    for (const double share : shares) {
+        made.object_share = share;
+        made.rig = whole;
+        for (const std::string_view key : keys_of_size) {
+            set_number(made.rig, key, share * value_of(whole, key));
+        }
+        if (!complete_and_check(made.rig) && has_margin(made.rig)) {
+            break;
+        }
+        if (share == 1.0) {
+            const double growth_per_s = predict_growth(whole).growth_per_s.value_or(0.0);
+            made.flaw_of_whole = growth_per_s > 0.0 ? with_numbers("grows by %+.3g /s", growth_per_s)
+                                                    : with_numbers("has less than %.0f %% of its dead time to spare",
+                                                                   100.0 * spare_share);
+        }
+    }
+    return made;
+}
+
+std::string size_remark(const sized_rig &made)
+{
+    if (made.object_share == 1.0) {
+        return "";
+    }
+    return with_numbers(
+               ". Scaled to %.3g of that, with the same frequency and damping ratio: with this robot's dead "
+               "time and this sensor, the loop with the whole of it ",
+               made.object_share) +
+           made.flaw_of_whole;
+}
+
 std::vector<std::string> part_names(const std::vector<named_part> &parts)
 {
     std::vector<std::string> names;
@@ -177,7 +240,9 @@ std::string rig_template(const template_choice &choice)
     settings.insert(settings.end(), object.settings.begin(), object.settings.end());
     settings.insert(settings.end(), sensor.settings.begin(), sensor.settings.end());
     const robot_preset *const robot = choice.robot ? &*choice.robot : nullptr;
-    const rig rig = parse_rig(plain_text(settings), "the rig that berth init writes", {}, robot);
+    const sized_rig sized =
+        sized_to_be_stable(parse_rig(plain_text(settings), "the rig that berth init writes", {}, robot));
+    const rig &rig = sized.rig;
 
     std::vector<std::string_view> paths;
     paths.reserve(settings.size() + (robot != nullptr ? robot->settings.size() : 0));
@@ -192,7 +257,8 @@ std::string rig_template(const template_choice &choice)
     text << "# Rig file of berth, made by `berth init`. Put in the values of your hardware, then ask\n"
             "#   berth check FILE    implausible values, delay budget, verdict\n"
             "#   berth run FILE      run the loop against the simulated rig\n"
-            "# Before a robot is switched on: [limits] and sensor_channel.force_limit_N are wide here. Set them to what "
+            "# Before a robot is switched on: [limits] and sensor_channel.force_limit_N are wide here. Set them to "
+            "what "
             "your\n"
             "# robot, its payload and your sensor stand.\n"
             "# The schema in the first line tells editors (taplo, Even Better TOML) every key, its unit and its "
@@ -213,7 +279,7 @@ std::string rig_template(const template_choice &choice)
             text << "\n";
             write_remark(text, section == "robot" && robot ? robot->source + " " + robot->assumed
                                : section == "sensor"       ? std::string(sensor.remark)
-                               : section == "object"       ? std::string(object.remark)
+                               : section == "object"       ? std::string(object.remark) + size_remark(sized)
                                                            : std::string(section_meaning_of(section)));
             text << "[" << section << "]\n";
         }

@@ -6,6 +6,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
+#include "../compensated.h"
 #include "../stability/inverse_filter_response.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -119,6 +120,21 @@ nlohmann::json accuracy_json(const step_accuracy &accuracy, const rig &rig)
             {"because", accuracy_sentence(accuracy, rig)}};
 }
 
+/* Noise and a short run may hide how a loop with play or friction swings, which is not predicted otherwise. */
+stability_verdict told_by_a_run_without_noise(const stability_verdict &of, const motion_evidence &motion,
+                                              const stability_verdict &without_noise)
+{
+    const bool is_open = of.kind == verdict_kind::undetermined || of.kind == verdict_kind::stable;
+    const bool is_whole = motion.has_moved && motion.has_touched &&
+                          (motion.stop.cause == STOP_NONE || motion.stop.cause == STOP_REQUESTED);
+    if (!is_open || !is_whole || without_noise.is_stable == of.is_stable) {
+        return of;
+    }
+    stability_verdict found = without_noise;
+    found.because += "; this run alone does not tell";
+    return found;
+}
+
 } // namespace
 
 void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
@@ -171,8 +187,11 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
     if (result.evidence.falls == std::optional<bool>(false)) {
         all.cycles = predict_cycles(rig, result.evidence.height_m);
     }
-    result.margin = all.margin;
     result.verdict = judge(all);
+    if (answer.by_runs) {
+        result.verdict = told_by_a_run_without_noise(result.verdict, result.evidence, *answer.by_runs);
+    }
+    result.margin = result.verdict.is_stable == std::optional<bool>(false) ? stability_margin() : answer.margin;
     if (has_arm(rig)) {
         result.accuracy = estimate_accuracy(rig);
     }

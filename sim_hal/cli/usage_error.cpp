@@ -52,7 +52,8 @@ std::string wrong_setting(const std::vector<std::string> &words)
         const bool has_blank =
             is_set && equals == std::string::npos && i + 1 < words.size() && words[i + 1][0] != '-';
         if (has_blank) {
-            return "--set " + word + " " + words[i + 1] + ": must look like section.key=value, as object.mass_kg=40, without blanks";
+            return "--set " + word + " " + words[i + 1] +
+                   ": must look like section.key=value, as object.mass_kg=40, without blanks";
         }
         if (is_set || equals == std::string::npos || name_at == std::string::npos) {
             continue;

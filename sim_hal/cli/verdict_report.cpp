@@ -120,7 +120,7 @@ void print_margin(const stability_margin &margin)
         parts.push_back(with_numbers("modulus %.4f", *margin.modulus));
     }
     if (!margin.note.empty()) {
-        parts.push_back((parts.empty() ? "not known: " : "") + margin.note);
+        parts.push_back((parts.empty() && !margin.is_unlimited ? "not known: " : "") + margin.note);
     }
     if (!parts.empty()) {
         std::printf("  %-14s %s\n", "margin", list_of(parts).c_str());
@@ -170,13 +170,14 @@ nlohmann::json prediction_json(const growth_prediction &prediction)
                             {"growth_ci95_per_s", loop.ci95_per_s},
                             {"stable", or_null(loop.is_stable)}});
     }
-    return {{"growth_per_s", or_null(prediction.growth_per_s)},
-            {"growth_ci95_per_s", prediction.ci95_per_s},
-            {"stable", or_null(is_stable(prediction))},
-            {"source", source != nullptr ? nlohmann::json(source) : nlohmann::json()},
-            {"ticks", prediction.ticks},
-            {"why_not_predicted", prediction.why_not.empty() ? nlohmann::json() : nlohmann::json(prediction.why_not)},
-            {"schedule", schedule}};
+    return {
+        {"growth_per_s", or_null(prediction.growth_per_s)},
+        {"growth_ci95_per_s", prediction.ci95_per_s},
+        {"stable", or_null(is_stable(prediction))},
+        {"source", source != nullptr ? nlohmann::json(source) : nlohmann::json()},
+        {"ticks", prediction.ticks},
+        {"why_not_predicted", prediction.why_not.empty() ? nlohmann::json() : nlohmann::json(prediction.why_not)},
+        {"schedule", schedule}};
 }
 
 nlohmann::json stop_json(const std::optional<run_stop> &stop)
@@ -217,6 +218,7 @@ nlohmann::json margin_json(const stability_margin &margin)
 {
     return {{"dead_time_ms", or_null(margin.dead_time_ms)},
             {"dead_time_is_open", margin.is_dead_time_open},
+            {"unlimited", margin.is_unlimited},
             {"modulus", or_null(margin.modulus)},
             {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};
 }

@@ -1,0 +1,172 @@
+"""`run`, `eigen`, `limits` and `check` give one answer to "will my rig blow up?": the same verdict and exit code. What a
+docking tool does is read off long runs without noise on both sides of each limit."""
+
+import re
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+from answers import COMMANDS, answers, ask
+from conftest import EXIT_DIFFERENT, EXIT_DONE, ROOT, command, settings
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from berth_log import read_log  # noqa: E402
+
+# A tool bounces on a spring of its own, without damping: each flight ends as it began, and what a bounce does to the
+# energy adds up. At 1400 N/m a bounce loses; from 1475 N/m on it gains; from 1558 N/m on a tool in contact grows.
+DOCK = """
+[run]
+duration_s = 40
+release_s = 0.1
+[loop]
+rate_Hz = 500
+[manipulator]
+mass_kg = 90
+stiffness_N_per_m = 100
+damping_N_s_per_m = 0
+initial_position_m = -0.02
+[robot]
+dead_time_ms = 34
+interpolation = "linear"
+[sensor]
+delay_ms = 2
+low_pass_frequency_Hz = 150
+[object]
+kind = "contact"
+mass_kg = 1
+stiffness_N_per_m = 1400
+damping_N_s_per_m = 60
+"""
+FREE = DOCK.replace("stiffness_N_per_m = 100\n", "stiffness_N_per_m = 0\n").replace(
+    "initial_position_m = -0.02", "initial_position_m = -0.02\ninitial_velocity_m_per_s = 0.05").replace(
+    "duration_s = 40", "duration_s = 8")
+PRESSED = DOCK.replace("stiffness_N_per_m = 100\ndamping_N_s_per_m = 0", "stiffness_N_per_m = 6000\ndamping_N_s_per_m = 120")
+NOTHING = """
+[manipulator]
+mass_kg = 150
+stiffness_N_per_m = 6000
+damping_N_s_per_m = 120
+initial_position_m = 0.005
+[robot]
+dead_time_ms = 34
+[object]
+kind = "none"
+"""
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """A function that writes a rig file and returns its path."""
+    def write(text):
+        path = tmp_path / "my.toml"
+        path.write_text(text)
+        return path
+    return write
+
+
+def changes(advice, beyond=1.0):
+    """The setting that an advice names, taken farther by a factor."""
+    found = re.match(r"([a-z_]+\.[A-Za-z_]+) (above|below) ([0-9.e+-]+)", advice)
+    value = float(found[3]) * (beyond if found[2] == "above" else 1 / beyond)
+    return settings({found[1]: value})
+
+
+def flight_peaks_m(path, tmp_path, *more):
+    """How far the tool flies from the surface after each bounce."""
+    command("run", path, "--out", tmp_path / "log", *more, check=True)
+    log = read_log(tmp_path / "log" / "my.ulg")
+    x = -log.tick["manipulator_position_m"][log.tick["state"] == 2]
+    tops = (x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:]) & (x[1:-1] > 0.0)
+    return x[1:-1][tops]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("text, values, verdict, stable", [
+    (DOCK, {}, "stable", True),
+    (DOCK, {"object.stiffness_N_per_m": 1500}, "bouncing", False),
+    (DOCK, {"object.stiffness_N_per_m": 1800}, "unstable", False),
+    (FREE, {}, "stable", True),
+    (FREE, {"object.stiffness_N_per_m": 1500}, "bouncing", False),
+    (FREE, {"object.stiffness_N_per_m": 8000}, "unstable", False),
+    (PRESSED, {}, "stable", True),
+    (PRESSED, {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}, "unstable", False),
+    (DOCK, {"object.surface_position_m": 0.5}, "undetermined", None),
+])
+def test_four_commands_agree_on_a_docking_rig(rig, text, values, verdict, stable):
+    path = rig(text)
+    told = answers(path, *settings(values))
+    assert {told[name]["verdict"] for name in ("eigen", "limits", "check")} == {verdict}
+    assert told["run"]["stable"] is stable
+    if verdict == "bouncing":
+        assert "of its speed: energy is gained" in told["eigen"]["because"]
+        assert told["eigen"]["bounce"]["restitution"] > 1.0
+
+
+@pytest.mark.parametrize("method, values", [
+    ("prediction", {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}),
+    ("force-lead", {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}),
+    ("extrapolation-1", {"object.stiffness_N_per_m": 2500, "object.damping_N_s_per_m": 200}),
+])
+def test_four_commands_agree_on_a_docking_rig_with_compensation(rig, method, values):
+    told = answers(rig(PRESSED), "--with", method, *settings(values))
+    gains = told["eigen"]["bounce"]["restitution"] > 1.0
+    assert told["eigen"]["stable"] is not gains
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("key", ["object.stiffness_N_per_m", "robot.dead_time_ms", "object.damping_N_s_per_m"])
+def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(rig, tmp_path, key):
+    """Heights of flight in runs: no sum of the program's own."""
+    path = rig(DOCK)
+    told, _ = ask("limits", path)
+    parameter = told["parameters"][key]
+    side, away = ("above", 1.03) if parameter["above"] else ("below", 1 / 1.03)
+    limit = parameter[side]["value"]
+    assert parameter[side]["mode"] == "a bounce gains energy"
+    for value, grows in ((limit / away, False), (limit * away, True)):
+        peaks_m = flight_peaks_m(path, tmp_path, *settings({key: value}))
+        assert len(peaks_m) > 5
+        assert (np.diff(peaks_m) > 0).all() if grows else (np.diff(peaks_m) < 0).all()
+        assert answers(path, *settings({key: value}), commands=("run", "eigen"))["run"]["stable"] is not grows
+
+
+@pytest.mark.parametrize("text, values", [
+    (DOCK, {"object.stiffness_N_per_m": 1500}),
+    (DOCK, {"object.stiffness_N_per_m": 1800}),
+    (FREE, {"object.stiffness_N_per_m": 8000}),
+    (PRESSED, {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}),
+])
+def test_advice_for_a_docking_rig_cures_it(rig, text, values):
+    path = rig(text)
+    told, code = ask("eigen", path, *settings(values))
+    assert code == EXIT_DIFFERENT
+    cured = settings(values) + changes(told["advice"])
+    for name in ("eigen", "check"):
+        assert ask(name, path, *cured)[0]["stable"] is True, told["advice"]
+    cured = settings(values) + changes(told["advice"], beyond=1.02)
+    assert ask("run", path, *cured)[0]["stable"] is True, told["advice"]
+
+
+@pytest.mark.long
+def test_margin_of_a_docking_rig_ends_where_bounces_gain(rig):
+    path = rig(DOCK)
+    told = answers(path)
+    margins_ms = {told[name]["margin"]["dead_time_ms"] for name in COMMANDS}
+    assert max(margins_ms) - min(margins_ms) < 1e-9
+    own_ms = tomllib.loads(DOCK)["robot"]["dead_time_ms"]
+    for share, stable in ((0.95, True), (1.05, False)):
+        longer = settings({"robot.dead_time_ms": own_ms + share * min(margins_ms)})
+        answer = answers(path, *longer, commands=("run", "eigen", "check"))
+        assert answer["run"]["stable"] is stable
+
+
+def test_a_robot_that_touches_nothing_has_any_margin(rig):
+    path = rig(NOTHING)
+    for name in ("run", "eigen", "limits"):
+        told, code = ask(name, path, "--margin-ms", "500")
+        assert code == EXIT_DONE
+        assert told["margin"]["unlimited"] is True and "nothing feeds back" in told["margin"]["note"]
+    assert answers(path)["check"]["margin"]["unlimited"] is True
+    shown = command("eigen", path).stdout.decode()
+    assert "no limit: nothing feeds back" in shown and "modulus" not in shown
