@@ -22,7 +22,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 from report_figure import STYLE  # noqa: E402
 from report_signals import COMMAND, MANIPULATOR, OBJECT, REPORTED, ROBOT  # noqa: E402
 
-COLOURS = (MANIPULATOR, COMMAND, OBJECT, REPORTED)  # of ours; the first of others is ROBOT's
+COLOURS = (MANIPULATOR, COMMAND, OBJECT, REPORTED)  # of ours
+OTHERS = (ROBOT, "#333333", "#56B4E9", "#8C6D00", "#7A3DB8")  # of files beside it
 TAIL_FROM = 10  # times the 99th percentile
 SHARES_DRAWN = (0.5, 0.9, 0.99, 0.999, 0.9999, 1.0)
 SHARES = (0.5, 0.99, 0.999, 0.9999)
@@ -47,27 +48,58 @@ class Histogram:
         return self.most_us
 
 
+class BadFile(Exception):
+    """One sentence that says which file cannot be used, and why."""
+
+
 def whole_us(bins):
     return {int(time_us): count for time_us, count in bins.items()}
 
 
+def ours(told):
+    """The histograms of berth-target's file, wake-up first."""
+    found = ((label, told["berth"][name]) for name, label in OURS.items())
+    return [Histogram(label, one["count"], whole_us(one["histogram"]), one["min_us"], one["avg_us"], one["max_us"])
+            for label, one in found if one["count"] > 0]
+
+
+def of_threads(told, name):
+    """One histogram of all threads of cyclictest together; none if they have none."""
+    threads = [thread for thread in told["thread"].values() if thread["histogram"]]
+    if not threads:
+        return []
+    bins = {}
+    for thread in threads:
+        for time_us, count in whole_us(thread["histogram"]).items():
+            bins[time_us] = bins.get(time_us, 0) + count
+    cycles = sum(thread["cycles"] for thread in threads)
+    return [Histogram(name, cycles, bins, min(thread["min"] for thread in threads),
+                      sum(thread["avg"] * thread["cycles"] for thread in threads) / cycles,
+                      max(thread["max"] for thread in threads))]
+
+
 def read(path):
-    """The histograms of a file, wake-up first."""
-    told = json.loads(path.read_text())
-    if "berth" in told:
-        found = ((label, told["berth"][name]) for name, label in OURS.items())
-        return [Histogram(label, one["count"], whole_us(one["histogram"]), one["min_us"], one["avg_us"], one["max_us"])
-                for label, one in found if one["count"] > 0]
-    thread = told["thread"]["0"]
-    if not thread["histogram"]:
-        raise ValueError(f"{path} has no histogram")
-    return [Histogram(path.stem, thread["cycles"], whole_us(thread["histogram"]), thread["min"], thread["avg"],
-                      thread["max"])]
+    """(object, histograms) of a file. Raises BadFile."""
+    try:
+        told = json.loads(path.read_text())
+        found = ours(told) if "berth" in told else of_threads(told, path.stem)
+    except OSError as problem:
+        raise BadFile(f"{path}: cannot be read: {problem.strerror}") from problem
+    except UnicodeDecodeError as problem:
+        raise BadFile(f"{path}: is not JSON, it is no text") from problem
+    except json.JSONDecodeError as problem:
+        raise BadFile(f"{path}: is not JSON: {problem}") from problem
+    except (ValueError, KeyError, TypeError, AttributeError, ZeroDivisionError):
+        found = []
+    if not found:
+        raise BadFile(f"{path}: has no histogram; give files as cyclictest --json=FILE --histogram=US and "
+                      "berth-target --jitter write them")
+    return told, found
 
 
-def print_beside(path):
+def print_beside(told):
     """What berth-target's file says that is no histogram: overruns, and what a run without buses could not measure."""
-    told = json.loads(path.read_text()).get("berth")
+    told = told.get("berth")
     if told is None:
         return
     print(f"overruns: {told['overruns']} in {told['wake_up']['count']} ticks")
@@ -83,20 +115,27 @@ def print_table(histograms):
         print(f"{one.name:14s}{one.count:9d}{one.least_us:9.1f}{one.mean_us:9.1f}{percentiles}{one.most_us:9.1f}")
 
 
-def machine_words(path):
+def machine_words(told):
     """The machine and how the loop ran on it, as the file tells."""
-    told = json.loads(path.read_text())
     system = told.get("sysinfo", {})
     words = []
     if system:
         is_realtime = system.get("realtime") or "PREEMPT_RT" in system.get("version", "")
         words.append(f"{system.get('nodename', 'unknown machine')}: {system.get('sysname')} {system.get('release')} "
                      f"{system.get('machine')}, {'real-time' if is_realtime else 'no real-time'} kernel")
-    ours = told.get("berth")
-    if ours:
-        words.append(f"{ours['real_time']}; period {ours['interval_us']} µs; {ours['overruns']} overruns in "
-                     f"{ours['wake_up']['count']} ticks; {told.get('start_time', '')}")
+    loop = told.get("berth")
+    if loop:
+        words.append(f"{loop['real_time']}; period {loop['interval_us']} µs; {loop['overruns']} overruns in "
+                     f"{loop['wake_up']['count']} ticks; {told.get('start_time', '')}")
     return words
+
+
+def title(told, first, others):
+    """Whose wake-ups they are."""
+    name = "cyclictest" if "cyclictest" in str(told.get("cmdline:")) else first[0].name  # its own spelling
+    who = "the loop" if "berth" in told else f"the thread{'s' * (len(told['thread']) > 1)} of {name}"
+    beside = f", beside {', '.join(one.name for one in others)}" if others else ""
+    return f"How late {who} woke{beside}"
 
 
 def draw_histogram(axes, histograms, colours):
@@ -106,6 +145,7 @@ def draw_histogram(axes, histograms, colours):
                     color=colour, linewidth=max(1.2, 2.6 - 0.5 * i), label=f"{one.name}, {one.count} times")
     axes.set(yscale="log", xlabel="time (µs)", ylabel="count in 1 µs (1)", xlim=(0, None), ylim=(0.5, None),
              title="Histogram")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     if any(one.most_us > TAIL_FROM * one.percentile_us(0.99) for one in histograms):
         axes.set(xscale="log", xlim=(1, None))  # else the tail squeezes all others into one line
 
@@ -116,31 +156,36 @@ def draw_percentiles(axes, histograms, colours):
     for one, colour in zip(histograms, colours):
         times_us = [max(0.1, one.percentile_us(share)) for share in SHARES_DRAWN]
         axes.plot(places, times_us, "o-", color=colour, linewidth=1.6, markersize=5)
-    named = [(histograms[0], colours[0])] + [(histograms[-1], colours[-1])] * (len(histograms) > 1)
-    for place, share in zip(places, SHARES_DRAWN):  # the number of the upper line above it, of the lower below
-        for i, (one, colour) in enumerate(sorted(named, key=lambda pair: -pair[0].percentile_us(share))):
-            axes.annotate(f"{one.percentile_us(share):.0f}", (place, max(0.1, one.percentile_us(share))), (0, -15 if i else 7),
-                          textcoords="offset points", horizontalalignment="center", fontsize=9.5, color=colour)
-    axes.set(yscale="log", xlabel="share of all times (%)", ylabel="time (µs)", title="Percentiles",
-             xlim=(-0.4, len(SHARES_DRAWN) - 0.6))
-    axes.margins(y=0.14)
+    axes.set(yscale="log", ylabel="time (µs)", title="Percentiles", xlim=(-0.4, len(SHARES_DRAWN) - 0.6))
     axes.set_xticks(places, ["max" if share == 1.0 else f"{100 * share:g}" for share in SHARES_DRAWN])
+    axes.set_xlabel("share of all times (%), and below it the times (µs)")
+    below = axes.get_xaxis_transform()
+    for row, (one, colour) in enumerate(zip(histograms, colours)):  # a table: on the curves they would lie on others
+        numbers = [f"{one.percentile_us(share):.0f}" for share in SHARES_DRAWN]
+        for place, text in zip([-0.3, *places], [one.name, *numbers]):
+            axes.annotate(text, (place, 0), (0, -54 - 17 * row), xycoords=below, textcoords="offset points", color=colour,
+                          fontsize=10.5, weight="bold" if place in places else "normal",
+                          horizontalalignment="center" if place in places else "right")
 
 
-def draw(path, first, others, machine):
-    """`first`: the histograms of our file, wake-up first; `others`: of the files beside it."""
-    colours = [*COLOURS[:len(first)], *([ROBOT, *COLOURS[1:], *COLOURS][:len(others)])]
+def draw(path, told, first, others):
+    """`told`, `first`: the first file and its histograms; `others`: those of the files beside it. Raises BadFile."""
+    colours = [*COLOURS[:len(first)], *(OTHERS[i % len(OTHERS)] for i in range(len(others)))]
     histograms = first + others
     with plt.rc_context(STYLE):
         figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6.4), layout="constrained", width_ratios=[1.25, 1])
         draw_histogram(left, histograms, colours)
         draw_percentiles(right, histograms, colours)
-        beside = f", beside {others[0].name}" if others else ""
-        figure.suptitle(f"How late the loop woke{beside}\n\n", fontsize=16, weight="bold", horizontalalignment="left", x=0.012)
-        figure.text(0.012, 0.945, "\n".join(machine), fontsize=10.5, color="#444444", verticalalignment="top")
-        figure.legend(loc="outside lower center", ncols=3)
-        figure.savefig(path, dpi=120)
-        plt.close(figure)
+        figure.suptitle(f"{title(told, first, others)}\n\n", fontsize=16, weight="bold", horizontalalignment="left", x=0.012)
+        figure.text(0.012, 0.945, "\n".join(machine_words(told)), fontsize=10.5, color="#444444", verticalalignment="top")
+        try:
+            figure.savefig(path, dpi=120)
+        except OSError as problem:
+            raise BadFile(f"{path}: cannot be written: {problem.strerror}") from problem
+        except ValueError as problem:
+            raise BadFile(f"{path}: cannot be written: {problem}") from problem
+        finally:
+            plt.close(figure)
 
 
 def main():
@@ -149,18 +194,17 @@ def main():
     parser.add_argument("--out", type=Path, help="picture; default: the first file's name with .png")
     given = parser.parse_args()
     try:
-        first, *others = [read(path) for path in given.file]
-    except (OSError, ValueError, KeyError) as problem:
-        print(f"jitter_plot.py: {problem}: give files as cyclictest --json=FILE --histogram=US and berth-target --jitter write them",
-              file=sys.stderr)
+        (told, first), *others = [read(path) for path in given.file]
+        beside = [one for _, found in others for one in found]
+        print_table(first + beside)
+        print_beside(told)
+        for _, other in others:
+            print(f"largest {first[0].name} to {other[0].name}: {first[0].most_us / max(other[0].most_us, 1):.2f}")
+        picture = given.out or given.file[0].with_suffix(".png")
+        draw(picture, told, first, beside)
+    except BadFile as problem:
+        print(f"jitter_plot.py: {problem}", file=sys.stderr)
         return 2
-    histograms = first + [one for other in others for one in other]
-    print_table(histograms)
-    print_beside(given.file[0])
-    for other in others:
-        print(f"largest {first[0].name} to {other[0].name}: {first[0].most_us / max(other[0].most_us, 1):.2f}")
-    picture = given.out or given.file[0].with_suffix(".png")
-    draw(picture, first, histograms[len(first):], machine_words(given.file[0]))
     print(picture)
     return 0
 

@@ -112,6 +112,63 @@ def test_wake_ups_beyond_the_histogram_are_told(write):
     assert any("5 of 100" in text for text in eigen("--jitter", write(value))["varies"])
 
 
+# --- the picture of histograms ------------------------------------------------------------------------------------
+def plotted(*words):
+    return subprocess.run([sys.executable, ROOT / "scripts" / "jitter_plot.py", *words], capture_output=True, text=True)
+
+
+NO_PICTURE = {
+    "nothing": ("{}", "has no histogram"),
+    "a list": ("[1]", "has no histogram"),
+    "no number": ({"thread": {"0": {"histogram": {"late": 1}, "cycles": 1, "min": 0, "avg": 0, "max": 1}}}, "has no histogram"),
+    "no minimum": ({"thread": {"0": {"histogram": {"3": 1}, "cycles": 1}}}, "has no histogram"),
+    "half of it": ('{"thread"', "is not JSON"),
+}
+
+
+@pytest.mark.parametrize("name", NO_PICTURE)
+def test_a_file_that_cannot_be_drawn_is_one_sentence(name, write):
+    value, says = NO_PICTURE[name]
+    path = write(value)
+    done = plotted(path)
+    assert done.returncode == EXIT_INPUT and done.stdout == ""
+    assert done.stderr.startswith(f"jitter_plot.py: {path}: {says}") and done.stderr.count("\n") == 1
+
+
+def test_files_that_are_not_there_or_cannot_be_written_are_one_sentence(write, tmp_path):
+    assert plotted(tmp_path / "none.json").stderr == f"jitter_plot.py: {tmp_path}/none.json: cannot be read: No such file or directory\n"
+    for name in ("none/a.png", "a.xyz"):
+        done = plotted(write(histogram(COUNTS)), "--out", tmp_path / name)
+        assert done.returncode == EXIT_INPUT and done.stderr.count("\n") == 1
+        assert done.stderr.startswith(f"jitter_plot.py: {tmp_path / name}: cannot be written: ")
+
+
+def test_the_picture_says_whose_wake_ups_they_are_and_no_number_lies_on_a_curve():
+    import jitter_plot
+    import matplotlib.pyplot as plt
+    told = histogram(COUNTS, **{"cmdline:": "cyclictest --histogram=500"})
+    first = jitter_plot.of_threads(told, "lone")
+    assert jitter_plot.title(told, first, []) == "How late the thread of cyclictest woke"
+    assert jitter_plot.title({"thread": {"0": {}}}, first, first) == "How late the thread of lone woke, beside lone"
+    assert jitter_plot.title({"berth": {}}, first, []) == "How late the loop woke"
+    five = [jitter_plot.Histogram(str(i), 10, {us: 10}, us, us, us + 1) for i, us in enumerate((3, 4, 5, 300, 400))]
+    axes = plt.figure(figsize=(7, 6)).add_axes((0.2, 0.4, 0.7, 0.5))
+    jitter_plot.draw_percentiles(axes, five, [f"C{i}" for i in range(5)])
+    axes.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert len(boxes) == 5 * (1 + len(jitter_plot.SHARES_DRAWN))
+    assert all(box.y1 < axes.xaxis.label.get_window_extent().y0 for box in boxes)
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    plt.close("all")
+
+
+def test_all_threads_of_a_file_are_one_histogram():
+    import jitter_plot
+    thread = {"cycles": 500, "min": 3, "max": 3, "avg": 3.0, "histogram": {"3": 500}}
+    found, = jitter_plot.of_threads({"thread": {"0": thread, "1": thread | {"max": 9, "avg": 5.0, "histogram": {"3": 499, "9": 1}}}}, "two")
+    assert (found.bins, found.count, found.least_us, found.mean_us, found.most_us) == ({3: 999, 9: 1}, 1000, 3, 4.0, 9)
+
+
 # --- the exponent -------------------------------------------------------------------------------------------------
 def test_no_lateness_gives_the_eigenvalue(write):
     told = eigen("--jitter", write(histogram({0: 7})))
