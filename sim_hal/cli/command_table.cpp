@@ -8,6 +8,7 @@
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/names.h"
 #include "../../hal/rig/robot_file.h"
+#include "../diagnosis/diagnosis.h"
 #include "compensation_choice.h"
 
 namespace berth
@@ -30,14 +31,53 @@ std::vector<std::string> split_words(std::string text)
     return words;
 }
 
+bool is_number(const rig_key &key)
+{
+    return key.type == key_type::number || key.type == key_type::integer;
+}
+
 /* A value is put behind: robot.dead_time_ms= */
-std::vector<std::string> known_settings()
+std::vector<std::string> known_settings(bool only_numbers)
 {
     std::vector<std::string> words;
     for (const rig_key &key : rig_keys()) {
-        words.push_back(std::string(key.path) + "=");
+        if (is_number(key) || !only_numbers) {
+            words.push_back(std::string(key.path) + "=");
+        }
     }
     return words;
+}
+
+/* object.kind=spring: of keys that do not take just any value. */
+std::vector<std::string> known_values()
+{
+    std::vector<std::string> words;
+    for (const rig_key &key : rig_keys()) {
+        for (const std::string_view choice : key.choices) {
+            words.push_back(std::string(key.path) + "=" + std::string(choice));
+        }
+        if (key.type == key_type::boolean) {
+            words.push_back(std::string(key.path) + "=true");
+            words.push_back(std::string(key.path) + "=false");
+        }
+    }
+    return words;
+}
+
+std::vector<std::string> known_effects()
+{
+    std::vector<std::string> names;
+    for (const effect &known : effect_library()) {
+        names.emplace_back(known.name);
+    }
+    return names;
+}
+
+/* What is called so in the help is a file or a folder. */
+bool is_file(const std::string &value)
+{
+    static const std::set<std::string> values = {"FILE", "FILE.html", "JSON", "DIR"};
+    return values.count(value) > 0;
 }
 
 /* What names something that the program knows and reads from files as well. */
@@ -65,7 +105,17 @@ std::vector<std::string> known_words(const std::string &name)
     if (name == "--vary") {
         return {"elasticity", "mass"};
     }
-    return name == "--set" ? known_settings() : std::vector<std::string>();
+    if (name == "--model") {
+        return {"point", "rig", "tolerances"};
+    }
+    if (name == "--without") {
+        return known_effects();
+    }
+    if (name == "--case") {
+        return {"1", "2", "3", "4"};
+    }
+    return name == "--set" || name == "--x" || name == "--y" ? known_settings(name != "--set")
+                                                             : std::vector<std::string>();
 }
 
 option_entry entry_of(const CLI::Option &option)
@@ -85,7 +135,11 @@ option_entry entry_of(const CLI::Option &option)
     if (entry.words.empty()) {
         entry.words = known_words(entry.name);
     }
-    entry.takes_files = !entry.value.empty() && (entry.words.empty() || names_a_file_too(entry.name));
+    if (entry.name == "--set") {
+        entry.values = known_values();
+    }
+    entry.takes_files = (entry.is_positional() && !entry.value.empty() && entry.words.empty()) ||
+                        is_file(entry.value) || names_a_file_too(entry.name);
     return entry;
 }
 

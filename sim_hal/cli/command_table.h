@@ -17,7 +17,8 @@ struct option_entry {
     std::string name;  /* "--json", or "RIG" of a positional one */
     std::string value; /* what it takes, as "NAME"; empty: a flag */
     std::string meaning;
-    std::vector<std::string> words; /* permitted or known values */
+    std::vector<std::string> words;  /* permitted or known values; "KEY=" where a value is put behind */
+    std::vector<std::string> values; /* then all of "KEY=VALUE" that are known */
     bool is_needed = false;
     bool takes_files = false; /* also, or only */
 

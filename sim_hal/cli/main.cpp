@@ -56,6 +56,7 @@ int run(int argc, char **argv)
     run_app
         ->add_option("--profile", run.profile_file,
                      "operator follows this CSV file (column: --set profile.column=NAME)")
+        ->type_name("FILE")
         ->check(berth::is_named("a file needs a name"));
     berth::add_jitter_option(*run_app, run.jitter_file);
     berth::add_run_folder_options(*run_app, run);

@@ -171,7 +171,9 @@ void add_map_options(CLI::App &command, map_arguments &arguments)
         ->type_name("FROM:TO");
     command.add_option("--y-range", arguments.y_range, "with --vary: damping ratio; default 0:0.3")
         ->type_name("FROM:TO");
-    command.add_option("--out", arguments.out_folder, "folder for the CSV file")->capture_default_str();
+    command.add_option("--out", arguments.out_folder, "folder for the CSV file")
+        ->type_name("DIR")
+        ->capture_default_str();
     command.add_flag("--time-domain", arguments.time_domain,
                      "run each point and measure how its swing grows; always so with passivity, tank, "
                      "identification and adaptive inverse, which have no eigenvalues");
@@ -304,11 +306,15 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
     command.add_option("--rig", arguments.rig, "the rig as you assume it to be: a shipped one or a rig file")
         ->required();
     add_set_option(command, arguments.overrides);
-    command.add_option("--validate", arguments.validation,
-                       "a record with another command, on which the gain is proved");
-    command.add_option("--repeat", arguments.repetition,
-                       "the operator's command once more: how much of a record is noise");
-    command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone");
+    command
+        .add_option("--validate", arguments.validation, "a record with another command, on which the gain is proved")
+        ->type_name("FILE");
+    command
+        .add_option("--repeat", arguments.repetition,
+                    "the operator's command once more: how much of a record is noise")
+        ->type_name("FILE");
+    command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone")
+        ->type_name("FILE");
     command.add_option("--without", arguments.without, "leave out an effect; may be repeated")
         ->take_all()
         ->allow_extra_args(false);
@@ -322,6 +328,7 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
         .add_option("--out", arguments.out_folder,
                     "folder for diagnosis.json, the rigs given.toml and extended.toml, series.csv and, "
                     "if one is proposed, next_experiment.csv")
+        ->type_name("DIR")
         ->capture_default_str();
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }

@@ -1,6 +1,7 @@
 """Completion of commands in bash, zsh and fish, and the manual pages."""
 
 import os
+import pty
 import re
 import subprocess
 
@@ -42,14 +43,35 @@ LINES = [
     ("berth rigs ", set(), FILES),
     ("berth run ", {"ess"} | FILES, {"eigen"}),
     ("berth compare ", FILES, {"ess"}),
+    ("berth run --json concept-c", {"concept-copper"}, {"--json"}),
+    ("berth run --robot ur10e-servoj concept-fo", {"concept-foam"}, FILES),
+    ("berth run --set object.mass_kg=40 --robot ur10e-servoj ess-b", {"ess-beam"}, {"ess"}),
+    ("berth run ess concept-f", set(), {"concept-foam"}),
+    ("berth map ess --model ", {"point", "rig", "tolerances"}, FILES),
+    ("berth map ess --x object.ma", {"object.mass_kg="}, FILES),
+    ("berth map ess --x object.ki", set(), {"object.kind="}),
+    ("berth run ess --set object.kind=", {"gripped", "contact"}, FILES | {"object.mass_kg="}),
+    ("berth run ess --set object.mass_kg=", set(), FILES),
+    ("berth run ess --keep ", set(), FILES),
+    ("berth eigen ess --margin-ms ", set(), FILES),
+    ("berth run ess --jitter ", FILES, {"ess"}),
+    ("berth map ess --vary mass --out ", FILES, {"ess"}),
+    ("berth run ess --robot ", {"abb-egm"} | FILES, {"--json"}),
+    ("berth diagnose a.csv --rig ess --without ", {"loop.clock_drift"}, FILES),
 ]
+
+
+def value_of(words):
+    """Completions of KEY=VALUE as the value alone, which is all that bash replaces."""
+    return {word.split("=", 1)[-1] or word for word in words}
 
 
 @pytest.mark.parametrize("line, there, absent", LINES)
 def test_bash_completes(line, there, absent, scripts):
-    words = line.split(" ")
+    words = [word for part in line.split(" ") for word in (re.findall(r"[=:]+|[^=:]+", part) or [""])]  # as readline does
+    quoted = " ".join(f"'{word}'" for word in words)
     program = f"""source {scripts['bash']}
-        COMP_WORDS=({' '.join(word or "''" for word in words)}); COMP_CWORD={len(words) - 1}; COMP_LINE='{line}'
+        COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; COMP_LINE='{line}'; COMP_POINT={len(line)}
         _berth berth; printf '%s\\n' "${{COMPREPLY[@]}}" """
     done = subprocess.run(["bash", "--norc", "-c", program], capture_output=True, text=True, cwd=ROOT)
     assert done.stderr == ""
@@ -57,19 +79,53 @@ def test_bash_completes(line, there, absent, scripts):
     assert there <= found and not absent & found, found
 
 
+def typed_in_bash(script, folder, line):
+    """What stands on the line of an interactive bash after these keys, a tab among them; it is not run."""
+    main, side = pty.openpty()
+    shell = subprocess.Popen(["bash", "--norc", "--noprofile", "-i"], stdin=side, stdout=side, stderr=side, cwd=folder,
+                             start_new_session=True, env=os.environ | {"PS1": "ready> ", "TERM": "dumb", "INPUTRC": "/dev/null"})
+    os.close(side)
+    keys = f"source {script}\nberth() {{ printf '<%s>' \"$@\"; echo; }}\n{line}\n exit\n"
+    os.write(main, keys.encode())
+    seen = b""
+    try:
+        while part := os.read(main, 4096):
+            seen += part
+    except OSError:
+        pass  # the shell has ended
+    os.close(main)
+    assert shell.wait(10) == 0
+    return re.findall(r"^<.*>", seen.decode().replace("\r", ""), re.MULTILINE)
+
+
+@pytest.mark.parametrize("keys, given", [
+    ("berth check my\t", "<check><my rig.toml>"),
+    ("berth check 'my\t", "<check><my rig.toml>"),
+    ("berth check my\\ r\t", "<check><my rig.toml>"),
+    ("berth check --json my\t", "<check><--json><my rig.toml>"),
+    ("berth run ess --set object.mass_k\t40", "<run><ess><--set><object.mass_kg=40>"),
+    ("berth run ess --set object.kind=gri\t", "<run><ess><--set><object.kind=gripped>"),
+    ("berth run ess --robot=ur10\t", "<run><ess><--robot=ur10e-servoj>"),
+    ("berth run --json concept-fo\t", "<run><--json><concept-foam>"),
+])
+def test_bash_writes_what_berth_can_read(keys, given, scripts, tmp_path):
+    (tmp_path / "my rig.toml").touch()
+    assert typed_in_bash(scripts["bash"], tmp_path, keys) == [given]
+
+
 @pytest.mark.parametrize("line, there, absent", LINES)
 def test_fish_completes(line, there, absent, scripts):
     done = subprocess.run(["fish", "--no-config", "-c", f"source {scripts['fish']}; complete -C '{line}'"],
                           capture_output=True, text=True, cwd=ROOT)
     assert done.stderr == ""
-    found = {shown.split("\t")[0] for shown in done.stdout.splitlines()}
+    found = value_of(shown.split("\t")[0] for shown in done.stdout.splitlines())
     assert there <= found and not absent & found, found
 
 
 @pytest.mark.parametrize("line, there, absent", LINES)
 def test_zsh_completes(line, there, absent, scripts):
     assert subprocess.run(["zsh", "-n", scripts["zsh"]], capture_output=True).returncode == 0
-    found = zsh_completions(scripts["zsh"], line)
+    found = value_of(zsh_completions(scripts["zsh"], line))
     assert there <= found and not absent & found, found
 
 
