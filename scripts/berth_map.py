@@ -41,6 +41,8 @@ class Map:
     lower: np.ndarray | None  # |z| at the lower end of a robot's dead time; None: it has no range
     growth_varying_per_s: np.ndarray | None  # Lyapunov exponents with jitter, drift or losses; None: without
     restitution: np.ndarray | None  # speed after a bounce over that before it, nan: it stays; None: no contact
+    lasts: np.ndarray | None  # of a map in the time domain: 1 where a swing neither decays nor grows
+    faulted: np.ndarray | None  # the same: 1 where a fault ended the run before the swing grew
     told: dict  # the JSON file beside the CSV file
 
     def names(self):
@@ -54,10 +56,17 @@ class Map:
     @property
     def is_faulted(self):
         """Where a fault ended the run before it had a growth: `berth map` then tells one over the run's length."""
-        if not self.told["time_domain"]:
-            return np.zeros(self.radius.shape, bool)
-        least_per_s = 1.0 / self.told["time_domain"]["run_s"]
-        return np.abs(self.growth_per_s - least_per_s) < 1e-6 * least_per_s
+        return np.zeros(self.radius.shape, bool) if self.faulted is None else self.faulted == 1
+
+    @property
+    def is_lasting(self):
+        """Where a swing neither decays nor grows, which is not stable."""
+        return np.zeros(self.radius.shape, bool) if self.lasts is None else (self.lasts == 1) & ~self.is_faulted
+
+    @property
+    def is_stable(self):
+        """Where the motion decays."""
+        return self.measured_growth_per_s() < 0.0
 
     @property
     def is_impossible(self):
@@ -65,8 +74,8 @@ class Map:
         return np.isnan(self.growth_per_s)
 
     def measured_growth_per_s(self):
-        """Growth where there is one, else nan."""
-        return np.where(self.is_faulted, np.nan, self.growth_per_s)
+        """Growth where there is one, else nan: a swing that lasts has none, and of a run that a fault ended nobody knows."""
+        return np.where(self.is_faulted | self.is_lasting, np.nan, self.growth_per_s)
 
     def levels_per_s(self):
         """Rates of growth to tell apart by colour, about 0 and the same on either side: 0, 0.1, 0.3, 1, 3, 10, or
@@ -107,5 +116,7 @@ def read_map(csv):
         columns = dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True, ndmin=2)))
     grids = [columns[name].reshape(shape) for name in [*names[:2], "spectral_radius", "growth_per_s", "wall"]]
     optional = [columns[name].reshape(shape) if name in columns else None
-                for name in ("spectral_radius_low", "lyapunov_per_s", "restitution")]
+                for name in ("spectral_radius_low", "lyapunov_per_s", "restitution", "lasts", "faulted")]
+    if told["time_domain"] and "faulted" not in columns:
+        raise ValueError("its column faulted is missing; run `berth map` again")
     return Map(*grids, *optional, told)

@@ -15,7 +15,7 @@ import progress
 from berth_log import InputError, read_log, read_summary, write_whole
 from page_data import AXIS, VERDICT_CLASSES, Page, filled, shared_parts, with_gaps
 from report_signals import MANIPULATOR, ROBOT, part_that_matters
-from report_words import VERDICT_COLOURS, four_digits
+from report_words import VERDICT_COLOURS, four_digits, frequency_words, with_interval
 
 ROOT = Path(__file__).resolve().parents[1]
 EXIT_INPUT = 2
@@ -24,7 +24,8 @@ PANELS = (("command_position_m", 1e3, "mm", "Command", "Where the manipulator se
           ("robot_position_m", 1e3, "mm", "Robot", "Where the robot reports to be."),
           ("force_N", 1.0, "N", "Force", "As the loop receives it from the sensor."))
 RUNS = (("A", MANIPULATOR, "solid"), ("B", ROBOT, "dash"))
-FACTS = (("frequency", "frequency_Hz", "Hz"), ("peak force", "peak_force_N", "N"))
+OPACITY = 0.75  # so that dense swings of one do not hide the other
+PERIODS_MIN = 4  # of a run that goes on when the other has failed
 
 
 def parse_arguments():
@@ -51,7 +52,7 @@ def curves(page, logs):
         for log, (name, colour, dash) in zip(logs, RUNS):
             values = factor * log.tick[field].astype(float)
             trace = {"type": "scatter", "mode": "lines", "name": name, "line": {"color": colour, "dash": dash},
-                     "hovertemplate": f"%{{y:.6~g}} {unit}"}
+                     "opacity": OPACITY, "hovertemplate": f"%{{y:.6~g}} {unit}"}
             drawn.append(page.curve(*with_gaps(log.tick_s, values, log.period_s), trace))
         page.add(title.lower(), title, note, drawn, {"yaxis": AXIS | {"title": {"text": f"{title.lower()} ({unit})"}}})
 
@@ -72,7 +73,9 @@ def growth(summary):
     told = summary["growth"]
     if told is None:
         return "none"
-    return ("predicted " if told["origin"] == "predicted" else "") + number(told["growth_per_s"], "1/s")
+    if told["origin"] == "predicted":
+        return "predicted " + number(told["growth_per_s"], "1/s")
+    return f"{with_interval(told['growth_per_s'], told['growth_ci95_per_s'])} 1/s"
 
 
 def fact_rows(logs, summaries):
@@ -81,7 +84,8 @@ def fact_rows(logs, summaries):
     rows = [cells(("rig", *(log.config["name"] for log in logs))),
             cells(("verdict", *(one["verdict"] for one in summaries)), ("", *marks))]
     rows.append(cells(("growth", *map(growth, summaries))))
-    rows += [cells((title, *(number(one[key], unit) for one in summaries))) for title, key, unit in FACTS]
+    rows.append(cells(("frequency", *(frequency_words(one) or "none" for one in summaries))))
+    rows.append(cells(("peak force", *(number(one["peak_force_N"], "N") for one in summaries))))
     rows += [cells((title, *(one[key] for one in summaries)))
              for title, key in (("commit", "version"), ("configuration", "config_hash"))]
     return "\n".join(rows)
@@ -115,9 +119,16 @@ def parameters(found):
 
 
 def span_shown(logs, summaries):
-    """From when to when the page opens: what matters of either run."""
+    """From when to when the page opens: what matters of either run, but of a stable one beside one that fails only as much
+    as that takes, or a few periods."""
     parts = [part_that_matters(log, summary) for log, summary in zip(logs, summaries)]
-    return min(start for start, _ in parts), max(end for _, end in parts)
+    start_s = min(start for start, _ in parts)
+    failing = [end for (_, end), summary in zip(parts, summaries) if summary["stable"] is False]
+    if not failing:
+        return start_s, max(end for _, end in parts)
+    few_s = [start_s + PERIODS_MIN / summary["frequency_Hz"] for summary in summaries
+             if summary["stable"] and summary["frequency_Hz"]]
+    return start_s, min(max(end for _, end in parts), max(failing + few_s))
 
 
 def build_page(logs, summaries, found, path):

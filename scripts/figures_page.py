@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from berth_map import LEVELS_A_SIDE, level_text
-from map_picture import FAULT, HATCH, NOT_POSSIBLE, OWN, SHADES, WALL, grown
+from map_picture import FAULTED, LASTS, NOT_POSSIBLE, OWN, SHADES, WALL
 from page_data import AXIS, extremes, filled, script_safe, shared_parts
 from paper_figures import Contour, Plot, Surface
 
@@ -112,30 +112,37 @@ def named_line(name, line):
     return {"type": "scatter", "mode": "lines", "x": [None], "y": [None], "name": name, "line": line, "swatch": "map"}
 
 
-def hatched_places(found):
-    """Places of strokes that hatch the gaps which faulted points leave: less than a point away from one of them."""
+def grown(mask):
+    """A mask with its neighbours: shades end at the points beside a gap, which leaves a seam."""
+    wide = np.pad(mask, 1)
+    rows, columns = mask.shape
+    return np.any([wide[i:i + rows, j:j + columns] for i in range(3) for j in range(3)], axis=0)
+
+
+def hatched_places(found, mask):
+    """Places of strokes that hatch the gaps which these points leave: less than a point away from one of them."""
     rows, columns = found.x.shape
     row, column = (grid.ravel() for grid in np.meshgrid(np.linspace(0, rows - 1, HATCHES_HIGH),
                                                         np.linspace(0, columns - 1, HATCHES_WIDE), indexing="ij"))
-    faulted = np.argwhere(found.is_faulted)
-    away = np.abs(row[:, None] - faulted[:, 0]) + np.abs(column[:, None] - faulted[:, 1])
+    gaps = np.argwhere(mask)
+    away = np.abs(row[:, None] - gaps[:, 0]) + np.abs(column[:, None] - gaps[:, 1])
     inside = away.min(axis=1) < 0.9
     return (np.interp(column[inside], np.arange(columns), found.x[0]),
             np.interp(row[inside], np.arange(rows), found.y[:, 0]))
 
 
-def fault_traces(found):
-    """Where a fault ended the run: a ground that the map lies on, and hatches."""
-    if not found.is_faulted.any():
+def gap_traces(found, mask, look, symbol):
+    """Points that have no growth: a ground that the map lies on, and hatches."""
+    if not mask.any():
         return []
-    ground = np.where(grown(found.is_faulted) & ~found.is_impossible, 1.0, np.nan)
+    ground = np.where(grown(mask) & ~found.is_impossible, 1.0, np.nan)
     rows = [[None if np.isnan(value) else value for value in row] for row in ground]
-    x, y = hatched_places(found)
-    marker = {"symbol": "line-ne", "size": 9, "color": HATCH, "line": {"color": HATCH, "width": 1.4}}
+    x, y = hatched_places(found, mask)
+    marker = {"symbol": symbol, "size": 9 if symbol == "line-ne" else 2.5, "color": look.ink, "line": {"color": look.ink, "width": 1.4}}
     return [{"type": "heatmap", "x": shortened(found.x[0]), "y": shortened(found.y[:, 0]), "z": rows, "showscale": False,
-             "hoverinfo": "skip", "colorscale": [[0, FAULT], [1, FAULT]], "zmin": 0, "zmax": 1},
+             "hoverinfo": "skip", "colorscale": [[0, look.ground], [1, look.ground]], "zmin": 0, "zmax": 1},
             {"type": "scatter", "mode": "markers", "x": shortened(x), "y": shortened(y), "hoverinfo": "skip",
-             "marker": marker, "name": "a fault ended the run", "swatch": "hatch"}]
+             "marker": marker, "name": look.label, "swatch": "hatch"}]
 
 
 def frequency_axis(found):
@@ -154,7 +161,7 @@ def contour_plot(contour, maps):
     told = found.told
     line = {"color": "#111111", "width": 2.5}
     limit = {"start": 0.0, "end": 0.0, "size": 1.0}
-    traces = fault_traces(found)
+    traces = gap_traces(found, found.is_lasting, LASTS, "circle") + gap_traces(found, found.is_faulted, FAULTED, "line-ne")
     traces += [{"type": "contour", "map": maps.number(found), "zmin": -REACH, "zmax": REACH,
                 "colorscale": colour_scale(), "name": "limit of stability", "showlegend": False,
                 "contours": {"coloring": "heatmap"} | limit, "line": line, "hovertemplate": hover_of(found),

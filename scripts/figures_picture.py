@@ -1,5 +1,6 @@
 """The figures of the paper as pictures, each as the bytes of a PNG."""
 import io
+import re
 import textwrap
 
 import matplotlib
@@ -94,7 +95,7 @@ def draw_contour(axes, contour):
 
 def finish_contours(whole, axes, panels, drawn, places):
     """One legend and one colour bar for all maps of a figure, and titles that fit where there are several."""
-    named = {label.partition(": growth")[0] if len(panels) > 1 else label: handle
+    named = {re.sub(r": (growth .*|[\d.e-]+ %)$", "", label) if len(panels) > 1 else label: handle
              for handles, _ in drawn for label, handle in handles.items()}
     whole.legend(named.values(), named.keys(), loc="lower center", bbox_to_anchor=(0.5, places["foot"]), ncols=6, fontsize=9,
                  frameon=False)

@@ -7,6 +7,7 @@ wall, the rig itself.
 
 import argparse
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -14,6 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
@@ -23,8 +25,22 @@ from berth_map import LEVELS_A_SIDE, level_text, read_map  # noqa: E402
 # Stable blue, unstable red, each from pale to dark. The palest of each differs from white and from the other.
 SHADES = ("#053061", "#2166AC", "#4393C3", "#7DB6D8", "#B5D6E8", "#DCEAF2", "#FBE3D4", "#F5BFA2", "#E68B6C", "#D6604D",
           "#B2182B", "#67001F")
-NOT_POSSIBLE, FAULT, HATCH = "#D9D9D9", "#E9DCE4", "#8E3B6F"
+NOT_POSSIBLE = "#D9D9D9"
+ALONE_SHARE = 0.05  # of the points
 WALL, OWN, BOUNCE = "#1B5E20", "#FFD700", "#6A1B9A"
+
+
+@dataclass(frozen=True)
+class Look:
+    """Of points that have no growth."""
+    label: str
+    ground: str
+    ink: str
+    hatch: str  # matplotlib's
+
+
+LASTS = Look("swings on without growing", "#F2E6B3", "#7A6200", "....")
+FAULTED = Look("a fault ended the run before it grew", "#E9DCE4", "#8E3B6F", "////")
 
 
 def colours():
@@ -69,35 +85,83 @@ def draw_bounces(axes, found):
                        label=f"restitution 1: a bounce gains energy at {gaining}")]
 
 
-def grown(mask):
-    """A mask with its neighbours: shades end at the points beside a gap, which leaves a seam."""
-    wide = np.pad(mask, 1)
-    rows, columns = mask.shape
-    return np.any([wide[i:i + rows, j:j + columns] for i in range(3) for j in range(3)], axis=0)
+def edges(places):
+    """Between the points of an axis, and as far beyond its ends."""
+    middles = 0.5 * (places[1:] + places[:-1])
+    return np.concatenate(([2 * places[0] - middles[0]], middles, [2 * places[-1] - middles[-1]]))
+
+
+def needs_cells(found):
+    """Whether points without a growth lie between the others, or many stand alone: shades between points need four."""
+    has_growth = np.isfinite(found.measured_growth_per_s())
+    whole = has_growth[:-1, :-1] & has_growth[:-1, 1:] & has_growth[1:, :-1] & has_growth[1:, 1:]
+    corners = np.zeros(has_growth.shape, bool)
+    for rows, columns in ((slice(-1), slice(-1)), (slice(-1), slice(1, None)), (slice(1, None), slice(-1)),
+                          (slice(1, None), slice(1, None))):
+        corners[rows, columns] |= whole
+    alone = has_growth & ~corners
+    return (found.is_lasting | found.is_faulted).any() or alone.sum() > ALONE_SHARE * has_growth.sum()
+
+
+def draw_cells(axes, found, place):
+    """A cell of one shade for each point."""
+    shade = np.ma.masked_invalid(np.clip(np.floor(place), -LEVELS_A_SIDE, LEVELS_A_SIDE - 1) + 0.5)
+    axes.pcolormesh(edges(found.x[0]), edges(found.y[:, 0]), shade, cmap=colours(), vmin=-LEVELS_A_SIDE - 1,
+                    vmax=LEVELS_A_SIDE + 1)
+
+
+def draw_hatched(axes, found, mask, look):
+    """Cells of points that have no growth; legend handles."""
+    if not mask.any():
+        return []
+    plt.rcParams["hatch.linewidth"] = 0.8
+    ground = LinearSegmentedColormap.from_list("ground", [look.ground, look.ground])
+    axes.pcolor(edges(found.x[0]), edges(found.y[:, 0]), np.ma.masked_where(~mask, np.ones(mask.shape)), cmap=ground,
+                hatch=look.hatch, edgecolor=look.ink, linewidth=0, zorder=1.5)
+    share = 100 * mask.sum() / np.isfinite(found.growth_per_s).sum()
+    return [Patch(facecolor=look.ground, edgecolor=look.ink, hatch=look.hatch, linewidth=0,
+                  label=f"{look.label}: {share:.2g} %")]
 
 
 def draw_shades(axes, found):
     """Growth by colour, one shade a level; what has none is grey or hatched, never white. Legend handles, and what a
     colour bar needs."""
-    x, y = found.x, found.y
-    handles = []
     axes.set_facecolor(NOT_POSSIBLE)
     levels = np.arange(-LEVELS_A_SIDE, LEVELS_A_SIDE + 1)
     place = found.place_on_scale(found.measured_growth_per_s())
-    shades = axes.contourf(x, y, place, levels=levels, cmap=colours(), vmin=-LEVELS_A_SIDE - 1, vmax=LEVELS_A_SIDE + 1,
-                           extend="both")
-    if found.is_faulted.any():
-        half_x, half_y = 0.5 * np.ptp(x) / (x.shape[1] - 1), 0.5 * np.ptp(y) / (y.shape[0] - 1)
-        edges_x = np.append(x[0] - half_x, x[0, -1] + half_x)
-        edges_y = np.append(y[:, 0] - half_y, y[-1, 0] + half_y)
-        faulted = np.ma.masked_where(~grown(found.is_faulted) | found.is_impossible, np.ones(x.shape))
-        plt.rcParams["hatch.linewidth"] = 0.8
-        axes.pcolor(edges_x, edges_y, faulted, cmap=LinearSegmentedColormap.from_list("fault", [FAULT, FAULT]),
-                    hatch="////", edgecolor=HATCH, linewidth=0, zorder=0.5)
-        handles.append(Patch(facecolor=FAULT, edgecolor=HATCH, hatch="////", linewidth=0, label="a fault ended the run"))
+    is_cells = needs_cells(found)
+    if is_cells:
+        draw_cells(axes, found, place)
+    shades = axes.contourf(found.x, found.y, np.full_like(place, np.nan) if is_cells else place, levels=levels, cmap=colours(), vmin=-LEVELS_A_SIDE - 1,
+                           vmax=LEVELS_A_SIDE + 1, extend="both")
+    handles = draw_hatched(axes, found, found.is_lasting, LASTS) + draw_hatched(axes, found, found.is_faulted, FAULTED)
     if found.is_impossible.any():
         handles.append(Patch(facecolor=NOT_POSSIBLE, label="not possible"))
     return handles, shades
+
+
+def sides_between(found):
+    """Sides of cells with a stable point on one side and another that is possible on the other: [((x, y), (x, y)), ...]"""
+    x, y, stable, possible = edges(found.x[0]), edges(found.y[:, 0]), found.is_stable, ~found.is_impossible
+    beside = np.argwhere((stable[:, 1:] != stable[:, :-1]) & possible[:, 1:] & possible[:, :-1])
+    above = np.argwhere((stable[1:] != stable[:-1]) & possible[1:] & possible[:-1])
+    return [((x[column + 1], y[row]), (x[column + 1], y[row + 1])) for row, column in beside] + \
+           [((x[column], y[row + 1]), (x[column + 1], y[row + 1])) for row, column in above]
+
+
+def draw_limit(axes, found):
+    """The limit of stability; legend handles."""
+    growth_per_s = found.measured_growth_per_s()
+    if needs_cells(found):
+        sides = sides_between(found)
+        axes.add_collection(LineCollection(sides, colors="black", linewidths=2, capstyle="projecting", zorder=2), autolim=False)
+        is_there = bool(sides)
+    else:
+        is_there = np.nanmin(growth_per_s) < 0.0 < np.nanmax(growth_per_s)
+        if is_there:
+            axes.contour(found.x, found.y, growth_per_s, levels=[0.0], colors="black", linewidths=2)
+    at = "" if found.lower is None else f" at {found.told['robot']['dead_time_ms']:g} ms"
+    return [plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability{at}")] if is_there else []
 
 
 def draw_wall(axes, found):
@@ -124,13 +188,8 @@ def draw_axes(axes, found):
 def draw_flat(axes, found):
     """The map from above; returns what a colour bar needs, and legend handles."""
     told = found.told
-    growth_per_s = found.measured_growth_per_s()
     shaded, shades = draw_shades(axes, found)
-    handles = []
-    if np.nanmin(growth_per_s) < 0.0 < np.nanmax(growth_per_s):
-        axes.contour(found.x, found.y, growth_per_s, levels=[0.0], colors="black", linewidths=2)
-        at = "" if found.lower is None else f" at {told['robot']['dead_time_ms']:g} ms"
-        handles.append(plt.Line2D([], [], color="black", linewidth=2, label=f"limit of stability{at}"))
+    handles = draw_limit(axes, found)
     if found.lower is not None:
         handles += draw_band(axes, found)
     if found.growth_varying_per_s is not None:

@@ -109,6 +109,7 @@ class Page:
         self.shown_s = shown_s
         self.panels = []
         self.coarsest = 1
+        self.left_out = []  # titles of panels in which nothing would be seen
 
     def curve(self, time_s, values, trace, only_s=None):
         """A curve of a panel. `only_s`: the times that its panel can show, where it is not linked with the others."""
@@ -135,6 +136,9 @@ class Page:
     def add_signals(self, name, title, note, found, axis_title, unit, layout=None, **more):
         layout = {"yaxis": AXIS | {"title": {"text": axis_title}}} | (layout or {})
         own_s = more.get("range")
+        if not any(np.nan_to_num(signal.values).any() for signal in found):
+            self.left_out.append(title)
+            return
         self.add(name, title, note, [self.curve_of(signal, unit, own_s) for signal in found], layout, **more)
 
     def picked(self, curve, points_max):
@@ -168,6 +172,10 @@ class Page:
         data = {"clocks": clocks, "panels": panels, "axis": AXIS, "range": [start_s, end_s],
                 "shown": list(self.shown_s or (start_s, end_s))}
         return script_safe(json.dumps(data, separators=(",", ":"), allow_nan=False))
+
+    def left_out_words(self):
+        """Which plots are not drawn; nothing where all are."""
+        return f"Not drawn, as all of it is 0 throughout: {'; '.join(self.left_out)}." if self.left_out else ""
 
     def thinning_words(self):
         """What a reader has to know of the samples that are not there; nothing where all are."""

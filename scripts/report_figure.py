@@ -82,12 +82,18 @@ def plot_dead_time(axes, log):
     legend_within(axes)
 
 
-def plot_envelope(axes, summary):
+def plot_envelope(axes, log, summary):
     axes.set(title="Envelope", ylabel="height, peak to peak (mm)", xlabel="time (s)")
     envelope = summary["envelope"]
     time_s, height_mm = np.array(envelope["time_s"]), 1e3 * np.array(envelope["height_m"])
+    held = signals.cycle(log, summary)
+    if held is not None:
+        axes.semilogy(held.time_s, held.heights_mm, "o", markersize=3.5, color=signals.COMMAND,
+                      label="periods of the cycle that limits hold")
+        axes.set_xlim(*signals.part_that_matters(log, summary))
     if not (height_mm > 0.0).any():
-        empty(axes, "no oscillation to show")
+        if held is None:
+            empty(axes, "no oscillation to show")
         return
     axes.semilogy(time_s, height_mm, "o", markersize=3.5, color=signals.MANIPULATOR,
                   label="extremes of the manipulator")
@@ -190,8 +196,8 @@ def build_figure(log, summary):
             band = figure.add_subplot(grid[2, :])
             plot_band(band, log)
             plot_dead_time(figure.add_subplot(grid[0, 1]), log)
-            plot_envelope(figure.add_subplot(grid[1, 1]), summary)
-            positions.set_xlim(log.tick_s[0], signals.lively_until(log))
+            plot_envelope(figure.add_subplot(grid[1, 1]), log, summary)
+            positions.set_xlim(*signals.part_that_matters(log, summary))
             band.set_xlim(log.tick_s[0], log.tick_s[-1] + log.period_s)
         png = io.BytesIO()
         figure.savefig(png, format="png")

@@ -68,18 +68,26 @@ function visible(curve, [from_s, to_s]) {
 function barTrace(panel) {
   const [from_s, to_s] = panel.shown;
   const width_px = panel.plot.clientWidth - 100;
+  const least_s = ((to_s - from_s) / width_px) * 2; // a bar of one tick is seen too
   const isRoomy = (b) => ((Math.min(b.end, to_s) - Math.max(b.start, from_s)) / (to_s - from_s)) * width_px > 8 * b.label.length;
   const bars = panel.bars.map((b) => ({ ...b, from: Math.max(b.start, from_s), to: Math.min(b.end, to_s) }))
     .filter((b) => b.to > b.from);
   return {
     type: "bar", orientation: "h", name: "", showlegend: false,
-    base: bars.map((b) => b.from), x: bars.map((b) => b.to - b.from), y: bars.map((b) => b.row),
+    base: bars.map((b) => b.from), x: bars.map((b) => Math.max(b.to - b.from, least_s)), y: bars.map((b) => b.row),
     text: bars.map((b) => (isRoomy(b) ? b.label : "")), textposition: "inside", insidetextanchor: "middle", textangle: 0,
     insidetextfont: { color: "#111111" },
     marker: { color: bars.map((b) => b.colour), line: { color: bars.map((b) => b.colour), width: 1 } },
     customdata: bars.map((b) => [b.label, b.start, b.end]),
     hovertemplate: "%{y} %{customdata[0]}<br>%{customdata[1]:.6~g} s to %{customdata[2]:.6~g} s<extra></extra>",
   };
+}
+
+// Rows of a band that have a bar in what is shown.
+function rowsOf(panel) {
+  const [from_s, to_s] = panel.shown;
+  const there = new Set(panel.bars.filter((b) => b.end > from_s && b.start < to_s).map((b) => b.row));
+  return panel.layout.yaxis.categoryarray.filter((row) => there.has(row));
 }
 
 const ROW_FONT_PX = 12;
@@ -103,8 +111,9 @@ function tracesOf(panel) {
 
 // On a phone the name of a row has two lines.
 function heightOf(panel) {
-  if (!NARROW.matches) return panel.height;
-  return panel.bars.length ? 70 + 42 * panel.layout.yaxis.categoryarray.length : Math.min(panel.height, 260);
+  if (!panel.bars.length) return NARROW.matches ? Math.min(panel.height, 260) : panel.height;
+  const rows = Math.max(2, rowsOf(panel).length); // one alone would be lower than its labels
+  return NARROW.matches ? 70 + 42 * rows : 80 + 30 * rows;
 }
 
 function layoutOf(panel) {
@@ -112,6 +121,7 @@ function layoutOf(panel) {
   if (!NARROW.matches) base.margin = { ...base.margin, l: BAND_FROM, r: hasSecondAxis ? 74 : 20 };
   if (NARROW.matches && panel.bars.length) base.margin.l = 84;
   const yaxis = { ...panel.layout.yaxis };
+  if (yaxis.categoryarray) yaxis.categoryarray = rowsOf(panel);
   if (NARROW.matches && yaxis.categoryarray) {
     yaxis.tickvals = yaxis.categoryarray;
     yaxis.ticktext = yaxis.categoryarray.map((row) => row.replace(" ", "<br>"));
@@ -163,7 +173,8 @@ function show(panel, range) {
 
 function tellRange(range) {
   const place = document.getElementById("range");
-  if (place) place.textContent = `${Number(range[0].toPrecision(5))} to ${Number(range[1].toPrecision(5))} s`;
+  const decimals = Math.max(0, 2 - Math.floor(Math.log10(range[1] - range[0]))); // three digits of what is shown
+  if (place) place.textContent = `${range.map((time_s) => Number(time_s.toFixed(decimals))).join(" to ")} s`;
 }
 
 async function showAll(range, only) {

@@ -1,6 +1,7 @@
 """The HTML report of a run: verdict, margin, advice and delay budget, then the signals over time. It opens on the part
 that matters, and without a network; its plots need the script file that all pages share, see page_data."""
 import html
+import json
 import math
 
 import numpy as np
@@ -137,7 +138,7 @@ def height_ticks(low, high):
     plotly likes them."""
     decades = high - low
     axis = {"range": [low, high], "exponentformat": "power"}
-    if decades > 2:
+    if decades > 3:
         return axis | {"dtick": max(1, round(decades / 6))}
     if decades > 0.7:
         values = [float(f"{digit}e{power}") for power in range(math.floor(low), math.ceil(high) + 1) for digit in (1, 2, 5)]
@@ -145,11 +146,12 @@ def height_ticks(low, high):
     return axis
 
 
-def add_envelope(page, summary):
+def add_envelope(page, log, summary):
     envelope = summary["envelope"]
     time_s = np.array(envelope["time_s"])
     height_mm = 1e3 * np.array(envelope["height_m"])
-    if len(time_s) == 0:
+    held = signals.cycle(log, summary)
+    if len(time_s) == 0 and held is None:
         return
     used = np.zeros(len(time_s), dtype=bool)
     fit = []
@@ -165,8 +167,10 @@ def add_envelope(page, summary):
                                                 "line": {"color": signals.ROBOT, "width": 2.5},
                                                 "hovertemplate": "%{y:.4~g} mm"}))
         note += f"The line is the fit that gives the growth rate, ± {summary['growth_ci95_per_s']:.1g} /s (95 %)."
-    else:
+    elif held is None:
         note += "They give no growth rate that is larger than its interval."
+    if held is not None:
+        note += f"From {held.from_s:.3g} s on the limits hold the swing as a cycle."
     heights = [page.curve(time_s[chosen], height_mm[chosen],
                           {"type": "scatter", "mode": "markers", "name": name,
                            "marker": {"color": signals.MANIPULATOR, "size": 6, "symbol": symbol},
@@ -174,6 +178,13 @@ def add_envelope(page, summary):
                for name, chosen, symbol in (("used by the fit", used, "circle"),
                                            ("left out of the fit", ~used, "circle-open"))
                if chosen.any()]
+    if held is not None:
+        heights.append(page.curve(held.time_s, held.heights_mm,
+                                  {"type": "scatter", "mode": "markers", "name": "a period of the cycle",
+                                   "marker": {"color": signals.COMMAND, "size": 6, "symbol": "circle"},
+                                   "hovertemplate": "%{y:.4~g} mm"}))
+        height_mm, used = (np.append(one, of_cycle) for one, of_cycle in
+                           ((height_mm, held.heights_mm), (used, np.ones(len(held.heights_mm), bool))))
     axis = AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log"} | height_ticks(*height_range(height_mm, used))
     page.add("envelope", "Envelope and growth", note, heights + fit, {"yaxis": axis})
 
@@ -267,7 +278,7 @@ def fill(page, log, summary):
     add_forces(page, log)
     add_dead_time(page, log)
     add_energy(page, log)
-    add_envelope(page, summary)
+    add_envelope(page, log, summary)
     add_sides(page, log)
     add_compensation(page, log)
     add_band(page, log)
@@ -284,8 +295,8 @@ def build_page(log, summary, path, accuracy=None, sweeps=None):
         fill(page, log, summary)
     data = page.data(*whole_s)
     verdict = told.verdict(log, summary)
-    notes = [*verdict.notes, page.thinning_words()]
-    parts = shared_parts(path, ("report_arm.css",), ("report_page.js", "report_arm.js")) | {
+    notes = [*verdict.notes, page.left_out_words(), page.thinning_words()]
+    parts = shared_parts(path, ("report_arm.css",), ("report_page.js", "figures_page.js", "report_arm.js")) | {
         "kind": "berth run report",
         "title": html.escape(log.config["name"]),
         "description": html.escape(log.config["description"]),
@@ -305,6 +316,7 @@ def build_page(log, summary, path, accuracy=None, sweeps=None):
         "data": data,
         "accuracy": report_accuracy.section(accuracy),
         "reduction": report_reduction.section(log, sweeps),
+        "plots": script_safe(json.dumps(report_reduction.plots(log, sweeps) + report_accuracy.plots(accuracy), allow_nan=False)),
         "arm": script_safe(report_arm.scene(log)),
     }
     return filled("report_page.html", parts)

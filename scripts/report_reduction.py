@@ -1,26 +1,23 @@
 """The section of a report on how far an arm's reduction to one degree of freedom misleads about stability, pose by pose:
 each joint by itself from where the run starts, both models in the run's own loop, asked of `berth reduce`."""
-import base64
 import html
-import io
 import json
 import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from page_data import AXIS
+from report_signals import COMMAND, MANIPULATOR, OBJECT, ROBOT
 
 POSES = 33  # of a joint
 POSES_OF_MANY_JOINTS = 17  # where there are more than MANY
 MANY = 3
-COLUMNS_MAX = 4
-WIDTH_in = 12.0
-REDUCED, FULL = "tab:orange", "tab:blue"
+REDUCED, FULL = COMMAND, MANIPULATOR
+PLOT_HEIGHT_PX = 280
+LINEAR_SHARE = 0.003  # of the largest growth: below it the axis is linear, above it logarithmic
 
 
 @dataclass(frozen=True)
@@ -156,48 +153,99 @@ def statement(sweeps):
     return " ".join(says)
 
 
-def draw(sweeps, own_ms, path):
-    """`own_ms`: the rig's dead time. `path`: a file's, or an open binary file."""
-    columns = min(len(sweeps), COLUMNS_MAX)
-    blocks = -(-len(sweeps) // columns)
-    figure, panels = plt.subplots(2 * blocks, columns, figsize=(WIDTH_in, 5.6 * blocks + 0.5),
-                                  squeeze=False)
-    for axes in panels.flat:
-        axes.set_visible(False)
-    for i, sweep in enumerate(sweeps):
-        block, column = divmod(i, columns)
-        growth, dead_time = panels[2 * block, column], panels[2 * block + 1, column]
-        low, high = sweep.visited_rad
-        for axes in (growth, dead_time):
-            axes.set_visible(True)
-            axes.grid(True, alpha=0.25)
-            axes.axvspan(low, max(high, low + 0.01 * np.ptp(sweep.angle_rad)), color="tab:green", alpha=0.25, linewidth=0,
-                         label="visited")
-            axes.set_xlabel(f"joint {sweep.joint}, {sweep.name}: angle in rad" if sweep.name != f"joint {sweep.joint}"
-                            else f"joint {sweep.joint}: angle in rad")
-        growth.axhline(0.0, color="black", linewidth=0.8)
-        growth.plot(sweep.angle_rad, sweep.growth_reduced, "o-", color=REDUCED, markersize=3, label="reduced")
-        growth.plot(sweep.angle_rad, sweep.growth_full, "o-", color=FULL, markersize=3, label="whole arm")
-        wrong = sweep.falsely_stable | sweep.falsely_unstable
-        growth.plot(sweep.angle_rad[wrong], sweep.growth_full[wrong], "x", color="red", markersize=8,
-                    label="the other verdict")
-        largest = np.nanmax(np.abs(np.concatenate((sweep.growth_reduced, sweep.growth_full))), initial=0.0)
-        growth.set_yscale("symlog", linthresh=10.0 ** np.ceil(np.log10(max(1e-12, 0.003 * largest))))
-        for model, colour in ((sweep.dead_time_reduced_ms, REDUCED), (sweep.dead_time_full_ms, FULL)):
-            shown = np.minimum(model, sweep.looked_to_ms)
-            dead_time.plot(sweep.angle_rad, shown, "o-", color=colour, markersize=3)
-            beyond = np.isinf(model)
-            dead_time.plot(sweep.angle_rad[beyond], shown[beyond], "^", color=colour, markersize=6)
-        own = dead_time.axhline(own_ms, color="black", linestyle=":", linewidth=1.2)
-        dead_time.set_ylim(bottom=-0.03 * max(sweep.looked_to_ms, own_ms))
-        if column == 0:
-            growth.set_ylabel("growth rate in 1/s")
-            dead_time.set_ylabel("critical dead time in ms")
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend([*handles, own], [*labels, "the rig's dead time"], loc="upper center", ncols=len(labels) + 1, fontsize=9)
-    figure.tight_layout(rect=(0, 0, 1, 1 - 0.4 / figure.get_figheight()))
-    figure.savefig(path, dpi=110, format="png")
-    plt.close(figure)
+def plain(values):
+    """For JSON: None where there is no value."""
+    return [None if np.isnan(value) else round(float(value), 6) for value in values]
+
+
+class SignedDecades:
+    """An axis for growth rates of either sign and of all sizes: linear about 0, decades beyond."""
+
+    def __init__(self, largest):
+        self.largest = max(largest, 1e-9)
+        self.linear = 10.0 ** np.ceil(np.log10(LINEAR_SHARE * self.largest))
+
+    def place(self, growth_per_s):
+        return np.sign(growth_per_s) * np.log10(1.0 + np.abs(growth_per_s) / self.linear)
+
+    def ticks(self):
+        """Layout of an axis that shows growth rates where place() puts them."""
+        decades = range(int(np.ceil(np.log10(self.largest / self.linear))) + 1)
+        side = [self.linear * 10.0**decade for decade in decades]
+        values = [-value for value in side[::-1]] + [0.0] + side
+        return {"tickvals": [round(float(self.place(value)), 4) for value in values],
+                "ticktext": [f"{value:g}".replace("-", "\u2212") for value in values]}
+
+
+def curve(name, colour, angle_rad, values, shown=None, **more):
+    """`shown`: where to draw the values, if elsewhere."""
+    return {"type": "scatter", "mode": "lines+markers", "name": name, "x": plain(angle_rad),
+            "y": plain(values if shown is None else shown), "customdata": plain(values),
+            "line": {"color": colour, "width": 2}, "marker": {"color": colour, "size": 5}} | more
+
+
+def angle_axis(sweep):
+    name = f", {sweep.name}" if sweep.name != f"joint {sweep.joint}" else ""
+    return AXIS | {"title": {"text": f"joint {sweep.joint}{name}: angle (rad)"}}
+
+
+def visited(sweep):
+    """(shape, trace for the legend) of the angles that the run came through."""
+    low, high = sweep.visited_rad
+    if np.isnan(low):
+        return [], []
+    colour = f"{OBJECT}40"
+    shape = {"type": "rect", "x0": low, "x1": max(high, low + 0.01 * np.ptp(sweep.angle_rad)), "yref": "paper", "y0": 0,
+             "y1": 1, "fillcolor": colour, "line": {"width": 0}, "layer": "below"}
+    return [shape], [{"type": "scatter", "x": [None], "y": [None], "fill": "toself", "fillcolor": colour, "mode": "lines",
+                      "name": "where the run was"}]
+
+
+def growth_plot(sweep):
+    rates = np.abs(np.concatenate((sweep.growth_reduced, sweep.growth_full)))
+    scale = SignedDecades(np.nanmax(rates) if np.isfinite(rates).any() else 0.0)
+    hover = {"hovertemplate": "%{customdata:.3~g} /s at %{x:.3~g} rad"}
+    traces = [curve(name, colour, sweep.angle_rad, values, scale.place(values), **hover)
+              for name, colour, values in (("reduced", REDUCED, sweep.growth_reduced), ("whole arm", FULL, sweep.growth_full))]
+    wrong = sweep.falsely_stable | sweep.falsely_unstable
+    if wrong.any():
+        full = sweep.growth_full[wrong]
+        traces.append(curve("the other verdict", ROBOT, sweep.angle_rad[wrong], full, scale.place(full), **hover)
+                      | {"mode": "markers", "marker": {"color": ROBOT, "size": 10, "symbol": "x"}})
+    shapes, legend = visited(sweep)
+    axis = AXIS | {"title": {"text": "growth (1/s)"}, "zerolinecolor": "#333333"} | scale.ticks()
+    return {"data": traces + legend, "layout": {"xaxis": angle_axis(sweep), "yaxis": axis, "shapes": shapes,
+                                               "height": PLOT_HEIGHT_PX, "hovermode": "closest"}}
+
+
+def dead_time_plot(sweep, own_ms):
+    traces = []
+    for name, colour, values in (("reduced", REDUCED, sweep.dead_time_reduced_ms), ("whole arm", FULL, sweep.dead_time_full_ms)):
+        beyond = np.isinf(values)
+        shown = np.minimum(values, sweep.looked_to_ms)
+        one = curve(name, colour, sweep.angle_rad, shown,
+                    hovertemplate="%{text} at %{x:.3~g} rad",
+                    text=["" if np.isnan(value) else f"more than {sweep.looked_to_ms:.3g} ms" if np.isinf(value)
+                          else f"{value:.3g} ms" for value in values])
+        one["marker"] |= {"symbol": ["triangle-up" if far else "circle" for far in beyond],
+                          "size": [9 if far else 5 for far in beyond]}
+        traces.append(one)
+    ends = [float(sweep.angle_rad.min()), float(sweep.angle_rad.max())]
+    traces.append({"type": "scatter", "mode": "lines", "x": ends, "y": [own_ms, own_ms], "name": "the rig's dead time",
+                   "line": {"color": "#333333", "width": 2, "dash": "dot"}, "hovertemplate": f"{own_ms:g} ms"})
+    shapes, legend = visited(sweep)
+    axis = AXIS | {"title": {"text": "critical dead time (ms)"}, "rangemode": "tozero"}
+    return {"data": traces + legend, "layout": {"xaxis": angle_axis(sweep), "yaxis": axis, "shapes": shapes,
+                                               "height": PLOT_HEIGHT_PX, "hovermode": "closest"}}
+
+
+def plots(log, sweeps):
+    """What the page's script draws in the places that section() makes; none where it makes none."""
+    if not isinstance(sweeps, list):
+        return []
+    own_ms = log.config["robot"]["dead_time_ms"]
+    return [{"id": f"{what}-{sweep.joint}"} | plot for sweep in sweeps
+            for what, plot in (("growth", growth_plot(sweep)), ("critical", dead_time_plot(sweep, own_ms)))]
 
 
 def section(log, sweeps):
@@ -207,16 +255,14 @@ def section(log, sweeps):
     head = '<section id="reduction">\n<h2>How far the reduced model misleads, pose by pose</h2>\n'
     if isinstance(sweeps, str):
         return f"{head}<p>It cannot be told of this rig: {html.escape(sweeps)}.</p>\n</section>"
-    picture = io.BytesIO()
-    draw(sweeps, log.config["robot"]["dead_time_ms"], picture)
-    encoded = base64.b64encode(picture.getvalue()).decode()
-    words = ("Each joint by itself, the others where the run starts; green is what the run came through. Both models, small "
-             "motions about rest, are in this run's loop with the object gripped: the whole arm linearised, and, of the "
-             "modes that its own springs hold, that by which the tool moves most along the direction as the manipulator of "
-             "one degree of freedom (berth reduce). Above 0 the oscillation grows. The critical dead time is the "
-             f"robot's, up to which the loop is stable; triangles: longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
+    words = ("Each joint by itself, the others where the run starts. Both models, small motions about rest, are in this run's "
+             "loop with the object gripped: the whole arm linearised, and, of the modes that its own springs hold, that by "
+             "which the tool moves most along the direction as the manipulator of one degree of freedom (berth reduce). Above "
+             "0 the oscillation grows. The critical dead time is the robot's, up to which the loop is stable; triangles: "
+             f"longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
     if log.config["manipulator"]["arm"].get("attitude", {}).get("actuator") == "thrusters":
         words += " Thrusters are left out of both."
+    places = "\n".join(f'<div class="figure-panel"><ul class="legend"></ul><div class="plot" id="{what}-{sweep.joint}"></div></div>'
+                       for sweep in sweeps for what in ("growth", "critical"))
     return (f"{head}<p><strong>{html.escape(statement(sweeps))}</strong> {words}</p>\n"
-            f'<img alt="growth rate and critical dead time over the angle of each joint" style="max-width: 100%" '
-            f'src="data:image/png;base64,{encoded}">\n</section>')
+            f'<div class="panels">\n{places}\n</div>\n</section>')

@@ -13,6 +13,7 @@ ROBOT = "#D55E00"
 REPORTED = "#CC79A7"
 OBJECT = "#009E73"
 OPERATOR = "#666666"
+STORED = "#000000"
 GOOD, BAD, NEUTRAL = "#0072B2", "#D55E00", "#666666"
 STATE_COLOURS = dict(zip(STATES, ("#DDDDDD", "#F0E442", "#56B4E9", "#E69F00", "#D55E00", "#888888")))
 BAND_COLOUR = "#888888"
@@ -126,7 +127,7 @@ def energies(log):
              ("joints and satellite gave" if log.arm else "operator gave", "operator", OPERATOR, "dash"),
              ("damping took", "dissipated", MANIPULATOR, "dot"),
              ("hardware took", "measured_port", OBJECT, "dot"),
-             ("stored", "stored", MANIPULATOR, "solid"))
+             ("stored", "stored", STORED, "solid"))
     found = ((label, colour, dash, log.tick[f"energy_{name}_J"]) for label, name, colour, dash in kinds
              if f"energy_{name}_J" in log.tick)
     return [Signal(label, colour, log.tick_s, values, dash) for label, colour, dash, values in found if values.any()]
@@ -232,7 +233,8 @@ def bars(log):
         found += [Bar(f"limit: {words(name)}", "", COMMAND, *when)
                   for when in intervals(tick["limits"] >> bit & 1, time_s, period_s)]
     found += [Bar("emergency stop", "", BAD, *when) for when in intervals(tick["emergency_stop"], time_s, period_s)]
-    found += [Bar("enable off", "", BAND_COLOUR, *when) for when in intervals(tick["enable"] == 0, time_s, period_s)]
+    is_off = (tick["enable"] == 0) & (tick["state"] != STATES.index("start"))  # no run begins enabled
+    found += [Bar("enable off", "", BAND_COLOUR, *when) for when in intervals(is_off, time_s, period_s)]
     if log.is_contact and log.rig:
         found += [Bar("contact", "", OBJECT, *when) for when in intervals(in_contact(log), log.rig_s, period_s)]
     return found
@@ -256,13 +258,47 @@ def lively_until(log):
     return min(1.1 * log.tick_s[lively[-1]], end_s) if lively.size else end_s
 
 
+@dataclass(frozen=True)
+class Cycle:
+    """A swing of the manipulator that neither grows nor dies down, as in the last quarter of a run: from when on, and how
+    high it is, peak to peak, in each period."""
+    from_s: float
+    period_s: float
+    time_s: np.ndarray
+    heights_mm: np.ndarray
+
+
+CYCLE_SHARE = 0.8  # of the height of a cycle: from here on the swing is held
+
+
+def cycle(log, summary):
+    """The cycle that the limits hold a growing swing at; None for a run of another verdict."""
+    if summary["verdict"] != "limit cycle":
+        return None
+    position_mm = 1e3 * log.tick["manipulator_position_m"].astype(float)
+    last = len(position_mm) * 3 // 4
+    above = position_mm[last:] > position_mm[last:].mean()
+    rises = np.flatnonzero(~above[:-1] & above[1:])
+    if len(rises) < 2:
+        return None
+    ticks = max(1, int(round((rises[-1] - rises[0]) / (len(rises) - 1))))
+    periods = position_mm[:len(position_mm) // ticks * ticks].reshape(-1, ticks)
+    heights_mm = np.ptp(periods, axis=1)
+    height_mm = float(np.median(heights_mm[len(heights_mm) * 3 // 4:]))
+    first = int(np.flatnonzero(heights_mm >= CYCLE_SHARE * height_mm)[0])
+    time_s = log.tick_s[:len(heights_mm) * ticks:ticks]
+    return Cycle(float(time_s[first]), ticks * log.period_s, time_s[first:], heights_mm[first:])
+
+
 # Before a stop: so many doublings of the motion are of interest, and so many seconds at least. After it: a share of that.
 DOUBLINGS_SHOWN, BEFORE_STOP_MIN_S, AFTER_STOP_SHARE = 10, 1.0, 0.25
+CYCLE_PERIODS_SHOWN = 8  # of a cycle that limits hold
 WHOLE_FROM_SHARE = 0.8  # of the run: a part that is longer is no part
 
 
 def part_that_matters(log, summary):
-    """(from, to) in s: what led to the stop of a loop that was stopped, else the motion until it has died down."""
+    """(from, to) in s: what led to the stop of a loop that was stopped, the growth of a swing that limits hold and a few of
+    its periods, else the motion until it has died down."""
     if len(log.tick_s) == 0:
         return 0.0, 0.0
     start_s, end_s = float(log.tick_s[0]), float(log.tick_s[-1] + log.period_s)
@@ -273,6 +309,10 @@ def part_that_matters(log, summary):
         before_s = since_s - start_s if doubling_s is None else max(BEFORE_STOP_MIN_S, DOUBLINGS_SHOWN * doubling_s)
         from_s = max(start_s, float(since_s) - before_s)
         to_s = min(end_s, float(since_s) + AFTER_STOP_SHARE * max(BEFORE_STOP_MIN_S, float(since_s) - from_s))
+    elif held := cycle(log, summary):
+        before_s = max(BEFORE_STOP_MIN_S, DOUBLINGS_SHOWN * (summary["doubling_time_s"] or held.from_s))
+        from_s, to_s = max(start_s, held.from_s - before_s), min(end_s, held.from_s + CYCLE_PERIODS_SHOWN * held.period_s)
+        from_s = start_s if from_s - start_s < to_s - from_s else from_s  # the release, where it is near
     return (start_s, end_s) if to_s - from_s > WHOLE_FROM_SHARE * (end_s - start_s) else (from_s, to_s)
 
 

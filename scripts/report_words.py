@@ -111,6 +111,16 @@ def with_interval(value, ci95):
     return f"{value:+.{decimals}f}".replace("-", "−")
 
 
+def frequency_words(summary):
+    """In Hz, with the digits that the growth's interval leaves: both are parts of one pole, and as uncertain."""
+    if summary["frequency_Hz"] is None:
+        return None
+    if not summary["growth_ci95_per_s"]:
+        return f"{four_digits(summary['frequency_Hz'])} Hz"
+    decimals = min(4, max(0, -math.floor(math.log10(summary["growth_ci95_per_s"] / (2.0 * math.pi)))))
+    return f"{summary['frequency_Hz']:.{decimals}f} Hz"
+
+
 def capitalised(text):
     return text[:1].upper() + text[1:]
 
@@ -216,7 +226,7 @@ def facts(log, summary):
         ("growth rate", "not measured" if growth is None else f"{with_interval(growth, summary['growth_ci95_per_s'])} /s",
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
         *prediction(summary),
-        ("frequency", "not measured" if growth is None else f"{summary['frequency_Hz']:.4f} Hz", ""),
+        ("frequency", "not measured" if growth is None else frequency_words(summary), ""),
         *energy_words(summary, log),
         *margin_fact(summary["margin"]),
         *peak_facts(summary["peak_force"]),

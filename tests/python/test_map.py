@@ -192,3 +192,57 @@ def test_the_picture_of_a_contact_rig_draws_where_a_bounce_gains_energy(tmp_path
         near = drawn[np.abs(drawn[:, 0] - x) < 0.01 * np.ptp(found.x)]
         assert np.abs(near[:, 1] - first).min() < 1.01 * (found.y[1, 0] - found.y[0, 0])
     plt.close("all")
+
+
+def cells_of(found):
+    """The colours of a map's cells, nan where there is none, and the limit's sides."""
+    import map_picture
+    import matplotlib.pyplot as plt
+    axes = plt.figure().gca()
+    handles, _ = map_picture.draw_shades(axes, found)
+    limit = map_picture.draw_limit(axes, found)
+    colours = axes.collections[0].get_array().filled(np.nan)
+    labels = [handle.get_label() for handle in [*handles, *limit]]
+    plt.close("all")
+    return colours, labels, map_picture.sides_between(found)
+
+
+def test_swings_that_last_are_neither_stable_nor_growing(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(ROOT / "scripts"), *sys.path])
+    from berth_map import read_map
+    result, columns = map_json(tmp_path, "ess", "--x", "object.mass_kg=180:260:7", "--y",
+                               "object.stiffness_N_per_m=1000:12000:4", "--time-domain")
+    growth, lasts, faulted = columns[3], columns[6] == 1, columns[7] == 1
+    assert lasts.any() and faulted.any() and not (lasts & faulted).any()
+    assert growth[faulted] == pytest.approx(1 / result["time_domain"]["run_s"]) and (np.abs(growth[lasts]) < 0.005).all()
+    assert result["time_domain"]["faulted_share"] == pytest.approx(faulted.mean())
+    assert result["time_domain"]["lasting_share"] == pytest.approx(lasts.mean())
+    found = read_map(result["csv"])
+    assert found.is_stable.mean() == pytest.approx(result["stable_share"])
+    colours, labels, sides = cells_of(found)
+    assert np.array_equal(np.isnan(colours).ravel(), lasts | faulted)
+    assert {"limit of stability", "swings on without growing", "a fault ended the run before it grew"} <= \
+        {label.split(":")[0] for label in labels}
+    stable = found.is_stable
+    assert len(sides) == (stable[:, 1:] != stable[:, :-1]).sum() + (stable[1:] != stable[:-1]).sum()
+
+
+def test_points_that_stand_alone_are_drawn(tmp_path, monkeypatch):
+    """Of these rates one in three divides a second into whole nanoseconds: no four points are beside each other."""
+    monkeypatch.setattr(sys, "path", [str(ROOT / "scripts"), *sys.path])
+    from berth_map import read_map
+    result, (*_, growth, _) = map_json(tmp_path, "ess", "--x", "object.mass_kg=50:400:12", "--y", "loop.rate_Hz=50:1000:20")
+    colours, labels, sides = cells_of(read_map(result["csv"]))
+    has_growth = np.isfinite(growth)
+    assert 0 < has_growth.sum() == result["points_possible"] < 0.5 * len(growth)
+    assert np.array_equal(np.isfinite(colours).ravel(), has_growth)
+    assert ((colours.ravel() < 0) == (growth < 0))[has_growth].all()
+    assert len(sides) == result["points_possible"] // 12 and "limit of stability" in labels  # one in each row
+
+
+def test_a_map_of_many_neighbours_is_shaded_between_them(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(ROOT / "scripts"), *sys.path])
+    from berth_map import read_map
+    from map_picture import needs_cells
+    result, _ = map_json(tmp_path, "ess", "--vary", "elasticity", "--grid", "40x30")
+    assert result["points_not_passive"] > 0 and not needs_cells(read_map(result["csv"]))

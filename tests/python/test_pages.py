@@ -18,6 +18,8 @@ from test_report import report
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import page_data  # noqa: E402
+import report_signals  # noqa: E402
+from berth_log import read_log  # noqa: E402
 from berth_map import read_map  # noqa: E402
 from claims import Claim  # noqa: E402
 from figures_page import build_page as build_figures  # noqa: E402
@@ -160,6 +162,18 @@ def test_two_ticked_runs_are_compared_in_their_list(index, tmp_path):
 
 
 @pytest.mark.long
+def test_a_third_tick_takes_the_place_of_the_first(index, tmp_path):
+    with Browser(index, tmp_path) as browser:
+        for width_px in (390, 1400):
+            browser.look(width_px, "light")
+            ticked = browser.evaluate("(() => { const boxes = [...document.querySelectorAll('#runs input')];"
+                                      " boxes.forEach((box) => box.click()); return boxes.map((box) => box.checked); })()")
+            assert ticked == [False, True, True]
+            assert browser.evaluate("(() => { const box = document.querySelector('#difference pre');"
+                                    " return box.scrollWidth - box.clientWidth; })()") <= 0
+
+
+@pytest.mark.long
 def test_the_checks_can_fail(failing, tmp_path):
     """Each fault that is put on a page is told."""
     faults = {"wider than the screen": "document.querySelector('h1').style.width = '2000px'",
@@ -214,6 +228,53 @@ def test_a_page_opens_on_what_failed(failing):
                                                    f"Delay budget: {told['delay_budget']['total_ms']:.4g} ms", "Time shown",
                                                    "The run in numbers")]
     assert places == sorted(places)
+
+
+@pytest.fixture(scope="module")
+def cycling(tmp_path_factory):
+    """Grows until limits hold it, and swings on for a minute."""
+    log = ran(tmp_path_factory.mktemp("cycling"), "ess", "--set", "object.mass_kg=210")
+    made_report(log)
+    return log
+
+
+def test_a_page_of_a_cycle_opens_on_the_growth_and_a_few_periods(cycling):
+    page, _ = made_report(cycling)
+    from_s, to_s = page.data["shown"]
+    assert from_s == 0.0 and 2.5 < to_s < 6.0
+    envelope = next(panel for panel in page.data["panels"] if panel["name"] == "envelope")
+    assert "a period of the cycle" in [curve["trace"]["name"] for curve in envelope["curves"]]
+    told = one_json_object(command("summary", cycling, "--json").stdout)
+    height_mm = float(told["because"].split("height of ")[1].split()[0])
+    low, high = envelope["layout"]["yaxis"]["range"]
+    assert 10**low < height_mm < 10**high
+    held = report_signals.cycle(read_log(cycling), told)
+    assert np.median(held.heights_mm) == pytest.approx(height_mm, rel=0.1) and held.from_s < to_s
+
+
+def test_a_page_leaves_out_what_shows_nothing_and_says_so(cycling):
+    page, _ = made_report(cycling)
+    assert "Loop health" not in [panel["title"] for panel in page.data["panels"]]
+    assert "Not drawn, as all of it is 0 throughout: Loop health." in page.text
+    band = next(panel for panel in page.data["panels"] if panel["name"] == "band")
+    assert "enable off" not in band["layout"]["yaxis"]["categoryarray"]
+    energy = next(panel for panel in page.data["panels"] if panel["name"] == "energy")
+    colours = {curve["trace"]["name"]: curve["trace"]["line"]["color"] for curve in energy["curves"]}
+    assert colours["stored"] != colours["damping took"] and len(colours) >= 5
+
+
+@pytest.mark.parametrize("ci95, words", [(0.2, "1.59 Hz"), (5e-6, "1.5879 Hz"), (8.0, "2 Hz"), (0.0, "1.588 Hz")])
+def test_a_frequency_has_the_digits_that_the_growth_has(ci95, words):
+    from report_words import frequency_words
+    assert frequency_words({"frequency_Hz": 1.58789, "growth_ci95_per_s": ci95}) == words
+
+
+@pytest.mark.parametrize("stable_Hz, failing_end_s, to_s", [(1.0, 3.0, 4.0), (10.0, 3.0, 3.0), (0.1, 3.0, 15.0)])
+def test_two_runs_are_opened_on_what_matters_of_both(stable_Hz, failing_end_s, to_s, monkeypatch):
+    import compare
+    monkeypatch.setattr(compare, "part_that_matters", lambda log, summary: log)
+    summaries = [{"stable": False, "frequency_Hz": None}, {"stable": True, "frequency_Hz": stable_Hz}]
+    assert compare.span_shown([(0.0, failing_end_s), (0.0, 15.0)], summaries) == (0.0, to_s)
 
 
 def test_a_page_of_a_stable_run_opens_on_its_motion(tmp_path):

@@ -158,7 +158,7 @@ def test_page_fetches_nothing_but_its_script(tmp_path):
     for tag, attributes in page.elements:
         assert tag not in ("link", "img", "iframe", "object", "embed", "base", "video", "audio"), (tag, attributes)
         assert tag == "script" or not {"src", "href", "srcset", "data", "action", "poster"} & set(attributes), (tag, attributes)
-    assert len(page.scripts) == 5  # style, plotly, data, data of the arm, script
+    assert len(page.scripts) == 6  # style, plotly, data, plots, data of the arm, script
     ours = "".join(page.scripts)
     assert "url(" not in ours
     assert not re.search(r"https?:(?!//www.w3.org/2000/svg)|@import|fetch\(|XMLHttpRequest|import\(", ours)

@@ -1,6 +1,7 @@
 """The accuracy statement in a report: there when `berth accuracy` has been asked about the run's own arm and step."""
 
 import json
+import re
 
 import pytest
 from conftest import EXIT_INPUT, command, one_json_object
@@ -39,7 +40,12 @@ def test_the_statement_stands_in_the_report(log, found):
             f"is {held_um:.3g} µm, {1e-4 * held_um / found['repeatability_m']:.0f} %; led by half a step, as the "
             f"loop does, {led_um:.3g} µm, {1e-4 * led_um / found['repeatability_m']:.2g} %.") in page.text
     html = log.with_suffix(".html").read_text()
-    assert '<section id="accuracy">' in html and "data:image/png;base64,iVBORw0KGgo" in html
+    assert '<section id="accuracy">' in html and "<img" not in html
+    plots = {one["id"]: one for one in json.loads(re.search(r'id="plots"[^>]*>(.*?)</script>', html, re.S)[1])}
+    assert len([name for name in plots if name.endswith(("-mean", "-held", "-led"))]) == 8
+    rk4 = next(trace for trace in plots["tool_m-mean"]["data"] if trace["name"] == "RK4")
+    assert dict(zip(rk4["x"], rk4["y"]))[2.5] == pytest.approx(1e6 * next(
+        row["tool_m"] for row in found["rows"] if (row["integrator"], row["force"], row["step_ms"]) == ("rk4", "mean", 2.5)))
 
 
 @pytest.mark.long

@@ -78,13 +78,32 @@ def test_the_words_are_those_of_the_numbers(berthing, sweeps):
 
 
 @pytest.mark.long
-def test_the_picture_is_on_the_page(berthing, tmp_path):
+def test_the_plots_are_on_the_page_on_every_screen(berthing, tmp_path):
     made(berthing)
+    checks = (ROOT / "tests/python/page_checks.js").read_text()
     with Browser(berthing.with_suffix(".html"), tmp_path) as browser:
-        size = browser.evaluate("(() => { const i = document.querySelector('#reduction img');"
-                                " return [i.naturalWidth, i.naturalHeight]; })()")
-        assert size[0] > 1000 and size[1] > 500
+        for width_px, scheme in ((390, "dark"), (1400, "light")):
+            browser.look(width_px, scheme)
+            browser.evaluate("allDrawn.then(() => true)")
+            assert browser.evaluate("document.querySelectorAll('#reduction .js-plotly-plot').length") == 4
+            assert browser.evaluate("document.querySelectorAll('img').length") == 0
+            assert browser.evaluate(checks) == []
         assert browser.console == []
+
+
+def test_growth_of_either_sign_is_drawn_in_order_with_its_own_numbers(berthing, sweeps):
+    plots = {plot["id"]: plot for plot in report_reduction.plots(read_log(berthing), sweeps)}
+    assert set(plots) == {"growth-1", "critical-1", "growth-2", "critical-2"}
+    for sweep in sweeps:
+        reduced, full, *_ = plots[f"growth-{sweep.joint}"]["data"]
+        assert full["customdata"] == pytest.approx(sweep.growth_full, abs=1e-6)
+        drawn, rates = (np.array(reduced[key] + full[key]) for key in ("y", "customdata"))
+        assert (np.sign(drawn) == np.sign(rates)).all()
+        order = np.argsort(rates, kind="stable")
+        assert (np.diff(drawn[order]) >= 0).all()
+    scale = report_reduction.SignedDecades(2.0)
+    ticks = scale.ticks()
+    assert ticks["tickvals"] == pytest.approx([float(scale.place(float(text.replace("−", "-")))) for text in ticks["ticktext"]], abs=1e-4)
 
 
 def test_poses_with_nothing_springy_are_left_out(tmp_path):
