@@ -30,6 +30,7 @@ void append_measured(std::string &line, const measured_point &point)
 {
     append(line, point.error, ',');
     append(line, std::isnan(point.error) ? point.error : point.fate == fate::lasts ? 1.0 : 0.0, ',');
+    append(line, std::isnan(point.error) ? point.error : point.is_faulted ? 1.0 : 0.0, ',');
 }
 
 /* Share of the way between two neighbours on which the growth is negative, as far as a straight line tells. */
@@ -152,6 +153,8 @@ nlohmann::json measured_as_json(const map_summary &sums, double run_s)
     return {{"run_s", run_s},
             {"lasting_share", share(found.lasting, sums.steady.possible)},
             {"lasting_share_below_wall", share(found.lasting_below_wall, sums.steady.below_wall)},
+            {"faulted_share", share(found.faulted, sums.steady.possible)},
+            {"faulted_share_below_wall", share(found.faulted_below_wall, sums.steady.below_wall)},
             {"faithful_error", true_error},
             {"faithful_share", share(found.faithful, sums.steady.possible)},
             {"faithful_share_below_wall", share(found.faithful_below_wall, sums.steady.below_wall)}};
@@ -165,6 +168,9 @@ void print_measured(const map_summary &sums, double run_s)
     std::printf("  swings on without growing: %.1f %%, %.1f %% of those below the wall\n",
                 percent(found.lasting, sums.steady.possible),
                 percent(found.lasting_below_wall, sums.steady.below_wall));
+    std::printf("  ended by a fault before they grew: %.1f %%, %.1f %% of those below the wall\n",
+                percent(found.faulted, sums.steady.possible),
+                percent(found.faulted_below_wall, sums.steady.below_wall));
     std::printf("  stable, and within %g %% of the motion without dead time: %.1f %%, %.1f %% of those below the "
                 "wall\n",
                 100.0 * true_error, percent(found.faithful, sums.steady.possible),
@@ -211,7 +217,7 @@ map_summary write_csv(const map_request &request, const map_values &map,
     const bool varies = !map.exponents.empty();
     write(request.x.name + "," + request.y.name + ",spectral_radius,growth_per_s,wall" +
           (map.lower_end ? ",spectral_radius_low" : "") + (map.reduced ? ",spectral_radius_reduced" : "") +
-          (varies ? ",lyapunov_per_s" : "") + (map.measured.empty() ? "" : ",fidelity_error,lasts") +
+          (varies ? ",lyapunov_per_s" : "") + (map.measured.empty() ? "" : ",fidelity_error,lasts,faulted") +
           (map.restitution.empty() ? "" : ",restitution") + "\n");
     std::string lines;
     map_point_setter setter(request);

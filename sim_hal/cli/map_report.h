@@ -67,6 +67,8 @@ constexpr double true_error = 0.05;
 struct measured_sums {
     std::size_t lasting = 0; /* neither decay nor grow */
     std::size_t lasting_below_wall = 0;
+    std::size_t faulted = 0; /* were stopped by a fault before they grew */
+    std::size_t faulted_below_wall = 0;
     std::size_t faithful = 0; /* decay, and are true to the motion without dead time */
     std::size_t faithful_below_wall = 0;
 
@@ -76,6 +78,8 @@ struct measured_sums {
         const bool is_true = point.fate == fate::decays && point.error < true_error;
         lasting += lasts;
         lasting_below_wall += lasts && is_below_wall;
+        faulted += point.is_faulted;
+        faulted_below_wall += point.is_faulted && is_below_wall;
         faithful += is_true;
         faithful_below_wall += is_true && is_below_wall;
     }

@@ -28,7 +28,8 @@ th, #difference td:first-child { color: var(--quiet); font-weight: 600; }
 .stable { color: light-dark(#00629B, #5FB4EA); font-weight: 600; }
 .unstable { color: light-dark(#B84A00, #F38B4A); font-weight: 600; }
 a { color: inherit; }
-pre { background: light-dark(#F4F6F7, #1C2227); border: 1px solid var(--line); padding: 10px 14px; overflow-x: auto; }
+pre { background: light-dark(#F4F6F7, #1C2227); border: 1px solid var(--line); padding: 10px 14px; white-space: pre-wrap;
+  overflow-wrap: anywhere; }
 @media (max-width: 640px) { /* a run is a card: each cell says what it is */
   #runs thead { display: none; }
   #runs tr { display: flex; flex-wrap: wrap; gap: 0 14px; border-bottom: 1px solid var(--line); padding: 6px 0; }
@@ -37,7 +38,7 @@ pre { background: light-dark(#F4F6F7, #1C2227); border: 1px solid var(--line); p
 }
 </style>
 <h1>Runs</h1>
-<p>Tick two runs to see how they differ.</p>
+<p>Tick two runs to see how they differ; a third takes the place of the first.</p>
 <div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>start</th><th>verdict</th>
 <th class="number">growth (1/s)</th><th class="number">peak force (N)</th><th>commit</th><th>files</th></tr></thead>
 <tbody></tbody></table></div>
@@ -97,8 +98,18 @@ function shortened(a, b) {
   return short[0] === short[1] ? [a, b] : short;
 }
 
+/* Ticked boxes, the oldest tick first. */
+let ticks = [];
+
+function tick(box) {
+  ticks = ticks.filter(other => other !== box);
+  if (box.checked) ticks.push(box);
+  while (ticks.length > 2) ticks.shift().checked = false;
+  compare();
+}
+
 function compare() {
-  const ticked = [...body.querySelectorAll("input:checked")].map(box => runs[box.value]);
+  const ticked = ticks.map(box => Number(box.value)).sort((a, b) => a - b).map(i => runs[i]);
   difference.replaceChildren();
   if (ticked.length !== 2) return;
   const [b, a] = ticked;
@@ -134,7 +145,7 @@ runs.forEach((run, index) => {
   box.type = "checkbox";
   box.value = index;
   box.setAttribute("aria-label", `compare ${run.rig} ${run.time}`);
-  box.addEventListener("change", compare);
+  box.addEventListener("change", () => tick(box));
   row.insertCell().append(box);
   const cell = (text, title, className) => {
     const made = element("td", text, className);

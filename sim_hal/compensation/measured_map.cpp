@@ -20,7 +20,8 @@ measured_point worst_at(map_point_setter &setter, double duration_s)
     setter.for_each_model([&](const rig &told) {
         const measured_point one = measure(told, duration_s);
         worst = {std::max(worst.growth_per_s, one.growth_per_s), std::max(worst.error, one.error),
-                 std::max(worst.fate, one.fate)};
+                 std::max(worst.fate, one.fate),
+                 one.growth_per_s > worst.growth_per_s ? one.is_faulted : worst.is_faulted};
     });
     return worst;
 }
@@ -50,7 +51,7 @@ rig released_rig(const rig &rig, double amplitude_m)
 measured_point measure(const rig &rig, double duration_s)
 {
     const trial_result trial = run_trial(rig, duration_s);
-    return {trial.growth_per_s, trial.error, trial.fate};
+    return {trial.growth_per_s, trial.error, trial.fate, !trial.has_growth};
 }
 
 std::vector<measured_point> compute_measured_map(const map_request &request, double duration_s, int threads,

@@ -24,6 +24,7 @@ struct measured_point {
     double growth_per_s;
     double error; /* distance to the motion without dead time, as a share of its swing */
     berth::fate fate;
+    bool is_faulted = false; /* a fault ended it before it grew; its growth is one over the run's length then */
 };
 
 /* Runs one rig; throws input_error if it cannot be. */

@@ -99,7 +99,7 @@ trial_result run_trial(const rig &rig, double duration_s)
     app_start(app.get(), &of.firmware);
     coupled_truth truth(of);
     spread swing;
-    trial_result result{false, true, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, fate::diverges};
+    trial_result result{false, true, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, true, fate::diverges};
     std::vector<double> position_m;
     double squares = 0.0;
     double robot_squares = 0.0;
@@ -146,8 +146,9 @@ trial_result run_trial(const rig &rig, double duration_s)
     result.error = share_of_swing(squares);
     result.robot_error = share_of_swing(robot_squares);
     result.growth_per_s = growth_of(position_m, config_period_s(&of.firmware));
-    if (!result.ran) {
-        result.growth_per_s = std::max(result.growth_per_s, 1.0 / duration_s);
+    if (!result.ran && result.growth_per_s < 1.0 / duration_s) {
+        result.growth_per_s = 1.0 / duration_s;
+        result.has_growth = false;
     }
     result.fate = result.growth_per_s < -lasting_per_s  ? fate::decays
                   : result.growth_per_s < lasting_per_s ? fate::lasts

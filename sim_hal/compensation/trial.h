@@ -24,6 +24,7 @@ struct trial_result {
     double peak_force_N; /* measured */
     long limited_ticks;  /* in which a limit acted */
     double growth_per_s; /* of the swing's height, in the second half of the run, or until it is gone */
+    bool has_growth;     /* no: a fault ended it before it grew; its growth is one over the duration then */
     berth::fate fate;
 };
 
