@@ -100,8 +100,8 @@ void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, con
         print_spectrum(rig.name.c_str(), at, loop);
         return;
     }
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s\n", rig.name.c_str(), verdict_name(verdict.kind),
-                loop.spectral_radius, loop.growth_per_s);
+    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", rig.name.c_str(), verdict_name(verdict.kind),
+                loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
     std::printf("  %-14s %s\n", verdict_name(verdict.kind), verdict.because.c_str());
 }
 

@@ -89,7 +89,7 @@ def test_init_does_not_overwrite_without_force(tmp_path):
     ({"sensor.stiffness_N_per_m": 2e3}, "sensor.stiffness_N_per_m"),
     ({"loop.rate_Hz": 10, "robot.dead_time_ms": 100}, "loop.rate_Hz"),
     ({"sensor.low_pass_frequency_Hz": 1.0}, "sensor.low_pass_frequency_Hz"),
-    ({"robot.dead_time_ms": 400}, "robot.dead_time_ms"),
+    ({"robot.dead_time_ms": 600}, "robot.dead_time_ms"),
     ({"object.damping_N_s_per_m": 1e5}, "object.damping_N_s_per_m"),
     ({"manipulator.damping_N_s_per_m": 0}, "manipulator.damping_N_s_per_m"),
     ({"object.mass_kg": 1e5}, "object.mass_kg"),

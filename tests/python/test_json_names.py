@@ -19,7 +19,7 @@ RUNS = {
 }
 ASKED = {
     "deadtime": ("ess",),
-    "check": ("ess", *settings({"robot.dead_time_ms": 400})),
+    "check": ("ess", *settings({"robot.dead_time_ms": 600})),
     "check, a schedule": ("ess", *settings({"run.dead_time_jump_s": 5, "run.dead_time_jump_ms": 10})),
     "eigen": ("ess",),
     "eigen, a range": ("ess", "--robot", "abb-egm"),

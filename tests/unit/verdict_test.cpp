@@ -168,7 +168,7 @@ const row table[] = {
     {"what grows has not come up yet", predicts(0.09), measured(-0.3, 0.01), verdict_kind::unstable, no,
      "has not come up yet"},
     {"a growth within its interval leaves it to the model", predicts(-0.3), measured(0.67, 10.0),
-     verdict_kind::stable, yes, "the eigenvalues say -0.3 /s: halves every 2.31 s; this run does not tell"},
+     verdict_kind::stable, yes, "the eigenvalues say -0.3 /s: halves every 2.31 s; this run does not show"},
     {"the same without a model", predicts_nothing(), measured(0.67, 10.0), verdict_kind::undetermined, open,
      "smaller than its interval"},
     {"a swing that falls, with a growth within its interval and no limit at work", predicts_nothing(),
