@@ -15,6 +15,7 @@
 #include "commands.h"
 #include "compensated_report.h"
 #include "gains_report.h"
+#include "parameter_report.h"
 #include "progress_line.h"
 #include "robot_choice.h"
 #include "short_number.h"
@@ -25,29 +26,6 @@ namespace berth
 
 namespace
 {
-
-nlohmann::json as_json(const stability_limit *limit)
-{
-    if (limit == nullptr) {
-        return nullptr;
-    }
-    return {{"value", limit->value},
-            {"stable", limit->stable_above ? "above" : "below"},
-            {"jump", !limit->jump.empty()},
-            {"rough", limit->is_rough},
-            {"jump_reason", limit->jump.empty() ? nlohmann::json() : nlohmann::json(limit->jump)},
-            {"mode", limit->mode_name},
-            {"frequency_Hz", limit->mode.frequency_Hz}};
-}
-
-nlohmann::json as_json(const std::vector<stable_interval> &intervals)
-{
-    nlohmann::json list = nlohmann::json::array();
-    for (const stable_interval &interval : intervals) {
-        list.push_back({interval.from, interval.to});
-    }
-    return list;
-}
 
 /* The dead times that the robot preset reports, and where in their range the loop is stable. */
 struct band_verdict {
@@ -75,75 +53,7 @@ nlohmann::json as_json(const std::optional<band_verdict> &verdict)
             {"stable", verdict->is_whole()       ? "all"
                        : verdict->stable.empty() ? "none"
                                                  : "part"},
-            {"stable_intervals_ms", as_json(verdict->stable)}};
-}
-
-nlohmann::json as_json(const parameter_limits &parameter)
-{
-    nlohmann::json limits = nlohmann::json::array();
-    for (const stability_limit &limit : parameter.limits) {
-        limits.push_back(as_json(&limit));
-    }
-    return {{"value", parameter.value},
-            {"range", {parameter.from, parameter.to}},
-            {"below", as_json(parameter.nearest_below())},
-            {"above", as_json(parameter.nearest_above())},
-            {"limits", limits},
-            {"stable_intervals", as_json(parameter.stable)},
-            {"first_order_below", or_null(parameter.first_order_below())},
-            {"first_order_above", or_null(parameter.first_order_above())}};
-}
-
-nlohmann::json as_json(const std::vector<rate_verdict> &rates)
-{
-    nlohmann::json list = nlohmann::json::array();
-    for (const rate_verdict &rate : rates) {
-        if (rate.refusal.empty()) {
-            list.push_back({{"rate_Hz", rate.rate_Hz}, {"stable", rate.is_stable}});
-        } else {
-            list.push_back({{"rate_Hz", rate.rate_Hz}, {"stable", nullptr}, {"refusal", rate.refusal}});
-        }
-    }
-    return list;
-}
-
-std::string number_or_dash(const std::optional<double> &value)
-{
-    return value ? short_number(*value) : "-";
-}
-
-std::string value_of(const stability_limit *limit)
-{
-    return limit != nullptr ? short_number(limit->value) : "none";
-}
-
-void print_line(const char *key, const std::string &own, const std::string &below, const std::string &above,
-                const std::string &first_order_below, const std::string &first_order_above)
-{
-    std::printf("  %-32s %12s %12s %12s   %12s %12s\n", key, own.c_str(), below.c_str(), above.c_str(),
-                first_order_below.c_str(), first_order_above.c_str());
-}
-
-void print_mode(const stability_limit *limit, bool is_below)
-{
-    if (limit != nullptr) {
-        const std::string what = limit->stable_above == is_below ? "lost" : "regained";
-        std::printf("  %32s   %.4f Hz, %s%s%s\n", (what + (is_below ? " below" : " above")).c_str(),
-                    limit->mode.frequency_Hz, limit->mode_name.c_str(),
-                    limit->jump.empty() ? "" : "; jumps: ", limit->jump.c_str());
-    }
-}
-
-void print_intervals(const parameter_limits &parameter)
-{
-    if (parameter.limits.size() < 2) {
-        return;
-    }
-    std::printf("  %32s  ", "stable in");
-    for (const stable_interval &interval : parameter.stable) {
-        std::printf(" [%s, %s]", short_number(interval.from).c_str(), short_number(interval.to).c_str());
-    }
-    std::printf("\n");
+            {"stable_intervals_ms", intervals_json(verdict->stable)}};
 }
 
 void print_band(const std::optional<band_verdict> &verdict)
@@ -163,48 +73,6 @@ void print_band(const std::optional<band_verdict> &verdict)
         }
     }
     std::printf("\n");
-}
-
-void print_parameters(const std::vector<parameter_limits> &parameters, const scan &how)
-{
-    std::printf("  %-32s %12s %25s   %25s\n", "", "", "nearest limit", "first-order formula");
-    print_line("parameter", "value", "below", "above", "below", "above");
-    for (const parameter_limits &parameter : parameters) {
-        print_line(std::string(parameter.key).c_str(), short_number(parameter.value),
-                   value_of(parameter.nearest_below()), value_of(parameter.nearest_above()),
-                   number_or_dash(parameter.first_order_below()), number_or_dash(parameter.first_order_above()));
-        print_mode(parameter.nearest_below(), true);
-        print_mode(parameter.nearest_above(), false);
-        print_intervals(parameter);
-    }
-    std::printf(
-        "none: no limit within a factor of %g either way (delays: 10), as far as a rig may go; ends of that range\n"
-        "end intervals, too. Intervals narrower than %.3g %% may be overlooked.\n",
-        how.factor, 100.0 * how.step);
-}
-
-void print_rates(const char *which, const std::vector<rate_verdict> &rates)
-{
-    std::printf("%s\n", which);
-    const auto print_those = [&](const char *title, const auto &belongs) {
-        std::string those;
-        for (const rate_verdict &rate : rates) {
-            if (belongs(rate)) {
-                those += " " + short_number(rate.rate_Hz);
-            }
-        }
-        std::printf("  %-14s%s\n", title, those.empty() ? " none" : those.c_str());
-    };
-    print_those("stable", [](const rate_verdict &r) { return r.is_stable; });
-    print_those("unstable", [](const rate_verdict &r) { return r.refusal.empty() && !r.is_stable; });
-    print_those("not possible", [](const rate_verdict &r) { return !r.refusal.empty(); });
-    for (std::size_t i = 0; i < rates.size(); i++) {
-        const std::string &refusal = rates[i].refusal;
-        const std::string key = refusal.substr(0, refusal.find(':'));
-        if (!refusal.empty() && (i == 0 || rates[i - 1].refusal.compare(0, key.size(), key) != 0)) {
-            std::printf("  %-14s %g: %s\n", "", rates[i].rate_Hz, refusal.c_str());
-        }
-    }
 }
 
 /* What is told of the loop as a whole, beside its parameters. */
@@ -389,12 +257,12 @@ int limits_command(const limits_arguments &arguments)
         json.update(answer_json(stated, judged, margin));
         json["prediction"] = prediction_json(answer.worst.prediction);
         json["bounce"] = bounce_json(bounce);
-        json["rates"] = as_json(rates);
-        json["rates_with_delays_in_ticks"] = as_json(rates_in_ticks);
+        json["rates"] = rates_json(rates);
+        json["rates_with_delays_in_ticks"] = rates_json(rates_in_ticks);
         json["buys"] = as_json(ranking);
         json["nearest_limit"] = nearest_limit_json(parameters, verdict.is_stable);
         for (const parameter_limits &parameter : parameters) {
-            json["parameters"][std::string(parameter.key)] = as_json(parameter);
+            json["parameters"][std::string(parameter.key)] = parameter_json(parameter);
         }
         print_json(json);
         return exit_code;
