@@ -35,9 +35,10 @@ struct bounces_along {
 std::vector<double> grid_of(const stable_interval &interval, double own)
 {
     std::vector<double> grid{interval.from};
-    for (double value = std::max(interval.from, lowest_share * interval.to) * step; value < interval.to;
-         value *= step) {
+    double value = std::max(interval.from, lowest_share * interval.to) * step;
+    while (value < interval.to) {
         grid.push_back(value);
+        value *= step;
     }
     grid.push_back(interval.to);
     if (own > interval.from && own < interval.to) {

@@ -254,7 +254,7 @@ bool is_judged_by_runs(const rig &rig)
 
 stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m)
 {
-    const stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
+    stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
     if (!is_judged_by_runs(rig) || !found.is_stable) {
         return found;
     }

@@ -62,7 +62,7 @@ stability_margin margin_of_plain(const rig &rig)
 /* By runs, and by eigenvalues where small motions have them: what grows may be too small to be seen in a run. */
 stability_margin margin_of_size(const rig &rig, std::optional<double> amplitude_m)
 {
-    const stability_margin by_runs = margin_of_compensated(rig, amplitude_m);
+    stability_margin by_runs = margin_of_compensated(rig, amplitude_m);
     if (!by_runs.dead_time_ms || compensation_is_on(&rig.firmware) || drifts_freely(in_contact(rig)) ||
         !left_out_when_small(in_contact(rig)).empty()) {
         return by_runs;
