@@ -37,7 +37,7 @@ struct cure {
 struct stability_advice {
     std::optional<parameter_cure> change;
     std::optional<cure> compensation;
-    bool was_sought = false; /* then it is said, too, that there is none */
+    bool was_sought = false; /* a search that found nothing is reported, too */
 };
 
 /* Of a rig that `predict` calls unstable, which calls it stable with each cure: less than 0 by more than interval or

@@ -262,13 +262,12 @@ stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitud
     if (*found.is_stable && small.growth_per_s.value_or(0.0) > 0.0) {
         return judge(small, {}); /* what grows is too small to be seen in the run */
     }
-    stability_verdict with_cycles = found;
     const bool has_balance = rig.object.kind != object_kind::contact && !compensation_is_on(&rig.firmware);
     if (has_limited_drive(rig) && has_balance) {
         const double start_m = deflection_m(released_rig(rig, amplitude_m.value_or(0.0)));
-        with_cycles.because += words_of_cycles(limit_cycles(rig, start_m), start_m, *found.is_stable);
+        found.because += words_of_cycles(limit_cycles(rig, start_m), start_m, *found.is_stable);
     }
-    return with_cycles;
+    return found;
 }
 
 growth_prediction predict_compensated(const rig &rig, std::optional<double> amplitude_m)

@@ -146,7 +146,7 @@ struct stretch {
 
 std::vector<stretch> stretches_of(const std::vector<scheduled_growth> &schedule)
 {
-    const bool is_one_jump = schedule.size() == 2; /* both sides of it are told, alike or not */
+    const bool is_one_jump = schedule.size() == 2; /* both sides are reported, even if they are alike */
     std::vector<stretch> found;
     for (const scheduled_growth &loop : schedule) {
         if (found.empty() || is_one_jump || rank_of(found.back().worst->is_stable) != rank_of(loop.is_stable)) {

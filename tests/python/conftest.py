@@ -171,6 +171,16 @@ def patched(data, message, dtype, field, change):
     return data[:start] + record.tobytes() + data[start + dtype.itemsize :]
 
 
+@pytest.fixture
+def write_rig(tmp_path):
+    """A function that writes a rig file and returns its path."""
+    def write(text):
+        path = tmp_path / "my.toml"
+        path.write_text(text)
+        return path
+    return write
+
+
 @pytest.fixture(scope="session")
 def logs(tmp_path_factory):
     """A function (rig, **overrides) -> (JSON object, path of the log), one run per case and session."""

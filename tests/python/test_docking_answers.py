@@ -55,16 +55,6 @@ kind = "none"
 """
 
 
-@pytest.fixture
-def rig(tmp_path):
-    """A function that writes a rig file and returns its path."""
-    def write(text):
-        path = tmp_path / "my.toml"
-        path.write_text(text)
-        return path
-    return write
-
-
 def changes(advice, beyond=1.0):
     """The setting that an advice names, taken farther by a factor."""
     found = re.match(r"([a-z_]+\.[A-Za-z_]+) (above|below) ([0-9.e+-]+)", advice)
@@ -93,8 +83,8 @@ def flight_peaks_m(path, tmp_path, *more):
     (PRESSED, {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}, "unstable", False),
     (DOCK, {"object.surface_position_m": 0.5}, "undetermined", None),
 ])
-def test_four_commands_agree_on_a_docking_rig(rig, text, values, verdict, stable):
-    path = rig(text)
+def test_four_commands_agree_on_a_docking_rig(write_rig, text, values, verdict, stable):
+    path = write_rig(text)
     told = answers(path, *settings(values))
     assert {told[name]["verdict"] for name in ("eigen", "limits", "check")} == {verdict}
     assert told["run"]["stable"] is stable
@@ -108,17 +98,17 @@ def test_four_commands_agree_on_a_docking_rig(rig, text, values, verdict, stable
     ("force-lead", {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}),
     ("extrapolation-1", {"object.stiffness_N_per_m": 2500, "object.damping_N_s_per_m": 200}),
 ])
-def test_four_commands_agree_on_a_docking_rig_with_compensation(rig, method, values):
-    told = answers(rig(PRESSED), "--with", method, *settings(values))
+def test_four_commands_agree_on_a_docking_rig_with_compensation(write_rig, method, values):
+    told = answers(write_rig(PRESSED), "--with", method, *settings(values))
     gains = told["eigen"]["bounce"]["restitution"] > 1.0
     assert told["eigen"]["stable"] is not gains
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("key", ["object.stiffness_N_per_m", "robot.dead_time_ms", "object.damping_N_s_per_m"])
-def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(rig, tmp_path, key):
+def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(write_rig, tmp_path, key):
     """Heights of flight in runs: no sum of the program's own."""
-    path = rig(DOCK)
+    path = write_rig(DOCK)
     told, _ = ask("limits", path)
     parameter = told["parameters"][key]
     side, away = ("above", 1.03) if parameter["above"] else ("below", 1 / 1.03)
@@ -137,8 +127,8 @@ def test_bounces_gain_energy_beyond_the_limit_and_lose_it_before(rig, tmp_path, 
     (FREE, {"object.stiffness_N_per_m": 8000}),
     (PRESSED, {"object.stiffness_N_per_m": 80000, "object.damping_N_s_per_m": 20}),
 ])
-def test_advice_for_a_docking_rig_cures_it(rig, text, values):
-    path = rig(text)
+def test_advice_for_a_docking_rig_cures_it(write_rig, text, values):
+    path = write_rig(text)
     told, code = ask("eigen", path, *settings(values))
     assert code == EXIT_DIFFERENT
     cured = settings(values) + changes(told["advice"])
@@ -149,8 +139,8 @@ def test_advice_for_a_docking_rig_cures_it(rig, text, values):
 
 
 @pytest.mark.long
-def test_margin_of_a_docking_rig_ends_where_bounces_gain(rig):
-    path = rig(DOCK)
+def test_margin_of_a_docking_rig_ends_where_bounces_gain(write_rig):
+    path = write_rig(DOCK)
     told = answers(path)
     margins_ms = {told[name]["margin"]["dead_time_ms"] for name in COMMANDS}
     assert max(margins_ms) - min(margins_ms) < 1e-9
@@ -161,8 +151,8 @@ def test_margin_of_a_docking_rig_ends_where_bounces_gain(rig):
         assert answer["run"]["stable"] is stable
 
 
-def test_a_robot_that_touches_nothing_has_any_margin(rig):
-    path = rig(NOTHING)
+def test_a_robot_that_touches_nothing_has_any_margin(write_rig):
+    path = write_rig(NOTHING)
     for name in ("run", "eigen", "limits"):
         told, code = ask(name, path, "--margin-ms", "500")
         assert code == EXIT_DONE

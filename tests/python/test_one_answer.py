@@ -87,16 +87,6 @@ RIGS = {
 NO_ADVICE = "no single parameter and no compensation that was tried makes it stable"
 
 
-@pytest.fixture
-def rig(tmp_path):
-    """A function that writes a rig file and returns its path."""
-    def write(text):
-        path = tmp_path / "my.toml"
-        path.write_text(text)
-        return path
-    return write
-
-
 def answers_of(file, changes):
     """What each command tells, or None of one that refuses the rig, and whether it found the loop safe."""
     told, safe = {}, {}
@@ -133,9 +123,9 @@ def check_advice(file, changes, told):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", RIGS)
-def test_all_commands_give_one_answer_and_its_advice_is_a_cure(name, rig):
+def test_all_commands_give_one_answer_and_its_advice_is_a_cure(name, write_rig):
     text, changes, verdict = RIGS[name]
-    file = rig(text)
+    file = write_rig(text)
     told, safe = answers_of(file, changes)
     model = {subcommand: one for subcommand, one in told.items() if subcommand != "run"}
     assert {one["verdict"] for one in model.values()} == {verdict}, {key: one["because"] for key, one in told.items()}
@@ -169,8 +159,8 @@ SMALL = {"manipulator.initial_position_m": 0.001}  # so that nothing stops the r
     (STIFF | LONGER, 0.5, 5.0, 0), (STIFF | LONGER, 6.0, 13.0, 1),
     ({"object.stiffness_N_per_m": 1000} | LONGER, 6.0, 25.0, 1),
 ], ids=["before it", "after it", "after it, stable"])
-def test_a_run_grows_on_both_sides_of_a_jump_as_predicted(changes, from_s, to_s, at, rig, tmp_path):
-    file = rig(BASE)
+def test_a_run_grows_on_both_sides_of_a_jump_as_predicted(changes, from_s, to_s, at, write_rig, tmp_path):
+    file = write_rig(BASE)
     schedule = one_json_object(command("check", file, "--json", *settings(changes)).stdout)["prediction"]["schedule"]
     assert [loop["from_s"] for loop in schedule] == [0.1, 5]
     assert [loop["dead_time_ms"] for loop in schedule] == [24, 94]
@@ -181,9 +171,9 @@ def test_a_run_grows_on_both_sides_of_a_jump_as_predicted(changes, from_s, to_s,
 
 @pytest.mark.parametrize("drift", [{"robot.dead_time_drift_ms_per_s": 6, "run.duration_s": 60}, {"object.stiffness_drift_per_s": 0.3}],
                          ids=["dead time", "stiffness"])
-def test_a_drift_makes_a_run_grow_from_the_time_on_that_is_told(drift, rig, tmp_path):
+def test_a_drift_makes_a_run_grow_from_the_time_on_that_is_told(drift, write_rig, tmp_path):
     """The swing is lowest where its growth passes 0."""
-    file = rig(BASE)
+    file = write_rig(BASE)
     told = one_json_object(command("check", file, "--json", *settings(drift)).stdout)
     turn_s = float(re.search(r"stable before (\S+) s \(.*\), unstable from then on", told["because"])[1])
     tick = topic(run_json(file, tmp_path, *settings(drift))["log"])
@@ -198,8 +188,8 @@ def test_a_drift_makes_a_run_grow_from_the_time_on_that_is_told(drift, rig, tmp_
 @pytest.mark.long
 @pytest.mark.parametrize("changes", [{"sensor.loss_probability": 0.3}, {"bus.loss_probability": 0.1},
                                      STIFFER | {"sensor.loss_probability": 0.3}, FREE_CLOCK], ids=str)
-def test_the_exponent_is_the_growth_of_runs_with_other_seeds(changes, rig, tmp_path):
-    file = rig(BASE)
+def test_the_exponent_is_the_growth_of_runs_with_other_seeds(changes, write_rig, tmp_path):
+    file = write_rig(BASE)
     told = one_json_object(command("check", file, "--json", *settings(changes)).stdout)["prediction"]
     assert told["source"] == "lyapunov_exponent" and told["growth_ci95_per_s"] > 0
     end_s = 12.0 if told["growth_per_s"] > 0 else 18.0
@@ -210,9 +200,9 @@ def test_the_exponent_is_the_growth_of_runs_with_other_seeds(changes, rig, tmp_p
     assert abs(mean - told["growth_per_s"]) < 3.5 * error + told["growth_ci95_per_s"] + 0.01
 
 
-def test_a_growth_that_is_no_more_than_rounding_is_no_verdict_and_no_cure(rig):
+def test_a_growth_that_is_no_more_than_rounding_is_no_verdict_and_no_cure(write_rig):
     """Nothing damps it, and the force of an object of 1 mg is too small to drive it."""
-    file = rig(BASE)
+    file = write_rig(BASE)
     undamped = UNDAMPED | {"object.stiffness_N_per_m": 0, "object.mass_kg": 1e-6}
     told, safe = answers_of(file, undamped)
     for subcommand, one in told.items():
@@ -221,8 +211,8 @@ def test_a_growth_that_is_no_more_than_rounding_is_no_verdict_and_no_cure(rig):
             assert "no more than rounding" in one["because"] and not safe[subcommand]
 
 
-def test_an_exponent_whose_interval_holds_0_does_not_pass_check(rig):
-    file = rig(BASE)
+def test_an_exponent_whose_interval_holds_0_does_not_pass_check(write_rig):
+    file = write_rig(BASE)
     changes = {"object.stiffness_N_per_m": 5620, "bus.loss_probability": 0.3}
     done = command("eigen", file, "--check", "--json", "--ticks", "3000", *settings(changes))
     told = one_json_object(done.stdout)

@@ -85,7 +85,7 @@ TEST_CASE("cia402: at another rate the tick of dead time is one of that rate, de
     }
 }
 
-TEST_CASE("cia402: what helps most is told of rates, too, whose period a drive can be told")
+TEST_CASE("cia402: what helps most includes those rates whose period a drive can take")
 {
     constexpr double step = 0.02; /* half of 1 / 26: the coarsest that 0x60C2 tells periods */
     for (const double share : {0.1, 0.5}) {

@@ -318,7 +318,7 @@ TEST_CASE("advice is rounded to where the loop is stable")
     CHECK(advice_text(advice) == "no single parameter and no compensation that was tried makes it stable");
 }
 
-TEST_CASE("verdict: a schedule is told stretch by stretch, with the growth of those that do not decide")
+TEST_CASE("verdict: a schedule is reported stretch by stretch, with the growth of the stretches that do not decide")
 {
     growth_prediction told = predicts(0.5);
     const auto loop = [](double from_s, double growth_per_s) {
