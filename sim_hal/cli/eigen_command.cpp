@@ -227,6 +227,9 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
     const struct rig steady = without_variation(rig);
     const settled_rig own = settle_at(rig, amplitude_m);
     const growth_prediction &predicted = found.worst.prediction;
+    if (own.has_settled && !predicted.growth_per_s) {
+        throw input_error(predicted.why_not);
+    }
     const lyapunov_exponent exponent =
         own.has_settled ? lyapunov_exponent{*predicted.growth_per_s, predicted.ci95_per_s, predicted.ticks}
                         : exponent_of(own.linear, histogram, ticks);

@@ -136,7 +136,7 @@ bool has_margin(const rig &rig)
 
 sized_rig sized_to_be_stable(const rig &whole)
 {
-    constexpr double shares[] = {1.0, 0.5, 0.25, 0.1, 0.05, 0.025, 0.01};
+    constexpr double shares[] = {1.0, 0.5, 0.25, 0.1, 0.05, 0.025, 0.01, 0.005, 0.0025};
     sized_rig made{whole, 1.0, ""};
     for (const double share : shares) {
         made.object_share = share;
