@@ -36,8 +36,8 @@ class Berth:
         return self.answers[question]
 
     def run(self, name, rig, values=None):
-        """What `berth run` says, and the log of the run. A name stands for one rig and its values."""
-        result = self.ask("run", rig, values, "--out", self.folder / "runs" / name)
+        """What `berth run --no-advice` says, and the log of the run. A name stands for one rig and its values."""
+        result = self.ask("run", rig, values, "--no-advice", "--out", self.folder / "runs" / name)
         return result, read_log(result["log"])
 
     def map(self, name, rig, vary, grid, values=None, *options):

@@ -114,7 +114,7 @@ def visible_table(diagnosis):
              ("in no size", 'class="number"') if one["value"] is None else
              number(value(one["value"], one["unit"]), f"detectable.{i}.value"),
              ("without bound" if one["given"] is None else value(one["given"], one["unit"]), 'class="number"'),
-             ", ".join(f"{other['parameter']} {other['value']:.3g}" for other in one["others"])]
+             ", ".join(f"{other['name']} {other['value']:.3g}" for other in one["others"])]
             for i, one in enumerate(found)]
     note = ("<p class=\"note\">From this size on, 19 records in 20 like this one would have shown the effect; limits "
             "and frequencies show below theirs. What the rig file’s tolerances make up for does not count.</p>\n")

@@ -75,6 +75,12 @@ def kind_of(told):
     return f"{'stable' if told['stable'] else 'unstable'} (growth {growth_per_s:+.6g} /s)"
 
 
+def margin_ms(limits):
+    """Dead time that may be added; None: nothing is known, or there is no limit within the search."""
+    margin = limits["margin"] if limits else None
+    return margin["dead_time_margin_ms"] if margin and not margin["dead_time_margin_is_open"] else None
+
+
 def sentence(found):
     """In plain words."""
     if found.given is None or found.extended is None:
@@ -82,8 +88,7 @@ def sentence(found):
     words = [f"{name} {kind_of(told)}"
              for name, told in (("As given, the loop is", found.given), ("extended, it is", found.extended))]
     text = "; ".join(words).replace("-", "−") + "."
-    margins = [limits["dead_time_margin_ms"] if limits else None
-               for limits in (found.given_limits, found.extended_limits)]
+    margins = [margin_ms(limits) for limits in (found.given_limits, found.extended_limits)]
     if any(margin is not None for margin in margins):
         given, extended = ("no limit" if margin is None else f"{margin:.5g} ms" for margin in margins)
         text += f" Dead time that may be added: {given} as given, {extended} extended."

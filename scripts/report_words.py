@@ -127,10 +127,10 @@ def capitalised(text):
 
 def margin_words(margin):
     """How far a stable loop is from one that swings; empty where it is not known."""
-    at_least = "at least " if margin["dead_time_is_open"] else ""
+    at_least = "at least " if margin["dead_time_margin_is_open"] else ""
     parts = []
-    if margin["dead_time_ms"] is not None:
-        parts.append(f"{at_least}{margin['dead_time_ms']:.4g} ms of dead time")
+    if margin["dead_time_margin_ms"] is not None:
+        parts.append(f"{at_least}{margin['dead_time_margin_ms']:.4g} ms of dead time")
     if margin["modulus"] is not None:
         parts.append(f"modulus {margin['modulus']:.4f}")
     if margin["note"]:

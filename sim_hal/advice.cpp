@@ -14,6 +14,7 @@
 #include "schedule.h"
 #include "stability/loop_timeline.h"
 #include "stability/lyapunov.h"
+#include "stability/physical_parameter.h"
 #include "stability/spectrum.h"
 
 namespace berth
@@ -28,6 +29,20 @@ constexpr scan advice_scan{0.02, 0.25, 10.0};
 bool is_nearer(const near_limit &a, const near_limit &b)
 {
     return std::abs(std::log(a.factor())) < std::abs(std::log(b.factor()));
+}
+
+/* Those that exist; of a loop that is to be cured without those that no advice names. */
+std::vector<const stability_limit *> limits_beside(const parameter_limits &parameter, bool is_stable)
+{
+    std::vector<const stability_limit *> limits;
+    if (const stability_limit *const below = parameter.nearest_below()) {
+        limits.push_back(below);
+    }
+    const stability_limit *const above = parameter.nearest_above();
+    if (above != nullptr && (is_stable || may_be_raised(parameter.key))) {
+        limits.push_back(above);
+    }
+    return limits;
 }
 
 struct known_compensation {
@@ -94,8 +109,8 @@ std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_pred
         }
         parameter_limits parameter = find_limits(linear, key, as_it_is, advice_scan);
         cut_by_bounces(parameter, rig);
-        for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
-            if (limit != nullptr && !limit->is_rough && parameter.value > 0.0 && limit->value > 0.0) {
+        for (const stability_limit *const limit : limits_beside(parameter, false)) {
+            if (!limit->is_rough && parameter.value > 0.0 && limit->value > 0.0) {
                 candidates.push_back({std::string(key), parameter.value, *limit});
             }
         }
@@ -109,12 +124,22 @@ std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_pred
     return {};
 }
 
-/* Rough, of a loop that changes from tick to tick: a shorter sequence than decides, or none at all. */
+/* Bounces are not played: the cure itself is predicted with them. */
+growth_prediction guess_steady(const rig &linear)
+{
+    if (!left_out_when_small(linear).empty()) {
+        return predict_unscheduled(linear);
+    }
+    const double growth_per_s = std::log(guessed_spectral_radius(linear)) / config_period_s(&linear.firmware);
+    return prediction_of(growth_per_s, linear, prediction_source::eigenvalues);
+}
+
+/* Rough: of a loop that changes from tick to tick from a shorter sequence than decides, or from none at all. */
 growth_prediction guess_growth(const rig &rig)
 try {
     constexpr std::int64_t guessed_ticks = 8000;
     if (!is_time_varying(rig)) {
-        return predict_unscheduled(rig);
+        return guess_steady(in_contact(rig));
     }
     if (rig.firmware.arm.kind != ARM_NONE || compensation_is_on(&rig.firmware)) {
         return predict_unscheduled(without_variation(rig));
@@ -131,9 +156,8 @@ std::optional<near_limit> nearest_limit(const std::vector<parameter_limits> &par
 {
     std::optional<near_limit> nearest;
     for (const parameter_limits &parameter : parameters) {
-        for (const stability_limit *const limit : {parameter.nearest_below(), parameter.nearest_above()}) {
-            if (limit == nullptr || (limit->is_rough && !is_stable) || !(parameter.value > 0.0) ||
-                !(limit->value > 0.0)) {
+        for (const stability_limit *const limit : limits_beside(parameter, is_stable)) {
+            if ((limit->is_rough && !is_stable) || !(parameter.value > 0.0) || !(limit->value > 0.0)) {
                 continue; /* no factor leads there */
             }
             const near_limit candidate{std::string(parameter.key), parameter.value, *limit};

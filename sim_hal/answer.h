@@ -10,6 +10,9 @@
 namespace berth
 {
 
+/* Margin and advice may take seconds: thousands of runs do without. */
+enum class answer_scope { whole, verdict_alone };
+
 struct model_answer {
     scheduled_loop worst;    /* the rig itself, or the worst loop of its schedule; prediction and margin are of it */
     stability_advice advice; /* of a loop that grows: changes of the rig that make all of its schedule stable */
@@ -23,7 +26,7 @@ struct model_answer {
 /* `predict`: of a rig with nothing scheduled. `amplitude_m`: of a swing that is judged by runs; nothing: the rig's
  * own; 0: small motions, which are predicted. */
 model_answer answer_of(const rig &rig, const growth_predictor &predict = predict_unscheduled,
-                       std::optional<double> amplitude_m = {});
+                       std::optional<double> amplitude_m = {}, answer_scope scope = answer_scope::whole);
 
 } // namespace berth
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "../hal/rig/axes.h"
 #include "../hal/rig/beam.h"
@@ -47,6 +48,11 @@ void set_dead_time(rig &changed, double dead_time_ms)
     }
 }
 
+bool is_size_of_change(std::string_view key)
+{
+    return std::find(std::begin(sizes_of_change), std::end(sizes_of_change), key) != std::end(sizes_of_change);
+}
+
 /* The search of one rig. */
 class factor_search
 {
@@ -63,6 +69,9 @@ class factor_search
         for (const double factor : factors) {
             for (const std::string_view key : keys) {
                 for (const bool upwards : {false, true}) {
+                    if (upwards && (is_size_of_change(key) || !may_be_raised(key))) {
+                        continue;
+                    }
                     if (auto found =
                             between(key, upwards ? before : 1.0 / before, upwards ? factor : 1.0 / factor)) {
                         return found;

@@ -86,6 +86,7 @@ struct run_arguments : rig_arguments {
     std::string out_folder; /* empty: one of its own, see run_folder.h */
     std::int64_t keep = 0;  /* newest runs of the rig that stay; 0: all */
     bool no_log = false;
+    bool no_advice = false;
     bool print_config = false;
 };
 

@@ -142,11 +142,11 @@ nlohmann::json as_json(const detectable_size &one)
     const auto name = [](std::string_view key) { return key.substr(key.find('.') + 1); };
     nlohmann::json others = nlohmann::json::array();
     for (const effect_value &other : one.others) {
-        others.push_back({{"parameter", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
+        others.push_back({{"name", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
     }
     const bool is_given = std::isfinite(one.given);
     return {{"effect", one.effect->name},
-            {"parameter", name(one.key)},
+            {"name", name(one.key)},
             {"key", one.key},
             {"value", one.value ? nlohmann::json(*one.value) : nlohmann::json()},
             {"given", is_given ? nlohmann::json(one.given) : nlohmann::json()},

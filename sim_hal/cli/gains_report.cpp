@@ -20,7 +20,7 @@ nlohmann::json as_json(const std::optional<changed_loop> &changed, const loop_qu
     const loop_quality &quality = changed->quality;
     return {{"value", changed->value},
             {"growth_per_s", quality.mode.growth_per_s},
-            {"margin", or_null(quality.margin)},
+            {"modulus", or_null(quality.margin)},
             {"frequency_Hz", quality.mode.frequency_Hz},
             {"mode", quality.mode_name},
             {"force_older_by_ticks", quality.force_age_ticks - now.force_age_ticks}};
@@ -37,7 +37,7 @@ std::string name_of(const parameter_gain &gain)
 
 nlohmann::json as_json(const parameter_gain &gain, const changed_loop *better, const loop_quality &now)
 {
-    nlohmann::json json = {{"parameter", gain.key},
+    nlohmann::json json = {{"key", gain.key},
                            {"value", gain.value},
                            {"to", nullptr},
                            {"gain_per_s", nullptr},
@@ -97,16 +97,16 @@ nlohmann::json as_json(const gain_ranking &ranking)
         return json;
     }
     const loop_quality &now = *ranking.now;
-    json["margin"] = or_null(now.margin);
+    json["modulus"] = or_null(now.margin);
     std::vector<parameter_gain> gains = ranking.gains;
     rank_by_decay(gains);
     for (const parameter_gain &gain : gains) {
         json["rank"].push_back(as_json(gain, gain.decaying_faster(), now));
     }
-    json["rank_by_margin"] = nlohmann::json::array();
+    json["rank_by_modulus"] = nlohmann::json::array();
     rank_by_margin(gains);
     for (const parameter_gain &gain : gains) {
-        json["rank_by_margin"].push_back(as_json(gain, gain.with_more_margin(), now));
+        json["rank_by_modulus"].push_back(as_json(gain, gain.with_more_margin(), now));
     }
     return json;
 }
@@ -138,7 +138,7 @@ nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameter
     if (!nearest) {
         return nullptr;
     }
-    return {{"parameter", nearest->key},
+    return {{"key", nearest->key},
             {"value", nearest->limit.value},
             {"factor", nearest->factor()},
             {"rough", nearest->limit.is_rough},

@@ -49,7 +49,7 @@ nlohmann::json as_json(const std::optional<band_verdict> &verdict)
     if (!verdict) {
         return nullptr;
     }
-    return {{"band_ms", {verdict->band.from, verdict->band.to}},
+    return {{"dead_time_band_ms", {verdict->band.from, verdict->band.to}},
             {"stable", verdict->is_whole()       ? "all"
                        : verdict->stable.empty() ? "none"
                                                  : "part"},
@@ -112,8 +112,6 @@ nlohmann::json as_json(const chosen_rig &chosen, const loop_verdict &verdict)
         {"stable", stable},
         {"spectral_radius", varies ? nlohmann::json() : nlohmann::json(verdict.spectral_radius)},
         {"growth_per_s", varies ? or_null(verdict.predicted.growth_per_s) : nlohmann::json(verdict.growth_per_s)},
-        {"dead_time_margin_ms", or_null(verdict.margin_ms)},
-        {"loop_delay_ms", verdict.loop_delay_ms},
         {"damping_ratio", verdict.damping_ratio},
         {"first_order_damping_limit", verdict.first_order_damping_limit}};
 }

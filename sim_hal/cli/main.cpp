@@ -62,6 +62,10 @@ int run(int argc, char **argv)
     berth::add_run_folder_options(*run_app, run);
     run_app->add_flag("--no-log", run.no_log, "write no files");
     berth::add_check_options(*run_app, run);
+    run_app
+        ->add_flag("--no-advice", run.no_advice,
+                   "leave out margin, advice and the estimate of accuracy, which may take seconds: for many runs")
+        ->excludes(run_app->get_option("--margin-ms"));
     run_app->add_flag("--print-config", run.print_config, "print the resolved rig and stop");
     run_app->callback([&] { exit_code = berth::run_command(run); });
 

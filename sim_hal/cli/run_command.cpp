@@ -61,7 +61,7 @@ void end_progress()
     std::fprintf(stderr, "\r%48s\r", "");
 }
 
-run_result run_loop(const rig &rig, const sim_options &options)
+run_result run_loop(const rig &rig, const sim_options &options, answer_scope scope)
 {
     const auto app = std::make_unique<struct app>();
     run_result result(rig);
@@ -78,7 +78,7 @@ run_result run_loop(const rig &rig, const sim_options &options)
     sim_log(hal).drain();
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
-    conclude(result, rig, app->recorder.tick);
+    conclude(result, rig, app->recorder.tick, scope);
     result.frames_accepted = app->reception.counts.accepted;
     result.version = version();
     result.dropped_records = sim_log(hal).dropped_records();
@@ -170,7 +170,8 @@ int run_command(const run_arguments &arguments)
     std::signal(SIGTERM, on_interrupt);
     std::signal(SIGXFSZ, SIG_IGN); /* a file size limit is a full disk: write() says so */
 
-    run_result result = run_loop(rig, options);
+    run_result result =
+        run_loop(rig, options, arguments.no_advice ? answer_scope::verdict_alone : answer_scope::whole);
     if (shows_progress) {
         end_progress();
     }

@@ -158,7 +158,7 @@ void note_tick(run_result &result, const rig &rig, const tick_record &record, co
     result.wheel.note_tick(record.index, arm, rig.firmware.arm.attitude);
 }
 
-void conclude(run_result &result, const rig &rig, const tick_record &last)
+void conclude(run_result &result, const rig &rig, const tick_record &last, answer_scope scope)
 {
     result.simulated_s =
         result.ticks > 0 ? config_period_s(&rig.firmware) * static_cast<double>(last.index + 1) : 0.0;
@@ -179,7 +179,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
         result.obstacles = obstacles_of(last);
     }
     result.evidence = result.motion.conclude();
-    const model_answer answer = answer_of(rig);
+    const model_answer answer = answer_of(rig, predict_unscheduled, {}, scope);
     result.predicted = answer.worst.prediction;
     verdict_case all{
         result.predicted, result.evidence, answer.margin, answer.advice, rig.firmware.manipulator.mass_kg, {},
@@ -192,7 +192,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last)
         result.verdict = told_by_a_run_without_noise(result.verdict, result.evidence, *answer.by_runs);
     }
     result.margin = result.verdict.is_stable == std::optional<bool>(false) ? stability_margin() : answer.margin;
-    if (has_arm(rig)) {
+    if (has_arm(rig) && scope == answer_scope::whole) {
         result.accuracy = estimate_accuracy(rig);
     }
 }

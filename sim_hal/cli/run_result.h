@@ -74,7 +74,7 @@ void note_tick(run_result &result, const rig &rig, const tick_record &record, co
                std::optional<double> spring_force_N);
 
 /* Fills in what only the whole run tells, from its `last` tick: evidence, verdict, counts. */
-void conclude(run_result &result, const rig &rig, const tick_record &last);
+void conclude(run_result &result, const rig &rig, const tick_record &last, answer_scope scope = answer_scope::whole);
 
 /* For a person. */
 void print_summary(const run_result &result, const rig &rig);

@@ -216,8 +216,8 @@ nlohmann::json tracking_json(const motion_evidence &motion)
 
 nlohmann::json margin_json(const stability_margin &margin)
 {
-    return {{"dead_time_ms", or_null(margin.dead_time_ms)},
-            {"dead_time_is_open", margin.is_dead_time_open},
+    return {{"dead_time_margin_ms", or_null(margin.dead_time_ms)},
+            {"dead_time_margin_is_open", margin.is_dead_time_open},
             {"unlimited", margin.is_unlimited},
             {"modulus", or_null(margin.modulus)},
             {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};

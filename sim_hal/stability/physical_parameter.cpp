@@ -54,6 +54,11 @@ parameter_scale scale_of(std::string_view key)
     return found->kind;
 }
 
+bool may_be_raised(std::string_view key)
+{
+    return scale_of(key) != parameter_scale::delay;
+}
+
 std::vector<std::string_view> physical_parameters(const rig &rig)
 {
     std::vector<std::string_view> keys;

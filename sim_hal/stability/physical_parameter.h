@@ -17,6 +17,9 @@ enum class parameter_scale { mass, stiffness, damping, ratio, frequency, delay }
 /* Throws input_error where the key is no physical parameter. */
 parameter_scale scale_of(std::string_view key);
 
+/* Whether an advice may raise it: nobody cures a loop by a longer delay, even where one would help. */
+bool may_be_raised(std::string_view key);
+
 /* Keys of the physical parameters that this rig has. */
 std::vector<std::string_view> physical_parameters(const rig &rig);
 

@@ -12,6 +12,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../solver/balance.h"
 #include "../solver/decompositions.h"
+#include "../solver/power_iteration.h"
 #include "arm_loop.h"
 #include "critical_zero.h"
 #include "dominant_root.h"
@@ -63,13 +64,18 @@ spectrum oscillator_spectrum(double mass, double damping, double stiffness, doub
                          period_s);
 }
 
-Eigen::VectorXcd eigenvalues_of(const rig &rig)
+Eigen::MatrixXd balanced_map(const rig &rig)
 {
     const period_map map(rig);
     refuse_too_many_states(map.layout().count);
     Eigen::MatrixXd matrix = map.matrix();
     balance(matrix);
-    return eigenvalues(matrix);
+    return matrix;
+}
+
+Eigen::VectorXcd eigenvalues_of(const rig &rig)
+{
+    return eigenvalues(balanced_map(rig));
 }
 
 /* All at once leave rounding: of 2000 eigenvalues 2e-10, which at 100 kHz is the fifth digit of the growth. The
@@ -150,6 +156,16 @@ double spectral_radius_of(const rig &rig)
     }
     refuse_too_many_states(period_map(rig).layout().count);
     return dominant_root_finder().spectral_radius(make_loop_equation(rig));
+}
+
+double guessed_spectral_radius(const rig &rig)
+{
+    constexpr Eigen::Index cheap_states = 60; /* all eigenvalues of this many are as fast */
+    if (rig.firmware.arm.kind != ARM_NONE || !compensation_is_on(&rig.firmware)) {
+        return spectral_radius_of(rig);
+    }
+    const Eigen::MatrixXd map = balanced_map(rig);
+    return map.rows() <= cheap_states ? eigenvalues(map).cwiseAbs().maxCoeff() : power_radius(map);
 }
 
 spectrum manipulator_spectrum(const rig &rig)

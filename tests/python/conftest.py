@@ -99,9 +99,11 @@ def one_json_object(stdout):
     return value
 
 
-def run_json(rig, folder, *arguments, exit_code=EXIT_DONE, program=(BERTH,), **options):
-    """`berth run RIG --json` with its log in `folder`: the object."""
-    done = command("run", rig, "--out", folder, "--json", *arguments, program=program, **options)
+def run_json(rig, folder, *arguments, exit_code=EXIT_DONE, program=(BERTH,), advised=False, **options):
+    """`berth run RIG --json` with its log in `folder`: the object; `advised`: with margin, advice and accuracy, which
+    may take seconds."""
+    shorter = () if advised else ("--no-advice",)
+    done = command("run", rig, "--out", folder, "--json", *shorter, *arguments, program=program, **options)
     assert done.returncode == exit_code, done.stderr.decode()
     return one_json_object(done.stdout)
 

@@ -120,8 +120,8 @@ OF_CAUSES = [("causes", []), ("causes.0.effect", "backlash"), ("causes.0.paramet
              ("blocks.0.ranking.0.round", 0.5)]
 
 
-OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.parameter", None), ("detectable.0.key", "backlash"),
-              ("detectable.0.others", [{"parameter": "pitch_m"}]), ("verdict", "unknown"), ("detectable", None)]
+OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.name", None), ("detectable.0.key", "backlash"),
+              ("detectable.0.others", [{"name": "pitch_m"}]), ("verdict", "unknown"), ("detectable", None)]
 
 
 def test_damaged_outputs_are_refused(made):

@@ -142,7 +142,7 @@ def test_advice_for_a_docking_rig_cures_it(write_rig, text, values):
 def test_margin_of_a_docking_rig_ends_where_bounces_gain(write_rig):
     path = write_rig(DOCK)
     told = answers(path)
-    margins_ms = {told[name]["margin"]["dead_time_ms"] for name in COMMANDS}
+    margins_ms = {told[name]["margin"]["dead_time_margin_ms"] for name in COMMANDS}
     assert max(margins_ms) - min(margins_ms) < 1e-9
     own_ms = tomllib.loads(DOCK)["robot"]["dead_time_ms"]
     for share, stable in ((0.95, True), (1.05, False)):

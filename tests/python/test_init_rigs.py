@@ -24,7 +24,7 @@ def test_each_rig_of_init_passes_check(tmp_path, robot):
         assert done.returncode == EXIT_DONE, (sensor, kind, told["because"], told["implausible"])
         margin = told["margin"]
         dead_time_ms = tomllib.loads(path.read_text())["robot"]["dead_time_ms"]
-        assert margin["unlimited"] or margin["dead_time_ms"] > 0.1 * dead_time_ms, (sensor, kind, margin)
+        assert margin["unlimited"] or margin["dead_time_margin_ms"] > 0.1 * dead_time_ms, (sensor, kind, margin)
 
 
 def test_init_says_what_it_scaled(tmp_path):

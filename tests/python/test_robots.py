@@ -251,7 +251,7 @@ def test_limits_tell_where_in_the_band_the_loop_is_stable(stiffness_N_per_m, sta
     arguments = ["ess", "--robot", "abb-egm", *settings(what)]
     told = ask("limits", *arguments)["dead_time_band"]
     print(f"k = {stiffness_N_per_m} N/m: {told}")
-    assert told["band_ms"] == [40, 80] and told["stable"] == stable
+    assert told["dead_time_band_ms"] == [40, 80] and told["stable"] == stable
     for ms in np.linspace(40, 80, 21):
         inside = any(start <= ms <= end for start, end in told["stable_intervals_ms"])
         values = {"loop.rate_Hz": 250, "robot.dead_time_ms": repr(float(ms)), **what}

@@ -84,7 +84,7 @@ def test_stable_intervals_hold_what_eigenvalues_say():
 @pytest.mark.long
 def test_dead_time_margin_is_what_may_be_added():
     limits = ask("limits", "ess-50hz")
-    dead_time_ms = 40.0 + limits["dead_time_margin_ms"]
+    dead_time_ms = 40.0 + limits["margin"]["dead_time_margin_ms"]
     assert ask("eigen", "ess-50hz", {"robot.dead_time_ms": repr(dead_time_ms - 1e-3)})["stable"] is True
     assert ask("eigen", "ess-50hz", {"robot.dead_time_ms": repr(dead_time_ms + 1e-3)})["stable"] is False
 
@@ -148,7 +148,8 @@ def test_limits_are_those_of_the_loop_without_what_varies_and_say_so(values, eff
     assert told["prediction"] == eigen["prediction"] and told["growth_per_s"] == eigen["growth_per_s"]
     assert told["without"] == {key: without[key] for key in ("stable", "spectral_radius", "growth_per_s")}
     assert "without what changes from tick to tick" in told["margin"]["note"]
-    for key in ("parameters", "rates", "buys", "nearest_limit", "dead_time_margin_ms"):
+    assert told["margin"]["dead_time_margin_ms"] == pytest.approx(without["margin"]["dead_time_margin_ms"], rel=1e-6)
+    for key in ("parameters", "rates", "buys", "nearest_limit"):
         assert told[key] == without[key], key
     lines = command("limits", "ess", *settings(values)).stdout.decode().splitlines()
     assert "Lyapunov exponent" in lines[0] and lines[1].startswith("  the rest is without what changes")
@@ -204,7 +205,7 @@ def test_limits_of_a_softening_spring_end_and_keep_the_rig_in_a_stable_interval(
 def test_limits_of_a_sensor_that_samples_faster_than_the_loop_runs(samples):
     """Rates of which the sensor's is no multiple have no eigenvalues: they are not possible, all else is told."""
     found = ask("limits", "ess", {"sensor.rate_Hz": 400 * samples})
-    assert found["stable"] and found["nearest_limit"]["parameter"] == "object.mass_kg"
+    assert found["stable"] and found["nearest_limit"]["key"] == "object.mass_kg"
     refused = {rate["rate_Hz"] for rate in found["rates"] if "does not go into" in rate.get("refusal", "")}
     assert 1000 in refused and 400 not in refused
     assert not any("does not go into" in rate.get("refusal", "") for rate in found["rates_with_delays_in_ticks"])
@@ -277,7 +278,7 @@ TWO_SLOW_MODES = {
 def test_two_slow_modes_at_a_high_rate_are_judged_as_their_eigenvalues_and_rounding_makes_no_limits():
     found = ask("limits", "ess", TWO_SLOW_MODES)
     for gain in found["buys"]["rank"]:
-        if gain["to"] is not None and gain["parameter"] == "object.mass_kg":
+        if gain["to"] is not None and gain["key"] == "object.mass_kg":
             then = next(way for way in (gain["less"], gain["more"]) if way and way["value"] == gain["to"])
             assert gain["gain_per_s"] + then["growth_per_s"] == pytest.approx(found["growth_per_s"], abs=1e-5)
     limits = found["parameters"]["object.second_frequency_Hz"]["limits"]

@@ -70,14 +70,14 @@ def test_commands_agree_on_swings_of_a_size(rig, tmp_path, values, verdict, last
     if lasts is not None:
         assert (last_height_mm(rig, tmp_path, values) > 0.05) is lasts
     if verdict != "stable":
-        assert all(answer["margin"]["dead_time_ms"] is None for answer in told.values())
+        assert all(answer["margin"]["dead_time_margin_ms"] is None for answer in told.values())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("values", [SLOW, SLOW | {"manipulator.initial_position_m": 0.001}, PLAY])
 def test_limits_agrees_with_the_others_on_swings_of_a_size(rig, values):
     told = answers(rig, *settings(values))
-    margins_ms = {answer["margin"]["dead_time_ms"] for answer in told.values()}
+    margins_ms = {answer["margin"]["dead_time_margin_ms"] for answer in told.values()}
     assert len(margins_ms) == 1
 
 
@@ -94,7 +94,7 @@ def test_a_limited_drive_is_stable_up_to_a_swing(rig, tmp_path):
 @pytest.mark.long
 def test_margin_with_play_ends_where_a_swing_lasts(rig, tmp_path):
     told = answers(rig, *settings(PLAY), commands=QUICK)
-    margins_ms = {answer["margin"]["dead_time_ms"] for answer in told.values()}
+    margins_ms = {answer["margin"]["dead_time_margin_ms"] for answer in told.values()}
     assert len(margins_ms) == 1
     for share, lasts in ((0.9, False), (1.1, True)):
         values = PLAY | {"robot.dead_time_ms": 34 + share * min(margins_ms)}
