@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "../firmware/pi.h"
+#include "../hal/rig/rig_file.h"
+#include "delay_budget.h"
 
 namespace berth
 {
@@ -33,6 +35,9 @@ constexpr double ticks_per_period_least = 20.0;
 /* A second-order low-pass at twice the swing's frequency still turns its phase by 43 degrees. */
 constexpr double low_pass_to_swing_least = 2.0;
 
+/* Calibrated sensors state 0.5 % to 5 %; half is no calibration. */
+constexpr double gain_error_largest = 0.5;
+
 /* Joints and structures in space: 0.001 to 0.2 are published. */
 constexpr double damping_ratio_largest = 1.0;
 
@@ -59,7 +64,9 @@ class value_checks
     {
         check_frequencies();
         check_sensor();
+        check_gain();
         check_dead_time();
+        check_delay();
         check_damping();
         check_masses();
         check_start();
@@ -131,6 +138,35 @@ class value_checks
                     " times as stiff as the object gives way instead of the object",
                 "check both; a stiffer sensor shows the object");
         }
+    }
+
+    void check_gain()
+    {
+        const double gain_error = value_of(rig_, "sensor.gain_error");
+        if (std::abs(gain_error) > gain_error_largest) {
+            add("sensor.gain_error", "is " + in_short(gain_error),
+                "calibrated force sensors are within a few percent; beyond " + in_short(gain_error_largest) +
+                    " the loop feels another object than the one that it touches",
+                "it is a share: 0.01 is 1 %; check sign and unit");
+        }
+    }
+
+    /* Of the whole loop, whichever part it is that lags. */
+    void check_delay()
+    {
+        const delay_budget budget = delay_budget_of(rig_);
+        if (budget.total_ms() <= dead_time_longest_ms || rig_.robot.dead_time_ms > dead_time_longest_ms) {
+            return;
+        }
+        const bool is_sensor = budget.sensor_ms >= std::max(budget.robot_ms, budget.low_pass_ms);
+        const bool is_low_pass = !is_sensor && budget.low_pass_ms >= budget.robot_ms;
+        const char *const key =
+            is_sensor ? rig_.sensor.delay_ms >= value_of(rig_, "sensor.lag_ms") ? "sensor.delay_ms" : "sensor.lag_ms"
+            : is_low_pass ? "sensor.low_pass_frequency_Hz"
+                          : "robot.lag_ms";
+        add(key, "makes most of a loop's delay of " + in_short(budget.total_ms()) + " ms",
+            "a force that is " + in_short(dead_time_longest_ms) + " ms old tells of another motion",
+            "check the unit (us?)");
     }
 
     void check_dead_time()

@@ -4,6 +4,7 @@
 #include "../compensated.h"
 #include "../plausibility.h"
 #include "../stability/compensation_states.h"
+#include "../start_trial.h"
 #include "bounce_report.h"
 #include "commands.h"
 #include "robot_choice.h"
@@ -24,6 +25,11 @@ nlohmann::json as_json(const std::vector<implausible_value> &found)
         list.push_back({{"key", one.key}, {"what", one.what}, {"why", one.why}, {"advice", one.advice}});
     }
     return list;
+}
+
+nlohmann::json as_json(const start_trial &start)
+{
+    return {{"ran", start.has_run}, {"stopped", stop_json(start.stop)}, {"because", trial_words(start)}};
 }
 
 void print_implausible(const std::vector<implausible_value> &found)
@@ -48,24 +54,32 @@ int check_command(const rig_arguments &arguments)
     const model_answer answer = answer_of(rig);
     const stability_verdict verdict = answer.verdict();
     const bounce_answer bounce = answer_bounce(rig, {});
+    const start_trial start = try_start(rig);
+    const bool is_known_to_grow = verdict.is_stable == std::optional<bool>(false);
+    const bool stops = !start.is_good() && !(start.has_run && is_known_to_grow); /* which is the verdict itself */
     if (arguments.json) {
         nlohmann::json json = answer_json(rig, verdict, answer.margin);
         json["prediction"] = prediction_json(answer.worst.prediction);
         json["rig"] = rig.name;
         json["robot"] = robot_as_json(chosen);
         json["implausible"] = as_json(found);
+        json["start"] = as_json(start);
         json["bounce"] = bounce_json(bounce);
         print_json(json);
     } else {
         std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
         print_implausible(found);
+        if (stops) {
+            std::printf("  %-14s %s\n  %-14s clear what stops it, and look at `berth run`\n",
+                        start.has_run ? "stops" : "does not start", trial_words(start).c_str(), "");
+        }
         print_assumptions(rig);
         print_verdict(verdict);
         print_margin(answer.margin);
         print_bounce(bounce);
         print_delay_budget(rig);
     }
-    return found.empty() && verdict.is_stable == std::optional<bool>(true) ? 0 : exit_doubtful;
+    return !stops && found.empty() && verdict.is_stable == std::optional<bool>(true) ? 0 : exit_doubtful;
 }
 
 } // namespace berth

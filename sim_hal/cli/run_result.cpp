@@ -7,6 +7,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
 #include "../compensated.h"
+#include "../start_trial.h"
 #include "../stability/inverse_filter_response.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -16,36 +17,6 @@ namespace berth
 
 namespace
 {
-
-/* What keeps the supervisor from leaving start, read off the conditions of the last tick. */
-std::string obstacles_of(const tick_record &last)
-{
-    const struct {
-        uint32_t condition;
-        bool is_needed;
-        const char *name;
-    } obstacles[] = {
-        {CONDITION_EMERGENCY_STOP, false, "emergency stop is pressed"},
-        {CONDITION_FEEDBACK_FRESH, true, "no fresh feedback from the robot"},
-        {CONDITION_SENSOR_FRESH, true, "no fresh force"},
-        {CONDITION_OPERATOR_FRESH, true, "no fresh operator command"},
-        {CONDITION_ROBOT_AT_PLACE, true, "the robot is not at its first setpoint"},
-        {CONDITION_ROBOT_FAULT, false, "the robot reports a fault"},
-        {CONDITION_SENSOR_SATURATED, false, "the force sensor is saturated"},
-        {CONDITION_FORCE_LIMIT, false, "the force is beyond sensor_channel.force_limit_N"},
-        {CONDITION_BUS_OFF, false, "a bus is off"},
-        {CONDITION_ROBOT_FOLLOWS, true, "the drive is not enabled"},
-        {CONDITION_ENABLE, true, "enable is off"},
-        {CONDITION_REQUEST_RUN, true, "the operator does not request to run"},
-    };
-    std::string text;
-    for (const auto &obstacle : obstacles) {
-        if (((last.conditions & obstacle.condition) != 0) != obstacle.is_needed) {
-            text += (text.empty() ? ": " : ", ") + std::string(obstacle.name);
-        }
-    }
-    return text;
-}
 
 bool has_arm(const rig &rig)
 {

@@ -16,9 +16,9 @@ def ask(name, path, *more):
 
 
 def answers(path, *more, commands=COMMANDS):
-    """They agree whether the rig is stable. `check` also refuses what is implausible."""
+    """They agree whether the rig is stable. `check` also refuses what is implausible, and a run that a fault ends."""
     told = {name: ask(name, path, *more) for name in commands}
-    doubtful = {name for name, (answer, _) in told.items() if answer.get("implausible")}
+    doubtful = {name for name, (answer, _) in told.items() if answer.get("implausible") or answer.get("start", {}).get("because")}
     stable = {name: (answer["stable"], EXIT_DONE if name in doubtful and answer["stable"] else code)
               for name, (answer, code) in told.items()}
     assert len(set(stable.values())) == 1, stable

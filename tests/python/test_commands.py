@@ -90,6 +90,9 @@ def test_init_does_not_overwrite_without_force(tmp_path):
     ({"loop.rate_Hz": 10, "robot.dead_time_ms": 100}, "loop.rate_Hz"),
     ({"sensor.low_pass_frequency_Hz": 1.0}, "sensor.low_pass_frequency_Hz"),
     ({"robot.dead_time_ms": 600}, "robot.dead_time_ms"),
+    ({"sensor.delay_ms": 2500}, "sensor.delay_ms"),
+    ({"robot.lag_ms": 900}, "robot.lag_ms"),
+    ({"sensor.gain_error": -0.99}, "sensor.gain_error"),
     ({"object.damping_N_s_per_m": 1e5}, "object.damping_N_s_per_m"),
     ({"manipulator.damping_N_s_per_m": 0}, "manipulator.damping_N_s_per_m"),
     ({"object.mass_kg": 1e5}, "object.mass_kg"),
@@ -102,6 +105,23 @@ def test_check_names_an_implausible_value_why_and_what_to_do(values, key):
     assert key in found and found[key]["why"] and found[key]["advice"]
     shown = command("check", "ess", *settings(values)).stdout.decode()
     assert f"implausible    {key}: " in shown and "delay " in shown
+
+
+@pytest.mark.parametrize("values, ran, words", [
+    ({"sensor.bias_N": 1e6}, False, "the force is beyond sensor_channel.force_limit_N"),
+    ({"sensor.saturation_N": 1}, False, "the force sensor is saturated"),
+    ({"sensor.noise_N": 1e5}, False, "force_limit"),
+    ({"limits.position_min_m": -0.002}, True, "position_limit"),
+])
+def test_check_finds_that_a_stable_rig_does_not_start_or_is_stopped(values, ran, words):
+    done = command("check", "ess", "--json", *settings(values))
+    told = one_json_object(done.stdout)
+    assert done.returncode == EXIT_DIFFERENT and told["stable"] is True and told["implausible"] == []
+    assert told["start"]["ran"] is ran and words in told["start"]["because"]
+    shown = command("check", "ess", *settings(values)).stdout.decode()
+    [line] = [line for line in shown.splitlines() if told["start"]["because"] in line]
+    assert line.split()[0] == ("stops" if ran else "does")
+    assert "the drive is not enabled" not in shown  # there is none
 
 
 @pytest.mark.parametrize("rig", [rig for rig in RIGS if "berthing" not in rig and "arm" not in rig])

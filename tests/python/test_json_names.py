@@ -13,6 +13,7 @@ RUNS = {
     "run": ("ess",),
     "run, a drive": ("ess-cia402",),
     "run, an arm": ("ess-berthing",),
+    "run, stopped": ("ess", *settings({"limits.position_min_m": -0.002})),
     "run, contact": ("concept-foam", "--robot", "abb-egm"),
     "run, inverse filter": ("ess", *settings({"robot.transfer_frequency_Hz": 12, "inverse_filter.enabled": "true",
                                               "inverse_filter.bandwidth_Hz": 60})),
@@ -28,6 +29,9 @@ ASKED = {
     "eigen, of a size": ("ess", *settings({"robot.backlash_m": 1e-4}), "--amplitude", "0.01"),
     "eigen, passivity": ("ess", "--with", "passivity"),
     "limits": ("ess",),
+    "limits, a range": ("ess", "--robot", "abb-egm"),
+    "limits, contact": ("concept-foam",),
+    "limits, of a size": ("ess", *settings({"robot.backlash_m": 1e-4}), "--amplitude", "0.01"),
     "reduce": ("ess",),
     "compensate": ("ess", *SHORT),
     "accuracy": ("ess",),
@@ -55,7 +59,7 @@ def outputs(tmp_path_factory):
         found[name] = printed(name, log)
     printed("run", "ess", "--out", folder, *settings({"run.duration_s": 12.0}))  # long enough for an envelope
     found["summary"] = printed("summary", folder / "ess.ulg")
-    found["compare"] = printed("compare", log, folder / "4" / "ess.ulg")
+    found["compare"] = printed("compare", log, folder / str(list(RUNS).index("run, inverse filter")) / "ess.ulg")
     found["map"] = printed("map", "ess", "--vary", "mass", "--grid", "4x4", "--out", folder)
     return found | {name: printed(name, *words) for name, words in ASKED.items()}
 
