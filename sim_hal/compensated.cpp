@@ -224,6 +224,15 @@ std::optional<double> first_change(const search &loop, const rig_key &key, doubl
     return {};
 }
 
+std::string note_on_margin(const rig &rig, bool is_measured)
+{
+    std::string note = is_judged_by_runs(rig) ? by_long_runs : is_measured ? by_runs : "";
+    if (compensation_is_on(&rig.firmware)) {
+        note += std::string(note.empty() ? "" : ", ") + "with the firmware's settings as they are";
+    }
+    return note;
+}
+
 } // namespace
 
 compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m)
@@ -309,7 +318,8 @@ std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::option
     return found;
 }
 
-stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits)
+stability_margin margin_of_compensated(const rig &rig, const compensated_growth &own,
+                                       const std::vector<compensated_limit> &limits)
 {
     if (!own.is_stable()) {
         return {{}, false, {}, false, own.verdict.is_stable ? "" : own.verdict.because};
@@ -317,7 +327,7 @@ stability_margin margin_of_compensated(const compensated_growth &own, const std:
     for (const compensated_limit &limit : limits) {
         if (limit.key == dead_time_key) {
             const double longest_ms = limit.above.value_or(furthest * limit.value);
-            return {longest_ms - limit.value, !limit.above, {}, false, own.is_measured ? by_runs : ""};
+            return {longest_ms - limit.value, !limit.above, {}, false, note_on_margin(rig, own.is_measured)};
         }
     }
     return {{}, false, {}, false, "robot.dead_time_ms is 0, and multiples of it are searched"};
@@ -328,13 +338,11 @@ stability_margin margin_of_compensated(const rig &rig, std::optional<double> amp
     const compensated_growth own = growth_of_compensated(rig, amplitude_m);
     const double value_ms = rig.robot.dead_time_ms;
     if (!own.is_stable() || !(value_ms > 0.0)) {
-        return margin_of_compensated(own, {});
+        return margin_of_compensated(rig, own, {});
     }
     const auto above =
         first_change({rig, amplitude_m}, *find_key(dead_time_key), value_ms, true, true, near_enough_of(own));
-    stability_margin margin = margin_of_compensated(own, {{dead_time_key, value_ms, {}, above}});
-    margin.note = is_judged_by_runs(rig) ? by_long_runs : margin.note;
-    return margin;
+    return margin_of_compensated(rig, own, {{dead_time_key, value_ms, {}, above}});
 }
 
 } // namespace berth

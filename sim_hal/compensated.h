@@ -57,7 +57,8 @@ std::vector<compensated_limit> limits_of_compensated(const rig &rig, std::option
 stability_margin margin_of_compensated(const rig &rig, std::optional<double> amplitude_m = {});
 
 /* The same where the limits are known. */
-stability_margin margin_of_compensated(const compensated_growth &own, const std::vector<compensated_limit> &limits);
+stability_margin margin_of_compensated(const rig &rig, const compensated_growth &own,
+                                       const std::vector<compensated_limit> &limits);
 
 } // namespace berth
 

@@ -126,7 +126,7 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
         without.insert(without.end(), small.begin(), small.end());
     }
     const std::vector<compensated_limit> limits = limits_of_compensated(rig, arguments.amplitude_m);
-    const stability_margin margin = touches_nothing(rig) ? margin_of(rig) : margin_of_compensated(own, limits);
+    const stability_margin margin = touches_nothing(rig) ? margin_of(rig) : margin_of_compensated(rig, own, limits);
     if (arguments.json) {
         nlohmann::json json = answer_json(stated, verdict, margin);
         json.update({{"rig", rig.name},
