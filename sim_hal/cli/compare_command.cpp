@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -153,7 +154,9 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
     };
     print_row("verdict", "verdict");
     std::printf(row_format, "growth (1/s)", growth_text(a.result).c_str(), growth_text(b.result).c_str());
-    print_row("frequency (Hz)", "frequency_Hz");
+    if (!a.result.at("frequency_Hz").is_null() || !b.result.at("frequency_Hz").is_null()) {
+        print_row("frequency (Hz)", "frequency_Hz");
+    }
     print_row("peak force (N)", "peak_force_N");
     print_row("commit", "version");
     const auto spring_N = [](const compared_run &run) {
@@ -175,6 +178,9 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
 
 int compare_command(const compare_arguments &arguments)
 {
+    if (!arguments.page.empty() && std::filesystem::path(arguments.page).extension() != ".html") {
+        throw input_error(arguments.page + ": --page writes a page for a browser: let its name end in .html");
+    }
     const compared_run a = read_run(arguments.a);
     const compared_run b = read_run(arguments.b);
     const std::vector<differing_key> found = differences(a.rig, b.rig);

@@ -2,9 +2,11 @@
 
 #include <cstdio>
 
+#include "../../firmware/compensation/compensation.h"
 #include "../compensated.h"
 #include "../schedule.h"
 #include "../stability/arm_loop.h"
+#include "../stability/compensation_states.h"
 #include "../stability/loop_timeline.h"
 #include "../verdict_words.h"
 #include "gains_report.h"
@@ -22,11 +24,23 @@ std::string or_none(const std::optional<double> &value)
     return value ? short_number(*value) : "none";
 }
 
-const char *source_words(bool is_measured)
+std::string source_words(const rig &rig, bool is_measured)
 {
-    return is_measured
-               ? "growth of runs of 20 s without noise, as this compensation with these effects has no eigenvalues"
-               : "eigenvalues of the loop with its compensation";
+    if (is_measured) {
+        return "growth of runs of 20 s without noise, as this compensation with these effects has no eigenvalues";
+    }
+    const bool is_compensated = compensation_is_on(&rig.firmware);
+    return std::string("eigenvalues of the loop") +
+           (rig.firmware.arm.kind != ARM_NONE ? " of the whole arm where it starts" : "") +
+           (is_compensated ? " with its compensation" : "");
+}
+
+/* Of an arm only what its eigenvalues tell. */
+void refuse_arm_without_eigenvalues(const rig &rig)
+{
+    if (is_time_varying(rig) || !compensation_is_linear(rig)) {
+        refuse_arm(rig);
+    }
 }
 
 /* Of an unstable run that was too short for a decrement, how its height changed. */
@@ -92,13 +106,13 @@ int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
                      {"spectral_radius", nullptr},
                      {"growth_per_s", growth_json(verdict, worst.prediction)},
                      {"prediction", prediction_json(worst.prediction)},
-                     {"source", source_words(true)}});
+                     {"source", source_words(rig, true)}});
         print_json(json);
         return check_exit_code(arguments, verdict, margin);
     }
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
-    std::printf("  %-14s %s\n", "source", source_words(true));
+    std::printf("  %-14s %s\n", "source", source_words(rig, true).c_str());
     print_delay_budget(stated);
     print_margin(margin);
     print_advice(verdict);
@@ -107,7 +121,7 @@ int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
 
 int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
 {
-    refuse_arm(stated);
+    refuse_arm_without_eigenvalues(stated);
     const scheduled_loop worst = worst_loop(stated, arguments);
     std::vector<std::string> varies;
     rig rig = worst.rig;
@@ -132,7 +146,7 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
         json.update({{"rig", rig.name},
                      {"growth_per_s", growth_json(verdict, worst.prediction)},
                      {"prediction", prediction_json(worst.prediction)},
-                     {"source", source_words(own.is_measured)},
+                     {"source", source_words(rig, own.is_measured)},
                      {"left_out", without}});
         for (const compensated_limit &limit : limits) {
             json["parameters"][std::string(limit.key)] = {
@@ -143,7 +157,8 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
     }
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
-    std::printf("  %-14s %s; the firmware goes on with what it was told\n", "source", source_words(own.is_measured));
+    std::printf("  %-14s %s%s\n", "source", source_words(rig, own.is_measured).c_str(),
+                compensation_is_on(&rig.firmware) ? "; the firmware goes on with what it was told" : "");
     for (const std::string &effect : without) {
         std::printf("  left out: %s\n", effect.c_str());
     }

@@ -168,7 +168,8 @@ int limits_command(const limits_arguments &arguments)
     refuse_unstated(chosen.rig, arguments.rig);
     const berth::rig stated = chosen.rig;
     const double amplitude_m = chosen_amplitude_m(arguments, stated);
-    if (compensation_is_on(&stated.firmware)) {
+    const bool has_arm = stated.firmware.arm.kind != ARM_NONE;
+    if (compensation_is_on(&stated.firmware) || (has_arm && amplitude_m == 0.0)) {
         tell_left_out(stated, amplitude_m);
         return answer_compensated_limits(stated, arguments);
     }

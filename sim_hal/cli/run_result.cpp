@@ -7,8 +7,8 @@
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
 #include "../compensated.h"
-#include "../start_trial.h"
 #include "../stability/inverse_filter_response.h"
+#include "../start_trial.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
 

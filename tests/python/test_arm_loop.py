@@ -31,6 +31,22 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, dead_time_ms, duration_s):
     assert growth_in(result, 2.5e-3) == pytest.approx(expected, rel=0.03)
 
 
+@pytest.mark.parametrize("rig", ["ess-pose", "ess-berthing"])
+def test_its_limits_are_where_its_eigenvalues_leave_the_circle(rig):
+    told = one_json_object(command("limits", rig, "--json").stdout)
+    checked = one_json_object(command("check", rig, "--json").stdout)
+    assert told["stable"] is checked["stable"]
+    assert told["margin"] == checked["margin"]
+    moved_alone = set(told["parameters"]) - ({"robot.dead_time_ms"} if rig == "ess-pose" else set())  # six axes have it
+    limits = [(key, side, told["parameters"][key][side]) for key in sorted(moved_alone) for side in ("below", "above")
+              if told["parameters"][key][side] is not None]
+    assert limits
+    for key, side, value in limits:
+        stable = [one_json_object(command("eigen", rig, "--json", "--set", f"{key}={value * by!r}").stdout)["stable"]
+                  for by in (1 - 2e-3, 1 + 2e-3)]
+        assert stable == [told["stable"] is not (side == "below"), told["stable"] is (side == "below")], (key, side)
+
+
 def growth_in(result, period_s):
     """Of the second half of a run."""
     position_m = topic(result["log"])["manipulator_position_m"]

@@ -198,6 +198,8 @@ def test_compare_says_which_parameters_differ_and_both_verdicts(kept):
     same = berth(folder, "compare", a, a).stdout
     assert "no parameter differs" in same
     assert berth(folder, "compare", a, "build/runs").returncode == EXIT_INPUT
+    no_page = berth(folder, "compare", a, b, "--page", "x.txt")
+    assert no_page.returncode == EXIT_INPUT and "end in .html" in no_page.stderr and not (folder / "x.txt").exists()
 
 
 @pytest.mark.long
