@@ -9,6 +9,7 @@
 #include "diagnosis_notes.h"
 #include "fit/base.h"
 #include "formatted.h"
+#include "late_columns.h"
 #include "noise/uneven_noise.h"
 #include "record/request_records.h"
 #include "record/sample_age.h"
@@ -328,6 +329,8 @@ diagnosis diagnose(const diagnosis_request &request)
     tell(request, "reading");
     records_of_request records = read_records(request);
     state_tolerances_of_effects(records.replayed);
+    tell(request, "looking for late columns");
+    const std::vector<late_column> late = put_late_columns_in_place(records);
     diagnosis result;
     result.data = std::move(records.fit);
     result.inputs = std::move(records.inputs);
@@ -363,6 +366,7 @@ diagnosis diagnose(const diagnosis_request &request)
     show_error_with_single_samples(result.blocks, result.data, records.validation ? &*records.validation : nullptr);
     tell_in_own_block(result.blocks);
     drop_what_explains_nothing(result.blocks, result.extended);
+    tell_late_columns(result, late);
     tell_input_steps(result);
     tell_motion_noise(result, blocks.events());
     tell_scaled_manipulator(result);

@@ -15,6 +15,13 @@ inline constexpr double share_of_draws_least = 0.99;
  * the noise leaves, as squares. */
 inline constexpr double unseen_far = 2.0;
 
+/* Rows, 1: a logger's buffers are shorter. A choice; twice as many take twice as long to look. */
+inline constexpr int late_rows_max = 12;
+
+/* Rows, 1: a column that stands late does so by whole rows. What is late by any time, as behind a filter, passes for
+ * that in twice this share of all cases. */
+inline constexpr double late_rows_whole = 0.2;
+
 } // namespace berth::criteria
 
 #endif

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "motion_noise.h"
+#include "smoothed.h"
+
 namespace berth
 {
 
@@ -49,7 +52,7 @@ struct piece {
 /* After the last row it goes on as it went. */
 piece piece_after(const record &record, const record_segment &part, std::size_t n)
 {
-    const std::vector<double> &x_m = record.robot_position_m;
+    const std::vector<double> &x_m = record.command_position_m;
     const std::vector<double> &bend = record.bend_m_per_s2;
     if (n + 1 < part.end) {
         return {x_m[n], x_m[n + 1], bend[n], bend[n + 1], record.period_s};
@@ -65,24 +68,25 @@ void drive_by_measured_motion(record &record)
     if (!record.command_position_m.empty() || record.robot_position_m.empty() || record.force_N.empty()) {
         return;
     }
-    record.command_position_m = record.robot_position_m;
+    record.command_position_m =
+        smoothed(record, record.robot_position_m, noise_from_row_to_row(record, record.robot_position_m));
     record.bend_m_per_s2.assign(record.size(), 0.0);
     for (const record_segment &part : record.segments) {
-        bend(record.robot_position_m, part, record.period_s, record.bend_m_per_s2);
+        bend(record.command_position_m, part, record.period_s, record.bend_m_per_s2);
     }
     record.notes.push_back(
-        "there is no command_position_m: robot_position_m drives the force as it was measured, and "
-        "what noise it has comes out as force where a contact is stiff");
+        "there is no command_position_m: robot_position_m drives the force, smoothed to what its noise lets it "
+        "tell; what noise is left comes out as force where a contact is stiff");
 }
 
 void replay_measured_motion(const rig &rig, const record &record, int steps_min, robot_motion &motion)
 {
     motion.tick = divide_tick(rig, record.period_s, std::max(steps_a_row, steps_min));
-    motion.at_tick_m = record.robot_position_m;
+    motion.at_tick_m = record.command_position_m;
     motion.position_m.clear();
     motion.bulge_m.clear();
     for (const record_segment &part : record.segments) {
-        motion.position_m.push_back(record.robot_position_m[part.begin]);
+        motion.position_m.push_back(record.command_position_m[part.begin]);
         for (std::size_t n = part.begin; n < part.end; n++) {
             const piece way = piece_after(record, part, n);
             double place = 0.0;

@@ -179,6 +179,18 @@ def hidden(folder, seed, kind=None, effect=None, size=None, rows=None, missing=(
     return truth
 
 
+@recipe()
+def logged_late(folder, record, column, rows):
+    """Another record, and those beside it, with one column written some rows below where its values belong."""
+    for path in record.folder().glob("*.csv"):
+        columns = columns_of(path)
+        values = columns[column]
+        late = np.concatenate(([values[0]] * rows, values[:-rows]))
+        save(folder / path.name, digits=None, **(columns | {column: late}))
+    if (record.folder() / "rig.toml").exists():
+        (folder / "rig.toml").write_text((record.folder() / "rig.toml").read_text())
+
+
 def again(recipe_of_it):
     """The command that makes a hidden record again."""
     given = {name: value for name, value in recipe_of_it.given.items() if name in ("seed", "kind", "effect", "size")}

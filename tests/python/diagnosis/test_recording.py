@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from checks import (at, block, causes, check, doubt, near, no_cause, no_note, not_verdict, note, nothing, verdict)
+from checks import (at, block, causes, check, doubt, near, no_cause, no_note, not_verdict, note, nothing, size, verdict)
 from make_run import (FAULTLESS, FAULTLESS_RUN, NOISE_m, NOISE_N, at_a_rate_that_changes, coarse_command, echoed, faultless,
                       in_parts, jittered_and_gapped, low_passed, missing_rows, moved_with_its_force, rippled,
                       stamped_in_ms, stamped_late, stamped_late_now_and_then, still, two_rows_late, unevenly_stamped, with_an_operator, with_another,
                       with_reports)
-from recipes import run_with
+from recipes import hidden, logged_late, run_with
 from table import Refused, Row, each
 
 
@@ -35,7 +35,7 @@ def error_as_with(told, velocity, is_same):
 
 STILL = "what is measured does not follow what should move it: a constant does as well"
 DEAD = [("robot", "robot_position_m", 5e-6), ("force", "force_N", 0.3)]
-OFF = {"late by two rows": two_rows_late, "with a ripple": rippled, "low-passed": low_passed}
+OFF = {"with a ripple": rippled, "low-passed": low_passed}
 
 ROWS = [
     Row("nothing wrong", FAULTLESS, nothing(), no_note("written in steps"), floor_is_known_as_white_noise_is()),
@@ -63,7 +63,18 @@ ROWS = [
     # --- reports that are off, where the force shows that the motion is not
     *[Row(f"reports {what}", faultless(with_reports, law=law), verdict("unknown"), at("block", "robot"), no_cause(),
           doubt("robot", "the reports are off, not the motion"), block("force", "nothing_detectable"),
-          slow=law is not two_rows_late) for what, law in OFF.items()],
+          slow=True) for what, law in OFF.items()],
+    # --- a column that the logger wrote late: two blocks say so, and a delay of the rig explains one of them only
+    Row("reports late by two rows", faultless(with_reports, law=two_rows_late), verdict("named"),
+        causes("log.robot_position_late"), size("robot_position_late_rows", near(2, abs=0.2))),
+    *[Row(f"{column} of hidden record {seed} logged {rows} rows late",
+          logged_late(record=hidden(seed=seed, effect="none"), column=column, rows=rows), causes(f"log.{name}_late"),
+          size(f"{name}_late_rows", near(rows, abs=0.2)), slow=(seed, rows) != (7001, 2))
+      for seed, rows in ((7001, 2), (7002, 3), (7003, 5))
+      for column, name in (("force_N", "force"), ("robot_position_m", "robot_position"), ("command_position_m", "command"))],
+    *[Row(f"{effect} is no late column", hidden(seed=7004, effect=effect, size="large"),
+          no_cause("log.force_late", "log.robot_position_late", "log.command_late"), slow=True)
+      for effect in ("sensor.delay", "sensor.lag", "robot.dead_time", "robot.lag")],
     Row("a motion that is off, of which reports and force tell", run_with(FAULTLESS_RUN | {"robot.dead_time_ms": 21}),
         verdict("named", "one_of"), causes("robot.dead_time"), slow=True),
     Row("an offset of the motion is no bias", faultless(moved_with_its_force), not_verdict("named"),
