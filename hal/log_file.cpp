@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "log_blocks.h"
 #include "rig/rig_file.h"
 
 namespace berth
@@ -14,6 +15,12 @@ namespace berth
 
 namespace
 {
+
+/* Long against the message that ends a block, short against a log. */
+constexpr std::int64_t block_bytes_min = 1 << 16;
+
+/* The owner writes, the group reads: a log shows what a rig does. */
+constexpr mode_t log_mode = 0640;
 
 /* Of a counter that one thread alone changes: no locked instruction. */
 void count(std::atomic<std::uint64_t> &counter)
@@ -67,7 +74,7 @@ log_file::log_file(const std::string &path, const log_header &header, std::size_
     if (path.empty()) {
         return;
     }
-    file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, log_mode);
     if (file_ < 0) {
         throw input_error(path + ": the log cannot be written (" + std::strerror(errno) +
                           "); choose another folder with --out");
@@ -75,6 +82,8 @@ log_file::log_file(const std::string &path, const log_header &header, std::size_
     const std::string bytes = ulog_header(header);
     if (write_all(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size())) {
         whole_bytes_ = static_cast<std::int64_t>(bytes.size());
+        block_sum_ = written_sum_;
+        seal(false);
     }
 }
 
@@ -82,6 +91,7 @@ log_file::~log_file()
 {
     drain();
     if (file_ >= 0) {
+        seal(true);
         close(file_);
     }
 }
@@ -111,6 +121,7 @@ void log_file::drain_if_due()
 
 bool log_file::write_all(const std::uint8_t *bytes, std::size_t size_bytes)
 {
+    written_sum_.add(bytes, size_bytes);
     while (size_bytes > 0) {
         const ssize_t written = write(file_, bytes, size_bytes);
         if (written < 0 && errno == EINTR) {
@@ -169,14 +180,53 @@ void log_file::drain()
     is_written = empty_ring(now.ring_bytes, is_written);
     if (is_written) {
         whole_bytes_ += size_bytes;
+        block_sum_ = written_sum_;
         reported_drops_ = drops;
     } else if (file_ >= 0) {
         unwritten_records_ += now.records - drained_records_;
-        if (ftruncate(file_, whole_bytes_) == 0) {
-            lseek(file_, whole_bytes_, SEEK_SET);
-        }
+        truncate();
     }
     drained_records_ = now.records;
+    if (file_ >= 0 && whole_bytes_ - block_begin_ >= block_bytes_min) {
+        seal(false);
+    }
+}
+
+/* Takes back what was not written whole. */
+void log_file::truncate()
+{
+    written_sum_ = block_sum_;
+    if (ftruncate(file_, whole_bytes_) == 0) {
+        lseek(file_, whole_bytes_, SEEK_SET);
+    }
+}
+
+/* Ends the block. Where the disk does not take the message, the block goes on. */
+void log_file::seal(bool is_last)
+{
+    if (whole_bytes_ == 0) {
+        return;
+    }
+    const std::string message =
+        block_message({static_cast<std::uint64_t>(block_begin_), block_sum_.value(), is_last});
+    if (write_all(reinterpret_cast<const std::uint8_t *>(message.data()), message.size())) {
+        whole_bytes_ += static_cast<std::int64_t>(message.size());
+        block_begin_ = whole_bytes_;
+        block_sum_ = written_sum_ = xxh64();
+    } else {
+        truncate();
+    }
+}
+
+void log_file::sync()
+{
+    if (file_ < 0 || whole_bytes_ == block_begin_) {
+        return;
+    }
+    seal(false);
+    if (fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) { /* a pipe or a device has no disk */
+        error_ = error_ != 0 ? error_ : errno;
+    }
 }
 
 } // namespace berth

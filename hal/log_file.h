@@ -1,5 +1,5 @@
-/* A ULog file: header and topics once, then whatever the ring holds. A disk that is full or gone costs records,
- * which are counted, never the run; the file always ends with a whole record.
+/* A ULog file: header and topics once, then whatever the ring holds, in blocks with checksums (log_blocks.h). A disk
+ * that is full or gone costs records, which are counted, never the run; the file always ends with a whole record.
  *
  * One thread may push while another drains: neither ever waits for the other. */
 #ifndef HAL_LOG_FILE_H
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "log_ring.h"
+#include "xxh64.h"
 
 namespace berth
 {
@@ -50,6 +51,9 @@ class log_file
     /* Brings all of it to the file. */
     void drain();
 
+    /* Ends the block and waits until the disk has what is in the file: a power cut cannot take it any more. */
+    void sync();
+
     std::uint64_t dropped_records() const { return refused_records_.load() + unwritten_records_; }
     const char *trouble() const; /* what failed first, or empty */
 
@@ -60,6 +64,8 @@ class log_file
         std::size_t ring_bytes; /* waiting, the last of these records included */
     };
 
+    void seal(bool is_last);
+    void truncate();
     bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);
     bool empty_ring(std::size_t size_bytes, bool is_written);
     progress pushed_so_far() const;
@@ -75,6 +81,9 @@ class log_file
     /* The draining thread's. */
     int file_ = -1;
     std::int64_t whole_bytes_ = 0; /* length of the file up to its last whole record */
+    std::int64_t block_begin_ = 0; /* of the block that has not ended yet */
+    xxh64 block_sum_;              /* of it, up to whole_bytes_ */
+    xxh64 written_sum_;            /* the same with what is being written */
     std::uint64_t drained_records_ = 0;
     std::uint64_t unwritten_records_ = 0; /* the file did not take them */
     std::uint64_t reported_drops_ = 0;

@@ -12,7 +12,7 @@ exec {lock}<"$0"
 flock "$lock" # apt-get does not wait for another one, as of `make -j`
 
 packages=(gcc g++ make pkg-config git python3 python3-venv libeigen3-dev libsundials-dev libtomlplusplus-dev
-    libcli11-dev nlohmann-json3-dev libtinyxml2-dev zlib1g-dev)
+    libcli11-dev nlohmann-json3-dev libtinyxml2-dev libxxhash-dev zlib1g-dev)
 # SUNDIALS 7 of Debian 13 is built with MPI, whose headers it wants.
 if grep -q '^VERSION_ID="13"' /etc/os-release; then
     packages+=(mpi-default-dev)

@@ -12,6 +12,7 @@ namespace
 /* At 400 Hz and 330 bytes a tick the ring bridges half a minute of a disk that does not answer. */
 constexpr std::size_t ring_bytes = std::size_t{1} << 22;
 constexpr std::chrono::milliseconds write_every{50};
+constexpr std::chrono::seconds sync_every{1}; /* what a power cut may cost */
 } // namespace
 
 log_writer::log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus)
@@ -27,9 +28,14 @@ log_writer::~log_writer()
 void log_writer::run()
 {
     std::unique_lock<std::mutex> lock(mutex_);
+    auto synced_at = std::chrono::steady_clock::now();
     while (!is_finishing_) {
         finish_wanted_.wait_for(lock, write_every);
         file_.drain();
+        if (const auto now = std::chrono::steady_clock::now(); now - synced_at >= sync_every) {
+            file_.sync();
+            synced_at = now;
+        }
     }
 }
 

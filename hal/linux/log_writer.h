@@ -1,4 +1,5 @@
-/* Brings the log to the disk in a thread of its own, at normal priority: the loop never waits for a disk. */
+/* Brings the log to the disk in a thread of its own, at normal priority: the loop never waits for a disk. A power
+ * cut costs the last second. */
 #ifndef HAL_LINUX_LOG_WRITER_H
 #define HAL_LINUX_LOG_WRITER_H
 

@@ -12,6 +12,7 @@
 #include "../../hal/rig/units.h"
 #include "../effects/effect.h"
 #include "commands.h"
+#include "log_condition.h"
 #include "log_result.h"
 #include "number.h"
 #include "python_script.h"
@@ -43,6 +44,7 @@ compared_run read_run(const std::string &path)
     compared_run run{log_of(path), {}, {}};
     log_state state;
     const run_result result = read_result(run.log, run.rig, state);
+    print_damage(run.log, state.condition, state.ticks);
     run.result = as_json(result, run.rig);
     return run;
 }

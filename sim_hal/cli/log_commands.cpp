@@ -4,6 +4,7 @@
 #include "../log/candump.h"
 #include "../log/replay.h"
 #include "commands.h"
+#include "log_condition.h"
 
 namespace berth
 {
@@ -24,7 +25,7 @@ static int exit_code_of(const replay_result &result)
     if (!result.is_equal) {
         return exit_different;
     }
-    return result.has_gap ? exit_incomplete : 0;
+    return result.has_gap || result.condition.damage ? exit_incomplete : 0;
 }
 
 int replay_command(const std::string &log, bool json)
@@ -34,12 +35,10 @@ int replay_command(const std::string &log, bool json)
         std::fprintf(stderr, "berth: %s: records are missing after tick %lld: replayed up to there\n", log.c_str(),
                      static_cast<long long>(result.tick));
     }
+    print_damage(log, result.condition, result.ticks);
     if (json) {
-        nlohmann::json object = {{"log", log},
-                                 {"equal", result.is_equal},
-                                 {"ticks", result.ticks},
-                                 {"cut", result.is_cut},
-                                 {"gap", result.has_gap}};
+        nlohmann::json object = as_json(result.condition);
+        object.update({{"log", log}, {"equal", result.is_equal}, {"ticks", result.ticks}, {"gap", result.has_gap}});
         if (!result.is_equal) {
             object["first_difference"] = {{"tick", result.tick},
                                           {"field", result.field},
@@ -53,11 +52,14 @@ int replay_command(const std::string &log, bool json)
         std::printf("%s: differs at tick %lld in %s: recorded %s, replayed %s\n", log.c_str(),
                     static_cast<long long>(result.tick), result.field.c_str(), result.recorded.c_str(),
                     result.replayed.c_str());
+        std::printf("%s\n", result.condition.has_checksums ? "the log is whole there: its checksums fit"
+                                                           : "the log has no checksums: damage may be the cause");
         return exit_different;
     }
     std::printf("%s: %lld ticks replayed, equal bit for bit\n", log.c_str(), static_cast<long long>(result.ticks));
-    if (result.is_cut) {
-        std::printf("the file is cut: replayed up to the last whole tick\n");
+    if (result.condition.is_cut) {
+        std::printf("the file is cut: replayed up to the last whole tick%s\n",
+                    time_of_end(result.condition).c_str());
     }
     return exit_code_of(result);
 }

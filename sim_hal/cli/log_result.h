@@ -2,6 +2,7 @@
 #ifndef SIM_HAL_CLI_LOG_RESULT_H
 #define SIM_HAL_CLI_LOG_RESULT_H
 
+#include "../log/log_damage.h"
 #include "run_result.h"
 
 namespace berth
@@ -9,7 +10,8 @@ namespace berth
 
 /* What a log tells beside the run's result. */
 struct log_state {
-    bool is_cut = false;
+    log_condition condition; /* read up to a cut or damage */
+    std::int64_t ticks = 0;
     std::int64_t missing_ticks = 0; /* not in the log, though the loop ran them */
 };
 

@@ -3,6 +3,7 @@
 #include "../hil/rig_record.h"
 #include "../log/ulog_reader.h"
 #include "commands.h"
+#include "log_condition.h"
 #include "log_result.h"
 #include "robot_choice.h"
 
@@ -12,6 +13,7 @@ namespace berth
 run_result read_result(const std::string &path, rig &rig, log_state &state)
 {
     ulog_reader log(path);
+    log.stop_at_damage();
     rig = log.recorded_rig();
     run_result result(rig);
     result.motors.is_told = log.knows_motors();
@@ -38,6 +40,7 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
             frames_of_tick = 0;
             state.missing_ticks += last.index - last.missed_ticks - next_index;
             next_index = last.index + 1;
+            state.ticks++;
         }
     }
     conclude(result, rig, last);
@@ -49,7 +52,7 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     }
     const auto recorded_version = log.infos().find("ver_sw");
     result.version = recorded_version != log.infos().end() ? recorded_version->second : "unknown";
-    state.is_cut = log.is_cut();
+    state.condition = log.condition();
     return result;
 }
 
@@ -86,22 +89,28 @@ int summary_command(const std::string &path, bool json)
     rig rig;
     log_state state;
     const run_result result = read_result(path, rig, state);
+    constexpr int exit_damaged = 2;
+    const int exit_code = state.condition.damage ? exit_damaged : 0;
+    print_damage(path, state.condition, state.ticks);
     if (json) {
         nlohmann::json object = as_json(result, rig);
-        object["cut"] = state.is_cut;
         object["missing_ticks"] = state.missing_ticks;
+        object.update(as_json(state.condition));
         object["envelope"] = envelope_as_json(result, config_period_s(&rig.firmware));
         print_json(object);
-        return 0;
+        return exit_code;
     }
     print_summary(result, rig);
-    if (state.is_cut) {
-        std::printf("the file is cut: told up to the last whole tick\n");
+    if (state.condition.is_cut) {
+        std::printf("the file is cut: told up to the last whole tick%s\n", time_of_end(state.condition).c_str());
+    }
+    if (!state.condition.has_checksums) {
+        std::printf("the log has no checksums: nobody can know whether it is damaged\n");
     }
     if (state.missing_ticks > 0) {
         std::printf("%lld ticks are missing in the log\n", static_cast<long long>(state.missing_ticks));
     }
-    return 0;
+    return exit_code;
 }
 
 } // namespace berth

@@ -121,6 +121,7 @@ bool read_tick(ulog_reader &log, recorded_tick &tick)
 replay_result replay_log(const std::string &path)
 {
     ulog_reader log(path);
+    log.stop_at_damage();
     const rig rig = log.recorded_rig();
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &rig.firmware);
@@ -145,7 +146,7 @@ replay_result replay_log(const std::string &path)
         compare_frames(result, tick.sent, out);
         result.ticks += result.is_equal;
     }
-    result.is_cut = log.is_cut();
+    result.condition = log.condition();
     return result;
 }
 

@@ -5,14 +5,16 @@
 #include <cstdint>
 #include <string>
 
+#include "log_damage.h"
+
 namespace berth
 {
 
 struct replay_result {
     std::int64_t ticks = 0; /* replayed and equal */
     bool is_equal = true;
-    bool is_cut = false;
-    bool has_gap = false; /* records are missing: replayed up to there */
+    bool has_gap = false;    /* records are missing: replayed up to there */
+    log_condition condition; /* of the file: replayed up to a cut or damage */
     /* The first difference: */
     std::int64_t tick = 0;
     std::string field;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "../../hal/log_blocks.h"
 #include "../../hal/rig/given.h"
 #include "../../hal/rig/rig_file.h"
 #include "../hil/rig_record.h"
@@ -13,8 +14,6 @@ namespace berth
 namespace
 {
 
-constexpr std::size_t file_header_bytes = 16;
-constexpr std::size_t message_header_bytes = 3;
 /* Of the format: log_file writes the first six; those after them (several infos, parameters and their defaults,
  * texts, sync marks, ends of subscriptions) are passed over. */
 constexpr std::string_view known_messages = "BFIADOMPQLCSR";
@@ -67,10 +66,26 @@ std::string printable_name(std::string_view text)
 ulog_reader::ulog_reader(const std::string &path) : path_(path)
 {
     bytes_ = read_file(path);
-    if (bytes_.size() < file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
+    whole_bytes_ = bytes_.size();
+    if (bytes_.size() < ulog_file_header_bytes || bytes_.compare(0, 7, "ULog\x01\x12\x35") != 0) {
         throw input_error(path + ": is not a ULog file; `berth run` writes them, their names end in .ulg");
     }
+    check_whole();
     read_header();
+}
+
+/* Leaves of the file what can be read. */
+void ulog_reader::check_whole()
+{
+    const log_check check = check_blocks(bytes_);
+    condition_ = condition_of(bytes_, check);
+    if (check.has_blocks) {
+        whole_bytes_ = check.readable_bytes;
+    }
+    if (condition_.damage && whole_bytes_ == 0) {
+        throw input_error(path_ + ": is damaged in its header, before byte " +
+                          std::to_string(condition_.damage->bytes.to_byte) + ": without it no record can be read");
+    }
 }
 
 void ulog_reader::fail_damaged(std::size_t at_byte) const
@@ -81,20 +96,20 @@ void ulog_reader::fail_damaged(std::size_t at_byte) const
 bool ulog_reader::next_message(char &type, std::string_view &content)
 {
     std::uint16_t size = 0;
-    const std::size_t left = bytes_.size() - at_;
-    if (left >= message_header_bytes) {
+    const std::size_t left = whole_bytes_ - at_;
+    if (left >= ulog_message_header_bytes) {
         std::memcpy(&size, bytes_.data() + at_, sizeof size);
     }
-    if (left < message_header_bytes + size) {
-        is_cut_ = is_cut_ || left > 0;
+    if (left < ulog_message_header_bytes + size) {
+        condition_.is_cut = condition_.is_cut || left > 0;
         return false;
     }
     type = bytes_[at_ + 2];
     if (known_messages.find(type) == std::string_view::npos) {
         fail_damaged(at_);
     }
-    content = std::string_view(bytes_).substr(at_ + message_header_bytes, size);
-    at_ += message_header_bytes + size;
+    content = std::string_view(bytes_).substr(at_ + ulog_message_header_bytes, size);
+    at_ += ulog_message_header_bytes + size;
     return true;
 }
 
@@ -169,7 +184,7 @@ void ulog_reader::refuse_other_program()
 
 void ulog_reader::read_header()
 {
-    at_ = file_header_bytes;
+    at_ = ulog_file_header_bytes;
     char type = 0;
     std::string_view content;
     std::set<std::string_view> formats;
@@ -212,7 +227,7 @@ bool ulog_reader::next_data(data_message &data)
     char type = 0;
     std::string_view content;
     while (next_message(type, content)) {
-        const std::size_t at_byte = at_ - content.size() - message_header_bytes;
+        const std::size_t at_byte = at_ - content.size() - ulog_message_header_bytes;
         has_dropouts_ = has_dropouts_ || type == 'O';
         if (type == 'A') {
             take_subscription(content, at_byte);
@@ -261,6 +276,9 @@ bool ulog_reader::next(std::uint16_t &id, std::string_view &record)
         record = tick_->record;
         tick_.reset();
         return true;
+    }
+    if (condition_.damage && !stops_at_damage_) {
+        throw input_error(path_ + ": " + text_of(*condition_.damage));
     }
     return false;
 }

@@ -1,17 +1,34 @@
 /* One thread pushes, another drains, on a disk that is full now and then: each record is in the file whole and in
  * order, or counted as dropped. */
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <thread>
 
+#include "../../hal/linux/log_writer.h"
+#include "../../hal/log_blocks.h"
 #include "../../hal/log_file.h"
 #include "../../sim_hal/hil/random.h"
 #include "../support/files.h"
 #include "../support/seed.h"
+
+namespace
+{
+std::atomic<int> syncs{0};
+}
+
+/* In the place of the C library's. */
+extern "C" int fdatasync(int file)
+{
+    syncs++;
+    return static_cast<int>(syscall(SYS_fdatasync, file));
+}
 
 namespace berth
 {
@@ -107,6 +124,28 @@ TEST_CASE("log: two threads and a disk that fills up: every record is in the fil
     CHECK(found.count > rounds / 4);
     CHECK(dropped > 0);
     CHECK(found.count + dropped == pushes.load());
+}
+
+TEST_CASE("log: a second after it was pushed a record is on the disk, in a block with its checksum")
+{
+    const temporary_folder folder;
+    const std::string path = folder / "log.ulg";
+    cpu_set_t cpus;
+    sched_getaffinity(0, sizeof cpus, &cpus);
+    log_writer log(path, {{}, {{0, "numbered", "numbered:uint32_t number;"}}}, cpus);
+    const std::string record = record_of(1, 100);
+    const int before = syncs;
+    REQUIRE(log.push(record.data(), record.size()));
+    for (int waited_ms = 0; syncs == before && waited_ms < 20000; waited_ms += 10) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    CHECK(syncs > before);
+    const std::string file = read_bytes(path);
+    const log_check check = check_blocks(file);
+    CHECK(records_in(file).count == 1);
+    CHECK(check.whole_byte == file.size());
+    CHECK_FALSE(check.is_ended);
+    log.finish();
 }
 
 } // namespace berth

@@ -55,7 +55,7 @@ int replay(const char *log)
                     static_cast<long long>(result.tick), result.field.c_str());
     }
     std::printf("}\n");
-    return result.is_equal ? 2 * static_cast<int>(result.has_gap) : 1;
+    return result.is_equal ? 2 * static_cast<int>(result.has_gap || result.condition.damage) : 1;
 }
 
 } // namespace

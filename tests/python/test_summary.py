@@ -4,10 +4,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from conftest import ulog_messages
 
 BERTH = Path(__file__).resolve().parents[2] / "build" / "berth"
 OF_THE_RUN_ONLY = {"speed_x_realtime", "dropped_records"}
-OF_THE_LOG_ONLY = {"cut", "missing_ticks", "envelope"}
+OF_THE_LOG_ONLY = {"cut", "damage", "missing_ticks", "envelope"}
 NOISY = ["sensor.noise_N=2", "sensor.stale_probability=0.01", "bus.loss_probability=0.01",
          "bus.error_probability=0.002", "run.duration_s=30"]
 CASES = {
@@ -47,7 +48,7 @@ def test_summary_agrees_with_run(tmp_path, case):
     assert set(again) - set(told) == OF_THE_LOG_ONLY
     for key in set(told) & set(again):
         assert again[key] == told[key], key
-    assert again["cut"] is False and again["missing_ticks"] == 0
+    assert again["cut"] is False and again["damage"] is None and again["missing_ticks"] == 0
 
 
 def test_envelope_lies_on_the_fit(tmp_path):
@@ -67,7 +68,8 @@ def test_envelope_lies_on_the_fit(tmp_path):
 def test_cut_log_is_told_up_to_the_cut(tmp_path):
     log, told = run(tmp_path, "ess", ["run.duration_s=10"])
     content = log.read_bytes()
-    log.write_bytes(content[:-1])
+    last_record = [message for message in ulog_messages(content) if message.type == "D"][-1]
+    log.write_bytes(content[:last_record.end - 1])
     again = summary(log)
     assert again["cut"] is True
     assert again["ticks"] == told["ticks"] - 1

@@ -164,7 +164,7 @@ record read_log(const std::string &path, const rig &rig, bool may_be_still)
             rows.add(record_as<tick_record>(bytes));
         }
     }
-    if (log.is_cut() || log.has_dropouts()) {
+    if (log.condition().is_cut || log.has_dropouts()) {
         rows.made.notes.push_back("the log is not complete");
     }
     return rows.finish(rig, may_be_still);

@@ -1,0 +1,47 @@
+#include "log_condition.h"
+
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+namespace berth
+{
+
+static nlohmann::json or_null(const std::optional<double> &time_s)
+{
+    return time_s ? nlohmann::json(*time_s) : nlohmann::json();
+}
+
+nlohmann::json as_json(const log_condition &condition)
+{
+    nlohmann::json object = {{"checksums", condition.has_checksums},
+                             {"cut", condition.is_cut},
+                             {"damage", nullptr},
+                             {"whole_until_s", or_null(condition.whole_until_s)}};
+    if (const auto &damage = condition.damage) {
+        object["damage"] = {{"from_byte", damage->bytes.from_byte},
+                            {"to_byte", damage->bytes.to_byte},
+                            {"from_s", or_null(damage->from_s)},
+                            {"to_s", or_null(damage->to_s)}};
+    }
+    return object;
+}
+
+void print_damage(const std::string &log, const log_condition &condition, std::int64_t ticks)
+{
+    if (condition.damage) {
+        std::fprintf(stderr, "berth: %s: %s; what is before that is whole: %lld ticks\n", log.c_str(),
+                     text_of(*condition.damage).c_str(), static_cast<long long>(ticks));
+    }
+}
+
+std::string time_of_end(const log_condition &condition)
+{
+    char text[40] = "";
+    if (condition.whole_until_s) {
+        std::snprintf(text, sizeof text, ", at %.4f s", *condition.whole_until_s);
+    }
+    return text;
+}
+
+} // namespace berth
