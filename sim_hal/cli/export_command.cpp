@@ -14,7 +14,10 @@ int export_command(const export_arguments &arguments)
         throw input_error("export: says no format; give --csv, --parquet or --mcap, or several of them");
     }
     const std::string log = log_of(arguments.log);
-    ulog_reader readable(log); /* refuses a log that cannot be read, before Python is started */
+    const ulog_reader readable(log); /* refuses a log that cannot be read, before Python is started */
+    if (const auto &damage = readable.condition().damage) {
+        throw input_error(log + ": " + text_of(*damage));
+    }
     std::vector<std::string> words = {log};
     for (const auto &[is_wanted, word] :
          {std::pair(arguments.csv, "--csv"), {arguments.parquet, "--parquet"}, {arguments.mcap, "--mcap"}}) {

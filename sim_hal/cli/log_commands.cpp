@@ -20,6 +20,16 @@ void print_json(const nlohmann::json &object)
     std::printf("%s\n", object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
 }
 
+/* Whether damage may be the cause of a difference. */
+static const char *about_damage(const log_condition &condition)
+{
+    if (!condition.has_checksums) {
+        return "the log has no checksums: damage may be the cause";
+    }
+    return condition.is_cut ? "the log is cut: damage behind its last checksum may be the cause"
+                            : "the log is not damaged there: its checksums fit";
+}
+
 static int exit_code_of(const replay_result &result)
 {
     if (!result.is_equal) {
@@ -52,8 +62,7 @@ int replay_command(const std::string &log, bool json)
         std::printf("%s: differs at tick %lld in %s: recorded %s, replayed %s\n", log.c_str(),
                     static_cast<long long>(result.tick), result.field.c_str(), result.recorded.c_str(),
                     result.replayed.c_str());
-        std::printf("%s\n", result.condition.has_checksums ? "the log is whole there: its checksums fit"
-                                                           : "the log has no checksums: damage may be the cause");
+        std::printf("%s\n", about_damage(result.condition));
         return exit_different;
     }
     std::printf("%s: %lld ticks replayed, equal bit for bit\n", log.c_str(), static_cast<long long>(result.ticks));
