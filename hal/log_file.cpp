@@ -42,6 +42,11 @@ std::string info(const std::string &key, const std::string &text)
     return std::string(1, static_cast<char>(typed_key.size())) + typed_key + text;
 }
 
+int open_log(const std::string &path)
+{
+    return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, log_mode);
+}
+
 std::string subscription(const log_topic &topic)
 {
     std::string content(1, '\0'); /* multi id */
@@ -74,11 +79,16 @@ log_file::log_file(const std::string &path, const log_header &header, std::size_
     if (path.empty()) {
         return;
     }
-    file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, log_mode);
+    file_ = open_log(path);
     if (file_ < 0) {
         throw input_error(path + ": the log cannot be written (" + std::strerror(errno) +
                           "); choose another folder with --out");
     }
+    write_header(header);
+}
+
+void log_file::write_header(const log_header &header)
+{
     const std::string bytes = ulog_header(header);
     if (write_all(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size())) {
         whole_bytes_ = static_cast<std::int64_t>(bytes.size());
@@ -94,6 +104,23 @@ log_file::~log_file()
         seal(true);
         close(file_);
     }
+}
+
+bool log_file::begin_part(const std::string &path, const log_header &header)
+{
+    const int next = open_log(path);
+    if (next < 0) {
+        error_ = error_ != 0 ? error_ : errno;
+        return false;
+    }
+    seal(true);
+    sync_to_disk();
+    close(file_);
+    file_ = next;
+    whole_bytes_ = block_begin_ = 0;
+    block_sum_ = written_sum_ = xxh64();
+    write_header(header);
+    return true;
 }
 
 bool log_file::push(const void *bytes, std::size_t size_bytes)
@@ -224,6 +251,11 @@ void log_file::sync()
         return;
     }
     seal(false);
+    sync_to_disk();
+}
+
+void log_file::sync_to_disk()
+{
     if (fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) { /* a pipe or a device has no disk */
         error_ = error_ != 0 ? error_ : errno;
     }

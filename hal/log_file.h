@@ -28,6 +28,9 @@ struct log_header {
     std::vector<log_topic> topics;
 };
 
+/* Of the second and each later file of one run: its number. */
+constexpr const char *log_part_key = "berth_part";
+
 /* The bytes that a ULog file starts with. */
 std::string ulog_header(const log_header &header);
 
@@ -54,6 +57,12 @@ class log_file
     /* Ends the block and waits until the disk has what is in the file: a power cut cannot take it any more. */
     void sync();
 
+    /* Ends the file, which the caller has renamed, and goes on in a new one. For the draining thread, after drain().
+     * False: there can be none, and the earlier one goes on. */
+    bool begin_part(const std::string &path, const log_header &header);
+
+    std::int64_t file_bytes() const { return whole_bytes_; } /* for the draining thread */
+
     std::uint64_t dropped_records() const { return refused_records_.load() + unwritten_records_; }
     const char *trouble() const; /* what failed first, or empty */
 
@@ -64,6 +73,8 @@ class log_file
         std::size_t ring_bytes; /* waiting, the last of these records included */
     };
 
+    void write_header(const log_header &header);
+    void sync_to_disk();
     void seal(bool is_last);
     void truncate();
     bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);

@@ -245,7 +245,7 @@ hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc,
       lines(berth::wiring(wanted, given)), real_time(wanted.target),
       may_move(real_time.is_real_time() || given.without_realtime),
       log(given.log_path.empty() ? wanted.target.log_path : given.log_path,
-          berth::header_of(wanted, given, real_time, buses), real_time.other_cpus()),
+          berth::header_of(wanted, given, real_time, buses), real_time.other_cpus(), given.rotation),
       watchdog(wanted.target.watchdog_device, ticks, real_time.other_cpus()),
       end_ns(given.until_stopped || wanted.run.duration_s > 9e9 ? INT64_MAX - berth::rest_within_ns
                                                                 : ns_from_ms(1e3 * wanted.run.duration_s)),

@@ -1,5 +1,6 @@
 #include "log_writer.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "thread.h"
@@ -15,8 +16,25 @@ constexpr std::chrono::milliseconds write_every{50};
 constexpr std::chrono::seconds sync_every{1}; /* what a power cut may cost */
 } // namespace
 
-log_writer::log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus)
-    : file_(path, header, ring_bytes), thread_(start_thread("log", cpus, [this] { run(); }))
+namespace
+{
+
+/* Before the new file takes the name. */
+const std::string &with_room(const std::string &path, const log_rotation &rotation)
+{
+    if (rotation.is_on() && !path.empty()) {
+        shelve_log(path);
+        make_room(path, rotation);
+    }
+    return path;
+}
+
+} // namespace
+
+log_writer::log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus,
+                       const log_rotation &rotation)
+    : path_(path), header_(header), rotation_(path.empty() ? log_rotation{} : rotation),
+      file_(with_room(path, rotation), header, ring_bytes), thread_(start_thread("log", cpus, [this] { run(); }))
 {
 }
 
@@ -27,16 +45,41 @@ log_writer::~log_writer()
 
 void log_writer::run()
 {
+    using clock = std::chrono::steady_clock;
     std::unique_lock<std::mutex> lock(mutex_);
-    auto synced_at = std::chrono::steady_clock::now();
+    auto synced_at = clock::now();
+    auto part_began = synced_at;
+    if (!path_.empty()) {
+        sync_folder_of(path_);
+    }
     while (!is_finishing_) {
         finish_wanted_.wait_for(lock, write_every);
         file_.drain();
-        if (const auto now = std::chrono::steady_clock::now(); now - synced_at >= sync_every) {
+        const auto now = clock::now();
+        if (now - synced_at >= sync_every) {
             file_.sync();
             synced_at = now;
         }
+        if (rotation_.is_due(file_.file_bytes(), std::chrono::duration<double>(now - part_began).count())) {
+            begin_part();
+            part_began = now;
+        }
     }
+}
+
+/* A part that cannot be begun ends the rotation: the file that is there goes on. */
+void log_writer::begin_part()
+{
+    header_.infos.erase(std::remove_if(header_.infos.begin(), header_.infos.end(),
+                                       [](const auto &info) { return info.first == log_part_key; }),
+                        header_.infos.end());
+    header_.infos.emplace_back(log_part_key, std::to_string(++part_));
+    if (!shelve_log(path_) || !file_.begin_part(path_, header_)) {
+        rotation_ = {};
+        return;
+    }
+    make_room(path_, rotation_);
+    sync_folder_of(path_);
 }
 
 void log_writer::finish()

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "../log_file.h"
+#include "log_rotation.h"
 
 namespace berth
 {
@@ -17,8 +18,10 @@ namespace berth
 class log_writer
 {
   public:
-    /* Throws input_error if the file cannot be made. Its thread runs on `cpus`. */
-    log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus);
+    /* Throws input_error if the file cannot be made. Its thread runs on `cpus`. With a rotation, a file of this name
+     * that is there stays, with a number. */
+    log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus,
+               const log_rotation &rotation = {});
     ~log_writer();
 
     /* For the loop. */
@@ -31,7 +34,12 @@ class log_writer
 
   private:
     void run();
+    void begin_part();
 
+    std::string path_;
+    log_header header_;
+    log_rotation rotation_;
+    int part_ = 1;
     log_file file_;
     std::mutex mutex_;
     std::condition_variable finish_wanted_;

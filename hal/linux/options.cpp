@@ -29,6 +29,18 @@ target_options parse_options(int argc, char **argv)
                  "no CAN and no lines, so no motion: only the loop's timing");
     app.add_flag("--until-stopped", options.until_stopped,
                  "go on after run.duration_s, until SIGTERM, SIGINT or SIGHUP");
+    app.add_option("--rotate-MB", options.rotation.part_MB,
+                   "begin a new log file at this size; the earlier ones get numbers, as LOG.1.ulg")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MB");
+    app.add_option("--rotate-h", options.rotation.part_h, "begin a new log file at this age")
+        ->check(CLI::PositiveNumber)
+        ->type_name("HOURS");
+    app.add_option("--keep-MB", options.rotation.total_MB,
+                   "remove the oldest numbered log files beyond this size of all; needs --rotate-MB")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MB")
+        ->needs("--rotate-MB");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {
@@ -37,6 +49,9 @@ target_options parse_options(int argc, char **argv)
         }
         app.exit(error);
         options.is_done = true;
+    }
+    if (options.rotation.total_MB > 0.0 && options.rotation.total_MB < 2.0 * options.rotation.part_MB) {
+        throw input_error(std::string(argv[0]) + ": --keep-MB is less than two files of --rotate-MB; give more");
     }
     return options;
 }

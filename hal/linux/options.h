@@ -5,12 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "log_rotation.h"
+
 namespace berth
 {
 
 struct target_options {
     std::string rig;
     std::string log_path;
+    log_rotation rotation;
     std::vector<std::string> overrides;
     std::string jitter_path; /* empty: none */
     bool check_only = false;

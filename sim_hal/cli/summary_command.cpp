@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "../../hal/log_file.h"
 #include "../hil/rig_record.h"
 #include "../log/ulog_reader.h"
 #include "commands.h"
@@ -23,6 +24,7 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
     std::int64_t frames_received = 0;
     std::int64_t frames_of_tick = 0; /* they come before it */
     std::int64_t next_index = 0;
+    const bool is_later_part = log.infos().count(log_part_key) != 0;
     std::uint16_t id = 0;
     std::string_view bytes;
     while (log.next(id, bytes)) {
@@ -38,6 +40,9 @@ run_result read_result(const std::string &path, rig &rig, log_state &state)
             spring_force_N.reset();
             frames_received += frames_of_tick;
             frames_of_tick = 0;
+            if (state.ticks == 0 && is_later_part) {
+                next_index = last.index - last.missed_ticks;
+            }
             state.missing_ticks += last.index - last.missed_ticks - next_index;
             next_index = last.index + 1;
             state.ticks++;

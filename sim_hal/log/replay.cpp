@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../../firmware/app.h"
+#include "../../hal/log_file.h"
 #include "../../hal/rig/rig_file.h"
 #include "ulog_reader.h"
 
@@ -122,6 +123,12 @@ replay_result replay_log(const std::string &path)
 {
     ulog_reader log(path);
     log.stop_at_damage();
+    if (const auto part = log.infos().find(log_part_key); part != log.infos().end()) {
+        throw input_error(
+            path + ": is part " + part->second +
+            " of a run: the state in which it begins is not in it; replay the first part, which is the "
+            "file of the run with the smallest number");
+    }
     const rig rig = log.recorded_rig();
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &rig.firmware);

@@ -84,6 +84,15 @@ found_records records_in(const std::string &file)
     return found;
 }
 
+cpu_set_t all_cpus()
+{
+    cpu_set_t cpus;
+    sched_getaffinity(0, sizeof cpus, &cpus);
+    return cpus;
+}
+
+const log_header numbered{{}, {{0, "numbered", "numbered:uint32_t number;"}}};
+
 } // namespace
 
 TEST_CASE("log: two threads and a disk that fills up: every record is in the file or counted")
@@ -130,9 +139,7 @@ TEST_CASE("log: a second after it was pushed a record is on the disk, in a block
 {
     const temporary_folder folder;
     const std::string path = folder / "log.ulg";
-    cpu_set_t cpus;
-    sched_getaffinity(0, sizeof cpus, &cpus);
-    log_writer log(path, {{}, {{0, "numbered", "numbered:uint32_t number;"}}}, cpus);
+    log_writer log(path, numbered, all_cpus());
     const std::string record = record_of(1, 100);
     const int before = syncs;
     REQUIRE(log.push(record.data(), record.size()));
@@ -143,9 +150,77 @@ TEST_CASE("log: a second after it was pushed a record is on the disk, in a block
     const std::string file = read_bytes(path);
     const log_check check = check_blocks(file);
     CHECK(records_in(file).count == 1);
-    CHECK(check.whole_byte == file.size());
+    CHECK(check.readable_bytes == file.size());
+    CHECK(check.has_blocks);
     CHECK_FALSE(check.is_ended);
+    CHECK_FALSE(check.damage);
     log.finish();
+}
+
+TEST_CASE("log: rotation by size and age: no record is lost between two files, and the oldest files go")
+{
+    constexpr std::uint32_t records = 300;
+    constexpr std::size_t record_bytes = 1000;
+    const struct {
+        const char *name;
+        log_rotation rotation;
+        int files_min; /* the one that is written last included */
+        int files_max;
+    } cases[] = {
+        {"no rotation", {0.0, 0.0, 0.0}, 1, 1},
+        {"size", {0.05, 0.0, 0.0}, 3, 8},
+        {"age", {0.0, 0.1 / 3600.0, 0.0}, 3, 1000},
+        {"size, with a cap", {0.05, 0.0, 0.16}, 2, 3},
+    };
+    for (const auto &row : cases) {
+        CAPTURE(row.name);
+        const temporary_folder folder;
+        std::ofstream(folder / "log.ulg") << "of an earlier run";
+        std::ofstream(folder / "log.other.ulg") << "no log of ours";
+        {
+            log_writer log(folder / "log.ulg", numbered, all_cpus(), row.rotation);
+            for (std::uint32_t number = 0; number < records; number++) {
+                const std::string record = record_of(number, record_bytes - 9);
+                REQUIRE(log.push(record.data(), record.size()));
+                std::this_thread::sleep_for(std::chrono::milliseconds(4));
+            }
+            log.finish();
+            CHECK(log.file().dropped_records() == 0);
+        }
+        std::string all(16, '\0');
+        int files = 0;
+        double bytes = 0.0;
+        const auto add = [&](const std::string &name) {
+            const std::string file = read_bytes(folder / name);
+            if (file.size() > 16 && file.compare(0, 4, "ULog") == 0) {
+                const log_check check = check_blocks(file);
+                CHECK(check.is_ended);
+                CHECK_FALSE(check.damage);
+                CHECK((file.find(log_part_key) != std::string::npos) == (files > 0 || row.rotation.total_MB > 0.0));
+                all += file.substr(16);
+                files++;
+            }
+            bytes += static_cast<double>(file.size());
+        };
+        const bool is_rotated = row.rotation.is_on();
+        CHECK(read_bytes(folder / "log.1.ulg") ==
+              (is_rotated && row.rotation.total_MB == 0.0 ? "of an earlier run" : ""));
+        for (int number = 2; number < 1100; number++) {
+            add("log." + std::to_string(number) + ".ulg");
+        }
+        add("log.ulg");
+        CHECK(files >= row.files_min);
+        CHECK(files <= row.files_max);
+        CHECK(read_bytes(folder / "log.other.ulg") == "no log of ours");
+        const found_records found = records_in(all);
+        CHECK(found.are_whole_and_in_order);
+        if (row.rotation.total_MB > 0.0) {
+            CHECK(bytes <= 1e6 * row.rotation.total_MB);
+            CHECK(found.count < records);
+        } else {
+            CHECK(found.count == records);
+        }
+    }
 }
 
 } // namespace berth

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import resource
 import shutil
 import signal
@@ -156,6 +157,67 @@ def test_sigterm_is_an_orderly_stop(tmp_path):
     ticks = ULog(str(tmp_path / "log.ulg")).get_dataset("tick").data
     assert ticks["stop"][-1] == 1
     assert not ticks["stop"][: len(ticks["stop"]) - 3].any()
+
+
+def of_log(subcommand, log, exit_code=EXIT_DONE):
+    done = command(subcommand, log, "--json")
+    assert done.returncode == exit_code, done.stdout + done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_a_killed_loop_leaves_a_log_that_is_whole_up_to_2_s_before(seed, tmp_path):
+    """A kill loses what the program has not handed over; what a power cut loses beside that, fdatasync bounds."""
+    log = tmp_path / "log.ulg"
+    process = subprocess.Popen([TARGET, "ess", log, "--without-buses", "--until-stopped"], stdout=subprocess.DEVNULL)
+    deadline_s = time.monotonic() + TIMEOUT_s
+    while not log.exists() or b"D\0\0" not in log.read_bytes():  # the first tick
+        assert process.poll() is None and time.monotonic() < deadline_s
+        time.sleep(0.01)
+    began_s = time.monotonic()
+    time.sleep(random.Random(seed).uniform(1.5, 3.5))
+    ran_s = time.monotonic() - began_s
+    process.kill()
+    process.wait()
+    told = of_log("summary", log)
+    assert told["cut"] and told["checksums"] and told["damage"] is None
+    assert told["whole_until_s"] > ran_s - 2
+    assert of_log("replay", log)["equal"]
+
+
+def test_the_log_goes_on_in_further_files_and_the_oldest_go(tmp_path):
+    log = tmp_path / "run.ulg"
+    log.write_bytes(b"of an earlier run")
+    done = target("ess", log, "--without-buses", "--rotate-MB", "0.05", "--keep-MB", "0.3",
+                  *settings({"run.duration_s": 4}))
+    assert done.returncode == EXIT_DONE and b"0 not recorded" in done.stdout, done.stderr
+    parts = sorted(tmp_path.glob("run.*.ulg"), key=lambda path: int(path.name.split(".")[1])) + [log]
+    assert not (tmp_path / "run.1.ulg").exists()
+    assert 3 <= len(parts) <= 6 and sum(path.stat().st_size for path in parts) <= 0.3e6
+    ends = []
+    for part in parts:
+        assert part.stat().st_mode & 0o777 & ~0o640 == 0
+        told = of_log("summary", part)
+        assert told["checksums"] and not told["cut"] and told["damage"] is None and told["missing_ticks"] == 0
+        ticks = ULog(str(part)).get_dataset("tick").data
+        ends.append((ticks["index"][0] - ticks["missed_ticks"][0], ticks["index"][-1] + 1))
+        refused = command("replay", part)
+        assert refused.returncode == EXIT_INPUT and b"of a run: the state in which it begins" in refused.stderr
+    assert all(before[1] == after[0] for before, after in zip(ends, ends[1:]))
+
+
+def test_the_first_of_several_files_replays(tmp_path):
+    done = target("ess", tmp_path / "run.ulg", "--without-buses", "--rotate-MB", "0.05",
+                  *settings({"run.duration_s": 2}))
+    assert done.returncode == EXIT_DONE, done.stderr
+    assert of_log("replay", tmp_path / "run.1.ulg")["ticks"] > 100
+
+
+@pytest.mark.parametrize("options", [("--rotate-MB", "0"), ("--rotate-h", "-1"), ("--keep-MB", "100"),
+                                     ("--rotate-MB", "100", "--keep-MB", "150")])
+def test_a_rotation_that_cannot_be_is_refused(options, tmp_path):
+    done = target("ess", tmp_path / "run.ulg", "--without-buses", *options)
+    assert done.returncode == EXIT_INPUT and done.stderr.count(b"\n") == 1 and options[-2].encode() in done.stderr
 
 
 @pytest.mark.parametrize("option, stamp", [((), "refused"), (("--without-realtime",), "allowed by option")])

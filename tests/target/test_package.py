@@ -144,4 +144,4 @@ def test_removal_stops_the_loop_in_order_and_leaves_configuration_and_logs(packa
     check_stopped_in_order(package, "removed")
     assert package.lines("removed.files") == CONFIGURATION
     assert package.lines("purged.files") == []
-    assert {"run.ulg", "earlier.ulg", "earlier.ulg.~1~"} <= set(package.lines("logs"))
+    assert {"run.ulg", "run.1.ulg", "run.2.ulg"} <= set(package.lines("logs"))
