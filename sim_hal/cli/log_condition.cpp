@@ -21,8 +21,8 @@ nlohmann::json as_json(const log_condition &condition)
     if (const auto &damage = condition.damage) {
         object["damage"] = {{"from_byte", damage->bytes.from_byte},
                             {"to_byte", damage->bytes.to_byte},
-                            {"from_s", or_null(damage->from_s)},
-                            {"to_s", or_null(damage->to_s)}};
+                            {"last_whole_s", or_null(damage->last_whole_s)},
+                            {"whole_again_s", or_null(damage->whole_again_s)}};
     }
     return object;
 }

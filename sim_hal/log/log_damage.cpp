@@ -69,8 +69,8 @@ log_condition condition_of(std::string_view file, const log_check &check)
 
 std::string text_of(const log_damage &damage)
 {
-    const std::string times =
-        time_text(", after", damage.from_s) + time_text(damage.from_s ? " and before" : ", before", damage.to_s);
+    const std::string times = time_text(", after", damage.last_whole_s) +
+                              time_text(damage.last_whole_s ? " and before" : ", before", damage.whole_again_s);
     return "is damaged between byte " + std::to_string(damage.bytes.from_byte) + " and byte " +
            std::to_string(damage.bytes.to_byte) + times;
 }

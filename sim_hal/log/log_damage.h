@@ -12,9 +12,9 @@ namespace berth
 {
 
 struct log_damage {
-    byte_range bytes;             /* somewhere in these; all before them is whole */
-    std::optional<double> from_s; /* the last tick before it; none: there is no tick */
-    std::optional<double> to_s;   /* the first whole tick behind it; none: there is no whole block */
+    byte_range bytes;                    /* somewhere in these; all before them is whole */
+    std::optional<double> last_whole_s;  /* the last tick before it; none: there is no tick */
+    std::optional<double> whole_again_s; /* the first whole tick behind it; none: there is no whole block */
 };
 
 /* How much of a log can be read. */
