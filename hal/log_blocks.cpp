@@ -35,13 +35,16 @@ struct seal {
     bool is_last = false;
 };
 
-seal read_seal(std::string_view file, std::size_t at)
+/* No block begins before the message that ended the one before, at `begin_min`: so each byte is summed once at most,
+ * whatever a file claims. */
+seal read_seal(std::string_view file, std::size_t at, std::size_t begin_min)
 {
     seal seal{at, at + block_message_bytes};
     const std::string_view message = file.substr(at, block_message_bytes);
     const std::string text(message.substr(ulog_message_header_bytes + block_key.size()));
     seal.is_last = text.size() == block_text_bytes && text.substr(text.size() - 4) == "last";
-    if (std::sscanf(text.c_str(), "%16" SCNx64, &seal.begin_byte) == 1 && seal.begin_byte <= at) {
+    if (std::sscanf(text.c_str(), "%16" SCNx64, &seal.begin_byte) == 1 && seal.begin_byte >= begin_min &&
+        seal.begin_byte <= at) {
         const std::uint64_t sum = checksum_of(file.substr(seal.begin_byte, at - seal.begin_byte));
         seal.fits = message == block_message({seal.begin_byte, sum, seal.is_last});
     }
@@ -56,19 +59,20 @@ std::vector<seal> read_seals(std::string_view file, std::size_t nonzero_bytes)
          key = file.find(block_key, key + block_key.size())) {
         const std::size_t at = key - ulog_message_header_bytes;
         if (key >= ulog_message_header_bytes && at + block_message_bytes <= nonzero_bytes) {
-            seals.push_back(read_seal(file, at));
+            seals.push_back(read_seal(file, at, seals.empty() ? 0 : seals.back().at));
         }
     }
     return seals;
 }
 
-/* Where berth ends a block, records follow, or another block, or nothing. A program that saves the log again puts
- * the message before others of the header. */
-bool is_of_saved_again(std::string_view file, const seal &last)
+/* Where berth ends a block, records follow, or another block, or nothing. A program that saves the log again keeps
+ * one message of all, and puts it before others of the header. */
+bool is_of_saved_again(std::string_view file, const std::vector<seal> &seals)
 {
     constexpr std::string_view types_of_header = "AIMPQ";
-    return !last.fits && file.size() > last.end + 2 &&
-           types_of_header.find(file[last.end + 2]) != std::string_view::npos;
+    const seal &only = seals.front();
+    return seals.size() == 1 && !only.fits && file.size() > only.end + 2 &&
+           types_of_header.find(file[only.end + 2]) != std::string_view::npos;
 }
 
 /* The records behind the last block that fits. A power cut ends them within a message or with zeros: what is whole
@@ -116,13 +120,14 @@ log_check check_blocks(std::string_view file)
     log_check check;
     const std::size_t nonzero_bytes = file.find_last_not_of('\0') + 1;
     const std::vector<seal> seals = read_seals(file, nonzero_bytes);
-    check.has_blocks = !seals.empty() && !is_of_saved_again(file, seals.back());
+    check.has_blocks = !seals.empty() && !is_of_saved_again(file, seals);
     if (!check.has_blocks) {
         return check;
     }
     auto next = seals.begin();
-    for (; next != seals.end() && !check.is_ended && next->fits && next->begin_byte == check.readable_bytes;
-         next++) {
+    std::uint64_t begin_byte = 0;
+    for (; next != seals.end() && !check.is_ended && next->fits && next->begin_byte == begin_byte; next++) {
+        begin_byte = next->at;
         check.readable_bytes = next->end;
         check.is_ended = next->is_last;
     }

@@ -5,8 +5,8 @@
  *     'I', key "char[38] berth_block", text "BEGIN CHECKSUM more" or "BEGIN CHECKSUM last"
  *
  * BEGIN: the block's first byte in the file. CHECKSUM: XXH64, seed 0, of the bytes from there up to this message.
- * Both are 16 hexadecimal digits. The next block begins behind the message; behind the last one nothing follows. The
- * first block is the header with its subscriptions.
+ * Both are 16 hexadecimal digits. The next block begins with this message, so that it does not fit behind a block of
+ * another log; behind the last one nothing follows. The first block is the header with its subscriptions.
  *
  * A program that saves a log again drops these messages, or moves one of them before the subscriptions. Such a log
  * counts as one without checksums, and so does one from before checksums. */

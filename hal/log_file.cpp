@@ -47,6 +47,23 @@ int open_log(const std::string &path)
     return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, log_mode);
 }
 
+/* 0, or errno. */
+int write_all(int file, const char *bytes, std::size_t size_bytes)
+{
+    while (size_bytes > 0) {
+        const ssize_t written = write(file, bytes, size_bytes);
+        if (written < 0 && errno == EINTR) {
+            continue;
+        }
+        if (written <= 0) {
+            return written < 0 ? errno : ENOSPC;
+        }
+        bytes += written;
+        size_bytes -= static_cast<std::size_t>(written);
+    }
+    return 0;
+}
+
 std::string subscription(const log_topic &topic)
 {
     std::string content(1, '\0'); /* multi id */
@@ -79,22 +96,26 @@ log_file::log_file(const std::string &path, const log_header &header, std::size_
     if (path.empty()) {
         return;
     }
-    file_ = open_log(path);
-    if (file_ < 0) {
+    const int file = open_log(path);
+    if (file < 0) {
         throw input_error(path + ": the log cannot be written (" + std::strerror(errno) +
                           "); choose another folder with --out");
     }
-    write_header(header);
+    const std::string bytes = ulog_header(header);
+    error_ = write_all(file, bytes.data(), bytes.size());
+    begin_file(file, error_ == 0 ? bytes : "");
 }
 
-void log_file::write_header(const log_header &header)
+/* The header is in the file already; empty: it could not be written. */
+void log_file::begin_file(int file, const std::string &header_bytes)
 {
-    const std::string bytes = ulog_header(header);
-    if (write_all(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size())) {
-        whole_bytes_ = static_cast<std::int64_t>(bytes.size());
-        block_sum_ = written_sum_;
-        seal(false);
-    }
+    file_ = file;
+    whole_bytes_ = static_cast<std::int64_t>(header_bytes.size());
+    block_begin_ = block_data_ = 0;
+    written_sum_ = xxh64();
+    written_sum_.add(header_bytes.data(), header_bytes.size());
+    block_sum_ = written_sum_;
+    seal(false);
 }
 
 log_file::~log_file()
@@ -108,18 +129,21 @@ log_file::~log_file()
 
 bool log_file::begin_part(const std::string &path, const log_header &header)
 {
+    const std::string bytes = ulog_header(header);
     const int next = open_log(path);
-    if (next < 0) {
-        error_ = error_ != 0 ? error_ : errno;
+    const int failed = next < 0 ? errno : write_all(next, bytes.data(), bytes.size());
+    if (failed != 0) {
+        error_ = error_ != 0 ? error_ : failed;
+        if (next >= 0) {
+            close(next);
+            unlink(path.c_str());
+        }
         return false;
     }
     seal(true);
     sync_to_disk();
     close(file_);
-    file_ = next;
-    whole_bytes_ = block_begin_ = 0;
-    block_sum_ = written_sum_ = xxh64();
-    write_header(header);
+    begin_file(next, bytes);
     return true;
 }
 
@@ -146,22 +170,12 @@ void log_file::drain_if_due()
     }
 }
 
-bool log_file::write_all(const std::uint8_t *bytes, std::size_t size_bytes)
+bool log_file::append(const void *bytes, std::size_t size_bytes)
 {
     written_sum_.add(bytes, size_bytes);
-    while (size_bytes > 0) {
-        const ssize_t written = write(file_, bytes, size_bytes);
-        if (written < 0 && errno == EINTR) {
-            continue;
-        }
-        if (written <= 0) {
-            error_ = error_ != 0 ? error_ : written < 0 ? errno : ENOSPC;
-            return false;
-        }
-        bytes += written;
-        size_bytes -= static_cast<std::size_t>(written);
-    }
-    return true;
+    const int failed = write_all(file_, static_cast<const char *>(bytes), size_bytes);
+    error_ = error_ != 0 ? error_ : failed;
+    return failed == 0;
 }
 
 /* Takes `size_bytes` out of the ring and, as long as that goes well, to the file. */
@@ -170,7 +184,7 @@ bool log_file::empty_ring(std::size_t size_bytes, bool is_written)
     const std::uint8_t *bytes = nullptr;
     while (size_bytes > 0) {
         const std::size_t part = std::min(log_ring_peek(&ring_, &bytes), size_bytes);
-        is_written = is_written && write_all(bytes, part);
+        is_written = is_written && append(bytes, part);
         log_ring_take(&ring_, part);
         size_bytes -= part;
     }
@@ -201,7 +215,7 @@ void log_file::drain()
     if (is_written && drops > reported_drops_) {
         std::string dropout;
         append_message(dropout, 'O', std::string(2, '\0'));
-        is_written = write_all(reinterpret_cast<const std::uint8_t *>(dropout.data()), dropout.size());
+        is_written = append(dropout.data(), dropout.size());
         size_bytes += static_cast<std::int64_t>(dropout.size());
     }
     is_written = empty_ring(now.ring_bytes, is_written);
@@ -236,10 +250,13 @@ void log_file::seal(bool is_last)
     }
     const std::string message =
         block_message({static_cast<std::uint64_t>(block_begin_), block_sum_.value(), is_last});
-    if (write_all(reinterpret_cast<const std::uint8_t *>(message.data()), message.size())) {
-        whole_bytes_ += static_cast<std::int64_t>(message.size());
+    if (append(message.data(), message.size())) {
         block_begin_ = whole_bytes_;
-        block_sum_ = written_sum_ = xxh64();
+        whole_bytes_ += static_cast<std::int64_t>(message.size());
+        block_data_ = whole_bytes_;
+        written_sum_ = xxh64();
+        written_sum_.add(message.data(), message.size());
+        block_sum_ = written_sum_;
     } else {
         truncate();
     }
@@ -247,7 +264,7 @@ void log_file::seal(bool is_last)
 
 void log_file::sync()
 {
-    if (file_ < 0 || whole_bytes_ == block_begin_) {
+    if (file_ < 0 || whole_bytes_ == block_data_) {
         return;
     }
     seal(false);

@@ -58,7 +58,7 @@ class log_file
     void sync();
 
     /* Ends the file, which the caller has renamed, and goes on in a new one. For the draining thread, after drain().
-     * False: there can be none, and the earlier one goes on. */
+     * False: there is no new one with a whole header, and the earlier one goes on. */
     bool begin_part(const std::string &path, const log_header &header);
 
     std::int64_t file_bytes() const { return whole_bytes_; } /* for the draining thread */
@@ -73,11 +73,11 @@ class log_file
         std::size_t ring_bytes; /* waiting, the last of these records included */
     };
 
-    void write_header(const log_header &header);
+    void begin_file(int file, const std::string &header_bytes);
     void sync_to_disk();
     void seal(bool is_last);
     void truncate();
-    bool write_all(const std::uint8_t *bytes, std::size_t size_bytes);
+    bool append(const void *bytes, std::size_t size_bytes);
     bool empty_ring(std::size_t size_bytes, bool is_written);
     progress pushed_so_far() const;
 
@@ -92,8 +92,9 @@ class log_file
     /* The draining thread's. */
     int file_ = -1;
     std::int64_t whole_bytes_ = 0; /* length of the file up to its last whole record */
-    std::int64_t block_begin_ = 0; /* of the block that has not ended yet */
-    xxh64 block_sum_;              /* of it, up to whole_bytes_ */
+    std::int64_t block_begin_ = 0; /* of the block that has not ended yet: the message that ended the one before */
+    std::int64_t block_data_ = 0;  /* behind that message */
+    xxh64 block_sum_;              /* of the block, up to whole_bytes_ */
     xxh64 written_sum_;            /* the same with what is being written */
     std::uint64_t drained_records_ = 0;
     std::uint64_t unwritten_records_ = 0; /* the file did not take them */
