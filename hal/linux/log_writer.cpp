@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "../rig/rig_file.h"
 #include "thread.h"
 
 namespace berth
@@ -14,16 +15,16 @@ namespace
 constexpr std::size_t ring_bytes = std::size_t{1} << 22;
 constexpr std::chrono::milliseconds write_every{50};
 constexpr std::chrono::seconds sync_every{1}; /* what a power cut may cost */
-} // namespace
 
-namespace
-{
-
-/* Before the new file takes the name. */
+/* Before the new file takes the name. Throws rather than write over the log of an earlier run. */
 const std::string &with_room(const std::string &path, const log_rotation &rotation)
 {
     if (rotation.is_on() && !path.empty()) {
-        shelve_log(path);
+        if (!shelve_log(path)) {
+            throw input_error(path +
+                              ": the log of the run before cannot be renamed, so this run would write over it; "
+                              "let the program write in its folder, or move the file away");
+        }
         make_room(path, rotation);
     }
     return path;
@@ -74,11 +75,14 @@ void log_writer::begin_part()
                                        [](const auto &info) { return info.first == log_part_key; }),
                         header_.infos.end());
     header_.infos.emplace_back(log_part_key, std::to_string(++part_));
-    if (!shelve_log(path_) || !file_.begin_part(path_, header_)) {
+    if (!shelve_log(path_)) {
         rotation_ = {};
         return;
     }
     make_room(path_, rotation_);
+    if (!file_.begin_part(path_, header_)) {
+        rotation_ = {};
+    }
     sync_folder_of(path_);
 }
 
