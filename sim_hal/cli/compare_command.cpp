@@ -31,6 +31,7 @@ struct compared_run {
     std::string log;
     struct rig rig;
     nlohmann::json result;
+    log_state state;
 };
 
 struct differing_key {
@@ -41,10 +42,9 @@ struct differing_key {
 
 compared_run read_run(const std::string &path)
 {
-    compared_run run{log_of(path), {}, {}};
-    log_state state;
-    const run_result result = read_result(run.log, run.rig, state);
-    print_damage(run.log, state.condition, state.ticks);
+    compared_run run{log_of(path), {}, {}, {}};
+    const run_result result = read_result(run.log, run.rig, run.state);
+    print_damage(run.log, run.state.condition, run.state.ticks);
     run.result = as_json(result, run.rig);
     return run;
 }
@@ -135,6 +135,7 @@ nlohmann::json as_json(const compared_run &run)
          {"verdict", "stable", "growth", "growth_per_s", "frequency_Hz", "peak_force_N", "version", "config_hash"}) {
         json[key] = run.result.at(key);
     }
+    json.update(as_json(run.state.condition));
     return json;
 }
 
@@ -174,6 +175,12 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
         std::printf(row_format, one.key.c_str(), (is_told ? short_a : one.a).c_str(),
                     (is_told ? short_b : one.b).c_str());
     }
+    for (const auto &[name, run] : {std::pair("A", &a), {"B", &b}}) {
+        if (run->state.condition.is_cut) {
+            std::printf("the file of %s is cut: compared up to the last whole tick%s\n", name,
+                        time_of_end(run->state.condition).c_str());
+        }
+    }
 }
 
 } // namespace
@@ -190,6 +197,9 @@ int compare_command(const compare_arguments &arguments)
         print_json({{"a", as_json(a)}, {"b", as_json(b)}, {"differences", as_json(found)}});
     } else {
         print_comparison(a, b, found);
+    }
+    if (a.state.condition.damage || b.state.condition.damage) { /* a page would draw what is behind it, too */
+        return exit_damaged;
     }
     return arguments.page.empty() ? 0
                                   : run_script("compare.py", "compare: draws " + arguments.page,

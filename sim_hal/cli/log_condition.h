@@ -12,6 +12,8 @@
 namespace berth
 {
 
+constexpr int exit_damaged = 2;
+
 /* The keys checksums, cut, damage and whole_until_s. */
 nlohmann::json as_json(const log_condition &condition);
 

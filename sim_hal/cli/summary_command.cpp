@@ -94,7 +94,6 @@ int summary_command(const std::string &path, bool json)
     rig rig;
     log_state state;
     const run_result result = read_result(path, rig, state);
-    constexpr int exit_damaged = 2;
     const int exit_code = state.condition.damage ? exit_damaged : 0;
     print_damage(path, state.condition, state.ticks);
     if (json) {
