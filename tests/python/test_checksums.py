@@ -96,8 +96,8 @@ def test_every_byte_is_in_a_block_with_its_checksum(original):
         word = "last" if message is ends[-1] else "more"
         text = f"{begin:016x} {xxh64(data[begin : message.at]):016x} {word}"
         assert message.content == BLOCK_KEY + text.encode()
-        begin = message.end
-    assert begin == len(data)
+        begin = message.at  # the next block begins with it
+    assert ends[-1].end == len(data)
 
 
 def test_pyulog_passes_over_what_ends_a_block(original, tmp_path):
@@ -128,15 +128,15 @@ def check_damage(data, at, original, path, subcommands=("replay", "summary")):
     assert begin <= at <= end and begin in [end.end for end in block_ends(original[0])], f"byte {at}: {message}"
     ticks = ticks_before(messages, begin)
     assert result["ticks"] == ticks and result["equal"] and not result["cut"] and result["checksums"]
-    assert damage["from_s"] == result["whole_until_s"] == (pytest.approx((ticks - 1) * PERIOD_s) if ticks else None)
-    after_s = "" if damage["from_s"] is None else f", after {damage['from_s']:.4f} s"
-    before_s = "" if damage["to_s"] is None else f" before {damage['to_s']:.4f} s"
+    assert damage["last_whole_s"] == result["whole_until_s"] == (pytest.approx((ticks - 1) * PERIOD_s) if ticks else None)
+    after_s = "" if damage["last_whole_s"] is None else f", after {damage['last_whole_s']:.4f} s"
+    before_s = "" if damage["whole_again_s"] is None else f" before {damage['whole_again_s']:.4f} s"
     assert f"is damaged between byte {begin} and byte {end}{after_s}" in message and before_s in message
     assert f"what is before that is whole: {ticks} ticks" in message
-    if len(data) == len(original[0]) and damage["to_s"] is not None:  # and in its place again
-        assert damage["to_s"] == pytest.approx(ticks_before(messages, end) * PERIOD_s)
-        ends = [message.end for message in block_ends(original[0])]
-        assert at < end and ends.index(end) <= ends.index(begin) + 2
+    if len(data) == len(original[0]) and damage["whole_again_s"] is not None:  # and in its place again
+        assert damage["whole_again_s"] == pytest.approx(ticks_before(messages, end) * PERIOD_s)
+        ends = block_ends(original[0])
+        assert at < end and [m.at for m in ends].index(end) <= [m.end for m in ends].index(begin) + 2
 
 
 def swapped(data):
@@ -212,14 +212,50 @@ def test_garbage_is_damage_or_a_cut_and_never_a_difference(kind, original, tmp_p
             assert command("replay", path).returncode == EXIT_INPUT
 
 
-@pytest.mark.parametrize("subcommand", ["candump", "export", "diagnose"])
-def test_what_needs_all_of_a_log_refuses_a_damaged_one(subcommand, original, tmp_path):
-    damaged = bytearray(original[0])
+def test_the_end_of_another_log_is_damage(logs, tmp_path):
+    """As a copy leaves it that was broken off on its way over an older file: each block is whole by itself."""
+    one, other = (logs("ess", SHORT | {"sensor.noise_N": 1.0, "run.seed": seed})[1].read_bytes() for seed in (1, 2))
+    ends = [message.end for message in block_ends(one)]
+    assert ends == [message.end for message in block_ends(other)] and one[ends[1] :] != other[ends[1] :]
+    for end in ends[:-1]:
+        (tmp_path / "mixed.ulg").write_bytes(one[:end] + other[end:])
+        damage = replay_json(tmp_path / "mixed.ulg", EXIT_INPUT)["damage"]
+        assert damage["from_byte"] == end
+
+
+# What each command does with a damaged log: it goes on with the whole part, or refuses it.
+WITH_DAMAGE = {
+    "summary": ([], "prediction"),
+    "replay": ([], "equal bit for bit"),
+    "compare": ([], "peak force"),
+    "report": ([], None),
+    "candump": ([], None),
+    "export": (["--csv"], None),
+    "diagnose": (["--rig", "ess", "--out", "found"], None),
+}
+
+
+@pytest.mark.parametrize("subcommand", WITH_DAMAGE)
+def test_each_command_says_what_is_damaged_and_from_when(subcommand, original, tmp_path):
+    data, messages = original
+    damaged = bytearray(data)
     damaged[200704] ^= 1
-    (tmp_path / "damaged.ulg").write_bytes(damaged)
-    more = {"candump": [], "export": ["--csv"], "diagnose": ["--rig", "ess", "--out", tmp_path / "found"]}[subcommand]
-    done = command(subcommand, tmp_path / "damaged.ulg", *more)
-    assert done.returncode == EXIT_INPUT and b"is damaged between byte " in done.stderr, done.stderr
+    (tmp_path / "whole.ulg").write_bytes(data)
+    path = tmp_path / "damaged.ulg"
+    path.write_bytes(damaged)
+    more, shown = WITH_DAMAGE[subcommand]
+    more = [tmp_path / word if word == "found" else word for word in more]
+    more = [tmp_path / "whole.ulg", "--page", tmp_path / "both.html"] if subcommand == "compare" else more
+    done = command(subcommand, path, *more)
+    begin = max(end.end for end in block_ends(data) if end.end <= 200704)
+    text = done.stderr.decode()
+    assert done.returncode == EXIT_INPUT and f"damaged.ulg: is damaged between byte {begin} and byte " in text, text
+    assert f", after {(ticks_before(messages, begin) - 1) * PERIOD_s:.4f} s and before " in text
+    if shown is None:
+        assert done.stdout == b""
+    else:
+        assert shown in done.stdout.decode() and "what is before that is whole" in text
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["damaged.ulg", "whole.ulg"]
 
 
 # --- a cut --------------------------------------------------------------------------------------------------------
@@ -279,9 +315,9 @@ def test_a_difference_without_damage_is_a_difference(original, tmp_path):
     changed = patched(data, tick, record_type(data, "tick"), "force_N", lambda value: np.nextafter(value, 1e9))
     path, begin, made = tmp_path / "other.ulg", 0, b""
     for end in block_ends(data):
-        block = changed[begin : end.at]
-        made += block + changed[end.at : end.end].replace(end.content[-21:-5], f"{xxh64(block):016x}".encode())
-        begin = end.end
+        made += changed[len(made) : end.at]
+        made += changed[end.at : end.end].replace(end.content[-21:-5], f"{xxh64(made[begin:]):016x}".encode())
+        begin = end.at
     path.write_bytes(made)
     result = replay_json(path, EXIT_DIFFERENT)
     assert result["first_difference"]["tick"] == 123 and result["damage"] is None and result["checksums"]
