@@ -58,7 +58,7 @@ def outputs(tmp_path_factory):
     for name in ("replay", "candump"):
         found[name] = printed(name, log)
     damaged = folder / "damaged.ulg"
-    damaged.write_bytes(log.read_bytes()[:-10] + bytes(10))
+    damaged.write_bytes(b"".join((log.read_bytes()[:100_000], b"\xff" * 10, log.read_bytes()[100_010:])))
     found["replay, damaged"] = printed("replay", damaged)
     printed("run", "ess", "--out", folder, *settings({"run.duration_s": 12.0}))  # long enough for an envelope
     found["summary"] = printed("summary", folder / "ess.ulg")
