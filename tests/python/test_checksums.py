@@ -308,6 +308,23 @@ def test_zeros_from_anywhere_are_a_cut(original, tmp_path):
         assert result["cut"] and result["equal"] and ticks - 1 <= result["ticks"] <= ticks
 
 
+@pytest.mark.long
+def test_a_short_log_cut_anywhere(logs, tmp_path):
+    """In its header it can be read or not; behind it, each whole tick counts."""
+    data = logs("ess", {"run.duration_s": 0.3})[1].read_bytes()
+    messages, path = list(ulog_messages(data)), tmp_path / "cut.ulg"
+    header = block_ends(data)[0].end
+    for at in range(0, len(data), 509):
+        path.write_bytes(data[:at])
+        done = command("summary", path, "--json")
+        if at < header:
+            assert done.returncode in (EXIT_DONE, EXIT_INPUT) and (done.stdout or done.stderr), at
+            continue
+        assert done.returncode == EXIT_DONE, (at, done.stderr)
+        result = one_json_object(done.stdout)
+        assert result["cut"] and result["damage"] is None and result["ticks"] == ticks_before(messages, at), at
+
+
 # --- a difference, and logs without checksums ---------------------------------------------------------------------
 def test_a_difference_without_damage_is_a_difference(original, tmp_path):
     """A log with a changed value and with checksums that fit: as from another firmware."""
