@@ -8,7 +8,7 @@ from conftest import ulog_messages
 
 BERTH = Path(__file__).resolve().parents[2] / "build" / "berth"
 OF_THE_RUN_ONLY = {"speed_x_realtime", "dropped_records"}
-OF_THE_LOG_ONLY = {"cut", "damage", "missing_ticks", "envelope"}
+OF_THE_LOG_ONLY = {"checksums", "cut", "damage", "whole_until_s", "missing_ticks", "envelope"}
 NOISY = ["sensor.noise_N=2", "sensor.stale_probability=0.01", "bus.loss_probability=0.01",
          "bus.error_probability=0.002", "run.duration_s=30"]
 CASES = {
