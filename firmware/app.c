@@ -224,6 +224,7 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     double side[SIDE_AXIS_COUNT];
     command.position_m = limits_step(&app->limits, record->filtered_position_m);
     command.missed_ticks = app->missed_ticks;
+    command.torn_samples = app->sensor_channel.torn_samples;
     command.reset_is_wanted = supervisor_hears_reset(&app->supervisor, record->conditions);
     if (app->side_axes.any) {
         command_sides(app, side, &command);

@@ -7,6 +7,7 @@
 #include "can/codec.h"
 #include "canopen.h"
 #include "reflexes.h"
+#include "sensor_layout.h"
 
 struct app_config config_default(void)
 {
@@ -30,10 +31,13 @@ struct app_config config_default(void)
                    .dead_time_power_W = INFINITY,
                    .dead_time_power_window_s = 0.2,
                    .growth_J = INFINITY},
+        /* Pairing window: at 1 Mbit/s a frame takes at most 0.135 ms. The second of two ends 0.135 ms after the
+         * first, or 0.43 ms if one that was disturbed is sent again and another node's frame goes first. */
         .sensor_channel = {.layout = SENSOR_ONE_FRAME,
                            .axis = SENSOR_AXIS_Z,
                            .rate_Hz = 0.0,
                            .force_limit_N = 20000.0,
+                           .pairing_window_ms = 0.5,
                            .stale_after_ms = 50.0},
         /* A robot that does not hear is as bad as one that is not heard. What is not sent for 20 ms is longer than
          * the dead time of the paper's robot: it has run out of setpoints. */
@@ -117,6 +121,15 @@ static bool node_id(int64_t value)
 static bool whole_ms(double value)
 {
     return value >= 1.0 && value <= (double)UINT16_MAX && (double)(int64_t)value == value;
+}
+
+/* Frames that carry no number: those of the next sample stay outside the window. Of a layout that is one. */
+static bool pairs_within_sample(const struct app_config *config)
+{
+    const struct sensor_channel_config *sensor = &config->sensor_channel;
+    const bool is_known = sensor->layout >= 0 && sensor->layout < SENSOR_LAYOUT_COUNT;
+    return !is_known || sensor_layout_is_numbered(&sensor_layouts[sensor->layout]) ||
+           2 * ns_from_ms(sensor->pairing_window_ms) <= config_sample_period_ns(config);
 }
 
 /* Of the profile "cia402"; looked at only if it is chosen. */
@@ -226,6 +239,11 @@ struct config_error config_validate(const struct app_config *config)
          {"sensor.rate_Hz", "must be 0 (one sample a tick), or from 1 to 100000"}},
         {!positive(sensor->force_limit_N), {"sensor_channel.force_limit_N", must_be_positive}},
         {!positive(sensor->stale_after_ms), {"sensor_channel.stale_after_ms", must_be_positive}},
+        {!positive(sensor->pairing_window_ms), {"sensor_channel.pairing_window_ms", must_be_positive}},
+        {!pairs_within_sample(config),
+         {"sensor_channel.pairing_window_ms",
+          "must be at most half of the time between two samples, so that frames of "
+          "two samples are not combined; make it smaller, or lower sensor.rate_Hz"}},
         {config->robot_channel.profile < 0 || config->robot_channel.profile >= ROBOT_PROFILE_COUNT,
          {"robot_channel.profile", "must be berth or cia402"}},
         {!positive(config->robot_channel.stale_after_ms), {"robot_channel.stale_after_ms", must_be_positive}},

@@ -27,6 +27,8 @@ enum sensor_layout {
     SENSOR_TWO_FRAMES_MOTOROLA,
     SENSOR_THREE_FRAMES_INTEL,
     SENSOR_THREE_FRAMES_MOTOROLA,
+    SENSOR_TWO_FRAMES_UNNUMBERED,
+    SENSOR_TWO_FRAMES_UNNUMBERED_SPLIT,
     SENSOR_LAYOUT_COUNT
 };
 
@@ -66,10 +68,11 @@ struct operator_config {
 
 /* [sensor_channel] */
 struct sensor_channel_config {
-    int32_t layout;       /* enum sensor_layout */
-    int32_t axis;         /* enum sensor_axis: the sensor's axis that the loop moves along */
-    double rate_Hz;       /* samples a second; 0: one a tick. In a rig file it is the sensor's, sensor.rate_Hz */
-    double force_limit_N; /* a larger measured force is a fault */
+    int32_t layout;           /* enum sensor_layout */
+    int32_t axis;             /* enum sensor_axis: the sensor's axis that the loop moves along */
+    double rate_Hz;           /* samples a second; 0: one a tick. In a rig file it is the sensor's, sensor.rate_Hz */
+    double force_limit_N;     /* a larger measured force is a fault */
+    double pairing_window_ms; /* without a number: the frames of a sample come within it */
     double stale_after_ms;
 };
 

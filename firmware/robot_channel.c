@@ -173,6 +173,12 @@ static void send_side_setpoints(struct robot_channel *channel, const struct supe
     }
 }
 
+/* A count that stays at the end of its 16 bits. */
+static uint16_t at_most_16_bits(uint32_t count)
+{
+    return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX;
+}
+
 static void send_status(struct robot_channel *channel, const struct supervisor *supervisor,
                         const struct hal_tick *tick, const struct robot_command *command, struct tick_output *out)
 {
@@ -180,7 +186,8 @@ static void send_status(struct robot_channel *channel, const struct supervisor *
         .state = (uint8_t)supervisor->state,
         .stop_cause = (uint8_t)supervisor->stop_cause,
         .limits = (uint8_t)command->limits,
-        .missed_ticks = command->missed_ticks < UINT16_MAX ? (uint16_t)command->missed_ticks : UINT16_MAX,
+        .missed_ticks = at_most_16_bits(command->missed_ticks),
+        .torn_samples = at_most_16_bits(command->torn_samples),
         .counter = channel->status_counter,
     };
     uint8_t data[8];

@@ -46,6 +46,7 @@ struct robot_command {
     double position_m;
     uint32_t limits; /* set of enum limit */
     uint32_t missed_ticks;
+    uint32_t torn_samples;        /* of the force sensor, since the start */
     int reset_is_wanted;          /* a person asks to put a fault back */
     double side[SIDE_AXIS_COUNT]; /* on the axes beside that of the loop, if there are any: m, or rad */
 };

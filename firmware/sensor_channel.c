@@ -11,7 +11,9 @@ void sensor_channel_start(struct sensor_channel *channel, const struct app_confi
                                        .layout = layout,
                                        .stale_after_ns = ns_from_ms(config->sensor_channel.stale_after_ms),
                                        .counter_lasts_ns = (layout->frames[0].counter_mask + 1) / 2 *
-                                                           config_sample_period_ns(config)};
+                                                           config_sample_period_ns(config),
+                                       .window_ns = ns_from_ms(config->sensor_channel.pairing_window_ms),
+                                       .suspected_ns = INT64_MIN / 2};
 }
 
 void sensor_channel_begin_tick(struct sensor_channel *channel)
@@ -111,13 +113,53 @@ static int receive_part(struct sensor_channel *channel, int part, const struct h
     return 1;
 }
 
+/* What happens within one window counts once: where two frames of a sample change places, both come alone. */
+static void suspect(struct sensor_channel *channel, int64_t time_ns)
+{
+    if (time_ns - channel->suspected_ns > channel->window_ns) {
+        channel->torn_samples++;
+        channel->suspected_ns = time_ns;
+    }
+}
+
+/* A frame of a sample without a number. One that neither goes on nor is the first of a sample stays alone. */
+static int receive_unnumbered(struct sensor_channel *channel, int part, const struct hal_frame *frame)
+{
+    const int64_t since_begun_ns = frame->time_ns - channel->begun_ns;
+    const int goes_on = part > 0 && channel->parts_here == (1u << part) - 1u && since_begun_ns >= 0 &&
+                        since_begun_ns <= channel->window_ns;
+    struct wrench parts = goes_on ? channel->parts : (struct wrench){0};
+    if (!channel->layout->frames[part].decode(frame->data, &parts)) {
+        return 0;
+    }
+    channel->parts = parts;
+    if (goes_on) {
+        channel->parts_here |= (uint8_t)(1u << part);
+        if (channel->parts_here == all_parts(channel)) {
+            take_sample(channel, &channel->parts, frame->time_ns);
+        }
+        return 1;
+    }
+    if (channel->parts_here != 0 && channel->parts_here != all_parts(channel)) {
+        suspect(channel, channel->begun_ns);
+    } else if (part > 0) {
+        suspect(channel, frame->time_ns);
+    }
+    channel->parts_here = part == 0;
+    channel->begun_ns = frame->time_ns;
+    return 1;
+}
+
 int sensor_channel_receive(struct sensor_channel *channel, int part, const struct hal_frame *frame)
 {
     if (frame->length != 8) {
         return 0;
     }
-    return channel->layout->frame_count == 1 ? receive_sample(channel, &channel->layout->frames[0], frame)
-                                             : receive_part(channel, part, frame);
+    if (channel->layout->frame_count == 1) {
+        return receive_sample(channel, &channel->layout->frames[0], frame);
+    }
+    return sensor_layout_is_numbered(channel->layout) ? receive_part(channel, part, frame)
+                                                      : receive_unnumbered(channel, part, frame);
 }
 
 int sensor_channel_is_stale(const struct sensor_channel *channel, int64_t now_ns)

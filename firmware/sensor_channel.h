@@ -1,5 +1,9 @@
 /* Force frames to the force that the manipulator step uses. A sample counts when all of its frames have come: frames
- * of two samples are never put together. */
+ * of two samples are never put together, if they carry the number of their sample.
+ *
+ * If they carry none, frames that come in their order and within sensor_channel.pairing_window_ms of the first one
+ * are one sample. Any other is a suspected torn sample. What this cannot see: a sample of which every frame is
+ * missing, a sample that is sent twice, and frames of two samples that come closer together than the window. */
 #ifndef FIRMWARE_SENSOR_CHANNEL_H
 #define FIRMWARE_SENSOR_CHANNEL_H
 
@@ -16,6 +20,7 @@ struct sensor_channel {
     const struct sensor_layout_row *layout;
     int64_t stale_after_ns;
     int64_t counter_lasts_ns; /* half a turn of the counter: until then a number means one sample */
+    int64_t window_ns;        /* without a number: of the frames of a sample, after the first one */
 
     struct wrench wrench; /* newest whole sample: what the robot exerts on the object. In the sensor's axes, or with
                              [wrench] in the robot's frame about the tool's point */
@@ -31,7 +36,8 @@ struct sensor_channel {
     uint8_t counter;       /* its number */
     int64_t begun_ns;      /* when its first frame arrived */
     uint32_t samples;      /* whole ones; wraps around */
-    uint32_t torn_samples; /* begun and never whole: rejected */
+    int64_t suspected_ns;  /* without a number: when the newest suspected one came */
+    uint32_t torn_samples; /* begun and never whole: rejected. Without a number: suspected */
 };
 
 /* Keeps a pointer to `config`. */

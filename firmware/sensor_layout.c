@@ -27,15 +27,23 @@ static int is_at_end(double force_N, double max_N)
     return force_N >= max_N || force_N <= -max_N;
 }
 
+/* Of a sensor without a bit for saturation. */
+static uint8_t any_at_end(const struct wrench *wrench, double max_N)
+{
+    int at_end = 0;
+    for (int i = 0; i < SENSOR_AXES_MAX; i++) {
+        at_end |= is_at_end(wrench->force_N[i], max_N);
+    }
+    return (uint8_t)at_end;
+}
+
 static int decode_wrench2i_force(const uint8_t data[8], struct wrench *wrench)
 {
     UNPACK(wrench2i_force)
     TAKE(wrench2i_force, fx_n, force_N[0]);
     TAKE(wrench2i_force, fy_n, force_N[1]);
     TAKE(wrench2i_force, fz_n, force_N[2]);
-    for (int i = 0; i < SENSOR_AXES_MAX; i++) {
-        wrench->saturated |= (uint8_t)is_at_end(wrench->force_N[i], CAN_WRENCH2I_FORCE_MAX_N);
-    }
+    wrench->saturated |= any_at_end(wrench, CAN_WRENCH2I_FORCE_MAX_N);
     return 1;
 }
 
@@ -65,6 +73,52 @@ static int decode_wrench2m_torque(const uint8_t data[8], struct wrench *wrench)
     TAKE(wrench2m_torque, ty_n_m, torque_N_m[1]);
     TAKE(wrench2m_torque, tz_n_m, torque_N_m[2]);
     wrench->saturated |= raw.saturated;
+    return 1;
+}
+
+static int decode_wrench2u_force(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2u_force)
+    TAKE(wrench2u_force, fx_n, force_N[0]);
+    TAKE(wrench2u_force, fy_n, force_N[1]);
+    TAKE(wrench2u_force, fz_n, force_N[2]);
+    wrench->saturated |= any_at_end(wrench, CAN_WRENCH2U_FORCE_MAX_N);
+    return 1;
+}
+
+static int decode_wrench2u_torque(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2u_torque)
+    TAKE(wrench2u_torque, tx_n_m, torque_N_m[0]);
+    TAKE(wrench2u_torque, ty_n_m, torque_N_m[1]);
+    TAKE(wrench2u_torque, tz_n_m, torque_N_m[2]);
+    return 1;
+}
+
+static int decode_wrench2s_first(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2s_first)
+    if (!berth_can_wrench2s_first_response_is_in_range(raw.response)) {
+        return 0;
+    }
+    TAKE(wrench2s_first, fx_n, force_N[0]);
+    TAKE(wrench2s_first, fy_n, force_N[1]);
+    TAKE(wrench2s_first, fz_n, force_N[2]);
+    TAKE(wrench2s_first, tx_high_n_m, torque_N_m[0]);
+    return 1;
+}
+
+static int decode_wrench2s_second(const uint8_t data[8], struct wrench *wrench)
+{
+    UNPACK(wrench2s_second)
+    const double tx_N_m = wrench->torque_N_m[0] + berth_can_wrench2s_second_tx_low_n_m_decode(raw.tx_low_n_m);
+    if (!(tx_N_m >= -CAN_WRENCH2S_TORQUE_MAX_N_m && tx_N_m <= CAN_WRENCH2S_TORQUE_MAX_N_m)) {
+        return 0;
+    }
+    wrench->torque_N_m[0] = tx_N_m;
+    TAKE(wrench2s_second, ty_n_m, torque_N_m[1]);
+    TAKE(wrench2s_second, tz_n_m, torque_N_m[2]);
+    wrench->saturated |= raw.overload != 0;
     return 1;
 }
 
@@ -105,5 +159,11 @@ const struct sensor_layout_row sensor_layouts[SENSOR_LAYOUT_COUNT] = {
         {BERTH_CAN_WRENCH3M_X_FRAME_ID,      7, 0x0f, decode_wrench3m_x},
         {BERTH_CAN_WRENCH3M_Y_FRAME_ID,      7, 0x0f, decode_wrench3m_y},
         {BERTH_CAN_WRENCH3M_Z_FRAME_ID,      7, 0x0f, decode_wrench3m_z}}},
+    [SENSOR_TWO_FRAMES_UNNUMBERED] = {2, 3, CAN_WRENCH2U_FORCE_MAX_N, CAN_WRENCH2U_TORQUE_MAX_N_m, 1e-2, {
+        {BERTH_CAN_WRENCH2U_FORCE_FRAME_ID,  0, 0,    decode_wrench2u_force},
+        {BERTH_CAN_WRENCH2U_TORQUE_FRAME_ID, 0, 0,    decode_wrench2u_torque}}},
+    [SENSOR_TWO_FRAMES_UNNUMBERED_SPLIT] = {2, 3, CAN_WRENCH2S_FORCE_MAX_N, CAN_WRENCH2S_TORQUE_MAX_N_m, 2e-2, {
+        {BERTH_CAN_WRENCH2S_FIRST_FRAME_ID,  0, 0,    decode_wrench2s_first},
+        {BERTH_CAN_WRENCH2S_SECOND_FRAME_ID, 0, 0,    decode_wrench2s_second}}},
 };
 /* clang-format on */

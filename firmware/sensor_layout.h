@@ -1,5 +1,5 @@
 /* How a force sensor puts a sample into CAN frames: the tables of the layouts in can/berth.dbc. A sample of several
- * frames carries its counter in each of them. */
+ * frames carries its counter in each of them, or in none. */
 #ifndef FIRMWARE_SENSOR_LAYOUT_H
 #define FIRMWARE_SENSOR_LAYOUT_H
 
@@ -22,8 +22,9 @@ struct wrench {
 struct sensor_frame {
     uint32_t id;
     uint8_t counter_byte; /* of a longer counter, that of its lowest bits */
-    uint8_t counter_mask;
-    /* Puts the frame's signals into their places. 0: one is outside its range, and *wrench is undefined. */
+    uint8_t counter_mask; /* 0: there is none */
+    /* Puts the frame's signals into their places. 0: one is outside its range, and *wrench is undefined. Of a signal
+     * that goes across two frames, the later one adds its share. */
     int (*decode)(const uint8_t data[8], struct wrench *wrench);
 };
 
@@ -37,6 +38,12 @@ struct sensor_layout_row {
 };
 
 extern const struct sensor_layout_row sensor_layouts[SENSOR_LAYOUT_COUNT];
+
+/* Each frame tells which sample it belongs to. */
+static inline int sensor_layout_is_numbered(const struct sensor_layout_row *row)
+{
+    return row->frames[0].counter_mask != 0;
+}
 
 /* Number of a frame's sample, from 0 to the row's counter_mask. */
 static inline uint8_t sensor_frame_counter(const struct sensor_frame *row, const uint8_t data[8])

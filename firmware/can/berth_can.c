@@ -154,6 +154,322 @@ static uint64_t cantools_unsigned_from_double(double value)
     return (uint64_t)value;
 }
 
+int berth_can_wrench2s_first_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2s_first_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+    uint8_t tx_high_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    dst_p[0] |= pack_left_shift_u8(src_p->response, 0u, 0xffu);
+    fx_n = (uint16_t)src_p->fx_n;
+    dst_p[1] |= pack_right_shift_u16(fx_n, 8u, 0xffu);
+    dst_p[2] |= pack_left_shift_u16(fx_n, 0u, 0xffu);
+    fy_n = (uint16_t)src_p->fy_n;
+    dst_p[3] |= pack_right_shift_u16(fy_n, 8u, 0xffu);
+    dst_p[4] |= pack_left_shift_u16(fy_n, 0u, 0xffu);
+    fz_n = (uint16_t)src_p->fz_n;
+    dst_p[5] |= pack_right_shift_u16(fz_n, 8u, 0xffu);
+    dst_p[6] |= pack_left_shift_u16(fz_n, 0u, 0xffu);
+    tx_high_n_m = (uint8_t)src_p->tx_high_n_m;
+    dst_p[7] |= pack_left_shift_u8(tx_high_n_m, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2s_first_unpack(
+    struct berth_can_wrench2s_first_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t fx_n;
+    uint16_t fy_n;
+    uint16_t fz_n;
+    uint8_t tx_high_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    dst_p->response = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
+    fx_n = unpack_left_shift_u16(src_p[1], 8u, 0xffu);
+    fx_n |= unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+    dst_p->fx_n = (int16_t)fx_n;
+    fy_n = unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+    fy_n |= unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+    dst_p->fy_n = (int16_t)fy_n;
+    fz_n = unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+    fz_n |= unpack_right_shift_u16(src_p[6], 0u, 0xffu);
+    dst_p->fz_n = (int16_t)fz_n;
+    tx_high_n_m = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+    dst_p->tx_high_n_m = (int8_t)tx_high_n_m;
+
+    return (0);
+}
+
+int berth_can_wrench2s_first_init(struct berth_can_wrench2s_first_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2s_first_t));
+
+    return 0;
+}
+
+uint8_t berth_can_wrench2s_first_response_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2s_first_response_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2s_first_response_is_in_range(uint8_t value)
+{
+    return ((value >= 11u) && (value <= 11u));
+}
+
+bool berth_can_wrench2s_first_response_is_in_phys_range(double value)
+{
+    return ((value >= 11.0) && (value <= 11.0));
+}
+
+int16_t berth_can_wrench2s_first_fx_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2s_first_fx_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2s_first_fx_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2s_first_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+int16_t berth_can_wrench2s_first_fy_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2s_first_fy_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2s_first_fy_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2s_first_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+int16_t berth_can_wrench2s_first_fz_n_encode(double value)
+{
+    return (int16_t)(value / 0.02);
+}
+
+double berth_can_wrench2s_first_fz_n_decode(int16_t value)
+{
+    return ((double)value * 0.02);
+}
+
+bool berth_can_wrench2s_first_fz_n_is_in_range(int16_t value)
+{
+    return ((value >= -32750) && (value <= 32750));
+}
+
+bool berth_can_wrench2s_first_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -655.0) && (value <= 655.0));
+}
+
+int8_t berth_can_wrench2s_first_tx_high_n_m_encode(double value)
+{
+    return (int8_t)(value / 0.128);
+}
+
+double berth_can_wrench2s_first_tx_high_n_m_decode(int8_t value)
+{
+    return ((double)value * 0.128);
+}
+
+bool berth_can_wrench2s_first_tx_high_n_m_is_in_range(int8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2s_first_tx_high_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -16.384) && (value <= 16.256));
+}
+
+int berth_can_wrench2s_second_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2s_second_t *src_p,
+    size_t size)
+{
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    dst_p[0] |= pack_left_shift_u8(src_p->tx_low_n_m, 0u, 0xffu);
+    ty_n_m = (uint16_t)src_p->ty_n_m;
+    dst_p[1] |= pack_right_shift_u16(ty_n_m, 8u, 0xffu);
+    dst_p[2] |= pack_left_shift_u16(ty_n_m, 0u, 0xffu);
+    tz_n_m = (uint16_t)src_p->tz_n_m;
+    dst_p[3] |= pack_right_shift_u16(tz_n_m, 8u, 0xffu);
+    dst_p[4] |= pack_left_shift_u16(tz_n_m, 0u, 0xffu);
+    dst_p[5] |= pack_left_shift_u8(src_p->overload, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2s_second_unpack(
+    struct berth_can_wrench2s_second_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    uint16_t ty_n_m;
+    uint16_t tz_n_m;
+
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    dst_p->tx_low_n_m = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
+    ty_n_m = unpack_left_shift_u16(src_p[1], 8u, 0xffu);
+    ty_n_m |= unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+    dst_p->ty_n_m = (int16_t)ty_n_m;
+    tz_n_m = unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+    tz_n_m |= unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+    dst_p->tz_n_m = (int16_t)tz_n_m;
+    dst_p->overload = unpack_right_shift_u8(src_p[5], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2s_second_init(struct berth_can_wrench2s_second_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2s_second_t));
+
+    return 0;
+}
+
+uint8_t berth_can_wrench2s_second_tx_low_n_m_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value / 0.0005));
+}
+
+double berth_can_wrench2s_second_tx_low_n_m_decode(uint8_t value)
+{
+    return ((double)value * 0.0005);
+}
+
+bool berth_can_wrench2s_second_tx_low_n_m_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2s_second_tx_low_n_m_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 0.1275));
+}
+
+int16_t berth_can_wrench2s_second_ty_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.0005);
+}
+
+double berth_can_wrench2s_second_ty_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.0005);
+}
+
+bool berth_can_wrench2s_second_ty_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2s_second_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -16.0) && (value <= 16.0));
+}
+
+int16_t berth_can_wrench2s_second_tz_n_m_encode(double value)
+{
+    return (int16_t)(value / 0.0005);
+}
+
+double berth_can_wrench2s_second_tz_n_m_decode(int16_t value)
+{
+    return ((double)value * 0.0005);
+}
+
+bool berth_can_wrench2s_second_tz_n_m_is_in_range(int16_t value)
+{
+    return ((value >= -32000) && (value <= 32000));
+}
+
+bool berth_can_wrench2s_second_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -16.0) && (value <= 16.0));
+}
+
+uint8_t berth_can_wrench2s_second_overload_encode(double value)
+{
+    return (uint8_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_wrench2s_second_overload_decode(uint8_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_wrench2s_second_overload_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_wrench2s_second_overload_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
 int berth_can_setpoint_pack(
     uint8_t *dst_p,
     const struct berth_can_setpoint_t *src_p,
@@ -294,6 +610,8 @@ int berth_can_loop_status_pack(
     dst_p[2] |= pack_left_shift_u8(src_p->limits, 0u, 0xffu);
     dst_p[3] |= pack_left_shift_u16(src_p->missed_ticks, 0u, 0xffu);
     dst_p[4] |= pack_right_shift_u16(src_p->missed_ticks, 8u, 0xffu);
+    dst_p[5] |= pack_left_shift_u16(src_p->torn_samples, 0u, 0xffu);
+    dst_p[6] |= pack_right_shift_u16(src_p->torn_samples, 8u, 0xffu);
     dst_p[7] |= pack_left_shift_u8(src_p->counter, 0u, 0xffu);
 
     return (8);
@@ -313,6 +631,8 @@ int berth_can_loop_status_unpack(
     dst_p->limits = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
     dst_p->missed_ticks = unpack_right_shift_u16(src_p[3], 0u, 0xffu);
     dst_p->missed_ticks |= unpack_left_shift_u16(src_p[4], 8u, 0xffu);
+    dst_p->torn_samples = unpack_right_shift_u16(src_p[5], 0u, 0xffu);
+    dst_p->torn_samples |= unpack_left_shift_u16(src_p[6], 8u, 0xffu);
     dst_p->counter = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
 
     return (0);
@@ -409,6 +729,28 @@ bool berth_can_loop_status_missed_ticks_is_in_range(uint16_t value)
 }
 
 bool berth_can_loop_status_missed_ticks_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
+uint16_t berth_can_loop_status_torn_samples_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double(value));
+}
+
+double berth_can_loop_status_torn_samples_decode(uint16_t value)
+{
+    return ((double)value);
+}
+
+bool berth_can_loop_status_torn_samples_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool berth_can_loop_status_torn_samples_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 65535.0));
 }
@@ -1053,6 +1395,224 @@ bool berth_can_setpoint_rz_counter_is_in_range(uint8_t value)
 bool berth_can_setpoint_rz_counter_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
+}
+
+int berth_can_wrench2u_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2u_force_t *src_p,
+    size_t size)
+{
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    dst_p[0] |= pack_right_shift_u16(src_p->fx_n, 8u, 0xffu);
+    dst_p[1] |= pack_left_shift_u16(src_p->fx_n, 0u, 0xffu);
+    dst_p[2] |= pack_right_shift_u16(src_p->fy_n, 8u, 0xffu);
+    dst_p[3] |= pack_left_shift_u16(src_p->fy_n, 0u, 0xffu);
+    dst_p[4] |= pack_right_shift_u16(src_p->fz_n, 8u, 0xffu);
+    dst_p[5] |= pack_left_shift_u16(src_p->fz_n, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2u_force_unpack(
+    struct berth_can_wrench2u_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    dst_p->fx_n = unpack_left_shift_u16(src_p[0], 8u, 0xffu);
+    dst_p->fx_n |= unpack_right_shift_u16(src_p[1], 0u, 0xffu);
+    dst_p->fy_n = unpack_left_shift_u16(src_p[2], 8u, 0xffu);
+    dst_p->fy_n |= unpack_right_shift_u16(src_p[3], 0u, 0xffu);
+    dst_p->fz_n = unpack_left_shift_u16(src_p[4], 8u, 0xffu);
+    dst_p->fz_n |= unpack_right_shift_u16(src_p[5], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2u_force_init(struct berth_can_wrench2u_force_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2u_force_t));
+
+    return 0;
+}
+
+uint16_t berth_can_wrench2u_force_fx_n_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -327.68) / 0.01));
+}
+
+double berth_can_wrench2u_force_fx_n_decode(uint16_t value)
+{
+    return (((double)value * 0.01) + -327.68);
+}
+
+bool berth_can_wrench2u_force_fx_n_is_in_range(uint16_t value)
+{
+    return ((value >= 68u) && (value <= 65468u));
+}
+
+bool berth_can_wrench2u_force_fx_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+uint16_t berth_can_wrench2u_force_fy_n_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -327.68) / 0.01));
+}
+
+double berth_can_wrench2u_force_fy_n_decode(uint16_t value)
+{
+    return (((double)value * 0.01) + -327.68);
+}
+
+bool berth_can_wrench2u_force_fy_n_is_in_range(uint16_t value)
+{
+    return ((value >= 68u) && (value <= 65468u));
+}
+
+bool berth_can_wrench2u_force_fy_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+uint16_t berth_can_wrench2u_force_fz_n_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -327.68) / 0.01));
+}
+
+double berth_can_wrench2u_force_fz_n_decode(uint16_t value)
+{
+    return (((double)value * 0.01) + -327.68);
+}
+
+bool berth_can_wrench2u_force_fz_n_is_in_range(uint16_t value)
+{
+    return ((value >= 68u) && (value <= 65468u));
+}
+
+bool berth_can_wrench2u_force_fz_n_is_in_phys_range(double value)
+{
+    return ((value >= -327.0) && (value <= 327.0));
+}
+
+int berth_can_wrench2u_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2u_torque_t *src_p,
+    size_t size)
+{
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 8);
+
+    dst_p[0] |= pack_right_shift_u16(src_p->tx_n_m, 8u, 0xffu);
+    dst_p[1] |= pack_left_shift_u16(src_p->tx_n_m, 0u, 0xffu);
+    dst_p[2] |= pack_right_shift_u16(src_p->ty_n_m, 8u, 0xffu);
+    dst_p[3] |= pack_left_shift_u16(src_p->ty_n_m, 0u, 0xffu);
+    dst_p[4] |= pack_right_shift_u16(src_p->tz_n_m, 8u, 0xffu);
+    dst_p[5] |= pack_left_shift_u16(src_p->tz_n_m, 0u, 0xffu);
+
+    return (8);
+}
+
+int berth_can_wrench2u_torque_unpack(
+    struct berth_can_wrench2u_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    if (size < 8u) {
+        return (-EINVAL);
+    }
+
+    dst_p->tx_n_m = unpack_left_shift_u16(src_p[0], 8u, 0xffu);
+    dst_p->tx_n_m |= unpack_right_shift_u16(src_p[1], 0u, 0xffu);
+    dst_p->ty_n_m = unpack_left_shift_u16(src_p[2], 8u, 0xffu);
+    dst_p->ty_n_m |= unpack_right_shift_u16(src_p[3], 0u, 0xffu);
+    dst_p->tz_n_m = unpack_left_shift_u16(src_p[4], 8u, 0xffu);
+    dst_p->tz_n_m |= unpack_right_shift_u16(src_p[5], 0u, 0xffu);
+
+    return (0);
+}
+
+int berth_can_wrench2u_torque_init(struct berth_can_wrench2u_torque_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct berth_can_wrench2u_torque_t));
+
+    return 0;
+}
+
+uint16_t berth_can_wrench2u_torque_tx_n_m_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -32.768) / 0.001));
+}
+
+double berth_can_wrench2u_torque_tx_n_m_decode(uint16_t value)
+{
+    return (((double)value * 0.001) + -32.768);
+}
+
+bool berth_can_wrench2u_torque_tx_n_m_is_in_range(uint16_t value)
+{
+    return ((value >= 768u) && (value <= 64768u));
+}
+
+bool berth_can_wrench2u_torque_tx_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+uint16_t berth_can_wrench2u_torque_ty_n_m_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -32.768) / 0.001));
+}
+
+double berth_can_wrench2u_torque_ty_n_m_decode(uint16_t value)
+{
+    return (((double)value * 0.001) + -32.768);
+}
+
+bool berth_can_wrench2u_torque_ty_n_m_is_in_range(uint16_t value)
+{
+    return ((value >= 768u) && (value <= 64768u));
+}
+
+bool berth_can_wrench2u_torque_ty_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
+}
+
+uint16_t berth_can_wrench2u_torque_tz_n_m_encode(double value)
+{
+    return (uint16_t)(cantools_unsigned_from_double((value - -32.768) / 0.001));
+}
+
+double berth_can_wrench2u_torque_tz_n_m_decode(uint16_t value)
+{
+    return (((double)value * 0.001) + -32.768);
+}
+
+bool berth_can_wrench2u_torque_tz_n_m_is_in_range(uint16_t value)
+{
+    return ((value >= 768u) && (value <= 64768u));
+}
+
+bool berth_can_wrench2u_torque_tz_n_m_is_in_phys_range(double value)
+{
+    return ((value >= -32.0) && (value <= 32.0));
 }
 
 int berth_can_robot_feedback_pack(

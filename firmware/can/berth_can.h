@@ -45,6 +45,8 @@ extern "C" {
 #endif
 
 /* Frame ids. */
+#define BERTH_CAN_WRENCH2S_FIRST_FRAME_ID (0x01u)
+#define BERTH_CAN_WRENCH2S_SECOND_FRAME_ID (0x02u)
 #define BERTH_CAN_SETPOINT_FRAME_ID (0x10u)
 #define BERTH_CAN_LOOP_STATUS_FRAME_ID (0x11u)
 #define BERTH_CAN_SETPOINT_Y_FRAME_ID (0x12u)
@@ -52,6 +54,8 @@ extern "C" {
 #define BERTH_CAN_SETPOINT_RX_FRAME_ID (0x14u)
 #define BERTH_CAN_SETPOINT_RY_FRAME_ID (0x15u)
 #define BERTH_CAN_SETPOINT_RZ_FRAME_ID (0x16u)
+#define BERTH_CAN_WRENCH2U_FORCE_FRAME_ID (0x1au)
+#define BERTH_CAN_WRENCH2U_TORQUE_FRAME_ID (0x1bu)
 #define BERTH_CAN_ROBOT_FEEDBACK_FRAME_ID (0x20u)
 #define BERTH_CAN_FEEDBACK_Y_FRAME_ID (0x21u)
 #define BERTH_CAN_FEEDBACK_Z_FRAME_ID (0x22u)
@@ -75,6 +79,8 @@ extern "C" {
 #define BERTH_CAN_WRENCH3M_Z_FRAME_ID (0x59u)
 
 /* Frame lengths in bytes. */
+#define BERTH_CAN_WRENCH2S_FIRST_LENGTH (8u)
+#define BERTH_CAN_WRENCH2S_SECOND_LENGTH (8u)
 #define BERTH_CAN_SETPOINT_LENGTH (8u)
 #define BERTH_CAN_LOOP_STATUS_LENGTH (8u)
 #define BERTH_CAN_SETPOINT_Y_LENGTH (8u)
@@ -82,6 +88,8 @@ extern "C" {
 #define BERTH_CAN_SETPOINT_RX_LENGTH (8u)
 #define BERTH_CAN_SETPOINT_RY_LENGTH (8u)
 #define BERTH_CAN_SETPOINT_RZ_LENGTH (8u)
+#define BERTH_CAN_WRENCH2U_FORCE_LENGTH (8u)
+#define BERTH_CAN_WRENCH2U_TORQUE_LENGTH (8u)
 #define BERTH_CAN_ROBOT_FEEDBACK_LENGTH (8u)
 #define BERTH_CAN_FEEDBACK_Y_LENGTH (8u)
 #define BERTH_CAN_FEEDBACK_Z_LENGTH (8u)
@@ -105,6 +113,8 @@ extern "C" {
 #define BERTH_CAN_WRENCH3M_Z_LENGTH (8u)
 
 /* Extended or standard frame types. */
+#define BERTH_CAN_WRENCH2S_FIRST_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2S_SECOND_IS_EXTENDED (0)
 #define BERTH_CAN_SETPOINT_IS_EXTENDED (0)
 #define BERTH_CAN_LOOP_STATUS_IS_EXTENDED (0)
 #define BERTH_CAN_SETPOINT_Y_IS_EXTENDED (0)
@@ -112,6 +122,8 @@ extern "C" {
 #define BERTH_CAN_SETPOINT_RX_IS_EXTENDED (0)
 #define BERTH_CAN_SETPOINT_RY_IS_EXTENDED (0)
 #define BERTH_CAN_SETPOINT_RZ_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2U_FORCE_IS_EXTENDED (0)
+#define BERTH_CAN_WRENCH2U_TORQUE_IS_EXTENDED (0)
 #define BERTH_CAN_ROBOT_FEEDBACK_IS_EXTENDED (0)
 #define BERTH_CAN_FEEDBACK_Y_IS_EXTENDED (0)
 #define BERTH_CAN_FEEDBACK_Z_IS_EXTENDED (0)
@@ -160,6 +172,8 @@ extern "C" {
 #define BERTH_CAN_OPERATOR_JOINT_ORDER_FOLLOW_CHOICE (2u)
 
 /* Frame Names. */
+#define BERTH_CAN_WRENCH2S_FIRST_NAME "wrench2s_first"
+#define BERTH_CAN_WRENCH2S_SECOND_NAME "wrench2s_second"
 #define BERTH_CAN_SETPOINT_NAME "setpoint"
 #define BERTH_CAN_LOOP_STATUS_NAME "loop_status"
 #define BERTH_CAN_SETPOINT_Y_NAME "setpoint_y"
@@ -167,6 +181,8 @@ extern "C" {
 #define BERTH_CAN_SETPOINT_RX_NAME "setpoint_rx"
 #define BERTH_CAN_SETPOINT_RY_NAME "setpoint_ry"
 #define BERTH_CAN_SETPOINT_RZ_NAME "setpoint_rz"
+#define BERTH_CAN_WRENCH2U_FORCE_NAME "wrench2u_force"
+#define BERTH_CAN_WRENCH2U_TORQUE_NAME "wrench2u_torque"
 #define BERTH_CAN_ROBOT_FEEDBACK_NAME "robot_feedback"
 #define BERTH_CAN_FEEDBACK_Y_NAME "feedback_y"
 #define BERTH_CAN_FEEDBACK_Z_NAME "feedback_z"
@@ -190,6 +206,15 @@ extern "C" {
 #define BERTH_CAN_WRENCH3M_Z_NAME "wrench3m_z"
 
 /* Signal Names. */
+#define BERTH_CAN_WRENCH2S_FIRST_RESPONSE_NAME "response"
+#define BERTH_CAN_WRENCH2S_FIRST_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH2S_FIRST_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH2S_FIRST_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH2S_FIRST_TX_HIGH_N_M_NAME "tx_high_N_m"
+#define BERTH_CAN_WRENCH2S_SECOND_TX_LOW_N_M_NAME "tx_low_N_m"
+#define BERTH_CAN_WRENCH2S_SECOND_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH2S_SECOND_TZ_N_M_NAME "tz_N_m"
+#define BERTH_CAN_WRENCH2S_SECOND_OVERLOAD_NAME "overload"
 #define BERTH_CAN_SETPOINT_POSITION_M_NAME "position_m"
 #define BERTH_CAN_SETPOINT_MOTION_ALLOWED_NAME "motion_allowed"
 #define BERTH_CAN_SETPOINT_COUNTER_NAME "counter"
@@ -197,6 +222,7 @@ extern "C" {
 #define BERTH_CAN_LOOP_STATUS_STOP_CAUSE_NAME "stop_cause"
 #define BERTH_CAN_LOOP_STATUS_LIMITS_NAME "limits"
 #define BERTH_CAN_LOOP_STATUS_MISSED_TICKS_NAME "missed_ticks"
+#define BERTH_CAN_LOOP_STATUS_TORN_SAMPLES_NAME "torn_samples"
 #define BERTH_CAN_LOOP_STATUS_COUNTER_NAME "counter"
 #define BERTH_CAN_SETPOINT_Y_POSITION_M_NAME "position_m"
 #define BERTH_CAN_SETPOINT_Y_MOTION_ALLOWED_NAME "motion_allowed"
@@ -213,6 +239,12 @@ extern "C" {
 #define BERTH_CAN_SETPOINT_RZ_ANGLE_RAD_NAME "angle_rad"
 #define BERTH_CAN_SETPOINT_RZ_MOTION_ALLOWED_NAME "motion_allowed"
 #define BERTH_CAN_SETPOINT_RZ_COUNTER_NAME "counter"
+#define BERTH_CAN_WRENCH2U_FORCE_FX_N_NAME "fx_N"
+#define BERTH_CAN_WRENCH2U_FORCE_FY_N_NAME "fy_N"
+#define BERTH_CAN_WRENCH2U_FORCE_FZ_N_NAME "fz_N"
+#define BERTH_CAN_WRENCH2U_TORQUE_TX_N_M_NAME "tx_N_m"
+#define BERTH_CAN_WRENCH2U_TORQUE_TY_N_M_NAME "ty_N_m"
+#define BERTH_CAN_WRENCH2U_TORQUE_TZ_N_M_NAME "tz_N_m"
 #define BERTH_CAN_ROBOT_FEEDBACK_POSITION_M_NAME "position_m"
 #define BERTH_CAN_ROBOT_FEEDBACK_FAULT_NAME "fault"
 #define BERTH_CAN_ROBOT_FEEDBACK_SETPOINT_COUNTER_NAME "setpoint_counter"
@@ -301,6 +333,87 @@ extern "C" {
 #define BERTH_CAN_WRENCH3M_Z_COUNTER_NAME "counter"
 
 /**
+ * Signals in message wrench2s_first.
+ *
+ * Sensor bus, two frames a sample without its number, Motorola byte order, one signal across both: forces and the high byte of torque x. A frame with another response than 11 answers a command and is refused.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2s_first_t {
+    /**
+     * Range: 11..11 (11..11 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t response;
+
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fx_n;
+
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fy_n;
+
+    /**
+     * Range: -32750..32750 (-655..655 N)
+     * Scale: 0.02
+     * Offset: 0
+     */
+    int16_t fz_n;
+
+    /**
+     * Range: -128..127 (-16.384..16.256 Nm)
+     * Scale: 0.128
+     * Offset: 0
+     */
+    int8_t tx_high_n_m;
+};
+
+/**
+ * Signals in message wrench2s_second.
+ *
+ * Sensor bus: the rest of the same sample, if it comes second and within sensor_channel.pairing_window_ms. An overload other than 0 is saturation.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2s_second_t {
+    /**
+     * Range: 0..255 (0..0.1275 Nm)
+     * Scale: 0.0005
+     * Offset: 0
+     */
+    uint8_t tx_low_n_m;
+
+    /**
+     * Range: -32000..32000 (-16..16 Nm)
+     * Scale: 0.0005
+     * Offset: 0
+     */
+    int16_t ty_n_m;
+
+    /**
+     * Range: -32000..32000 (-16..16 Nm)
+     * Scale: 0.0005
+     * Offset: 0
+     */
+    int16_t tz_n_m;
+
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t overload;
+};
+
+/**
  * Signals in message setpoint.
  *
  * Robot bus, every tick: where the end effector shall be. 10 pm steps, so that the step never shapes a result: a sensor spring of 2e7 N/m makes 0.2 mN of it.
@@ -333,7 +446,7 @@ struct berth_can_setpoint_t {
 /**
  * Signals in message loop_status.
  *
- * Robot bus, ten times a second: what the supervisor is doing.
+ * Robot bus, ten times a second: what the supervisor is doing, and how many force samples were torn (without a number in their frames: suspected), at most 65535.
  *
  * All signal values are as on the CAN bus.
  */
@@ -365,6 +478,13 @@ struct berth_can_loop_status_t {
      * Offset: 0
      */
     uint16_t missed_ticks;
+
+    /**
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t torn_samples;
 
     /**
      * Range: 0..255 (0..255 -)
@@ -522,6 +642,66 @@ struct berth_can_setpoint_rz_t {
      * Offset: 0
      */
     uint8_t counter;
+};
+
+/**
+ * Signals in message wrench2u_force.
+ *
+ * Sensor bus, two frames a sample without its number, Motorola byte order, unsigned with an offset: forces. No bit for saturation: the end of the range is it.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2u_force_t {
+    /**
+     * Range: 68..65468 (-327..327 N)
+     * Scale: 0.01
+     * Offset: -327.68
+     */
+    uint16_t fx_n;
+
+    /**
+     * Range: 68..65468 (-327..327 N)
+     * Scale: 0.01
+     * Offset: -327.68
+     */
+    uint16_t fy_n;
+
+    /**
+     * Range: 68..65468 (-327..327 N)
+     * Scale: 0.01
+     * Offset: -327.68
+     */
+    uint16_t fz_n;
+};
+
+/**
+ * Signals in message wrench2u_torque.
+ *
+ * Sensor bus: the torques of the same sample, if they come second and within sensor_channel.pairing_window_ms.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct berth_can_wrench2u_torque_t {
+    /**
+     * Range: 768..64768 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: -32.768
+     */
+    uint16_t tx_n_m;
+
+    /**
+     * Range: 768..64768 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: -32.768
+     */
+    uint16_t ty_n_m;
+
+    /**
+     * Range: 768..64768 (-32..32 Nm)
+     * Scale: 0.001
+     * Offset: -32.768
+     */
+    uint16_t tz_n_m;
 };
 
 /**
@@ -1316,6 +1496,440 @@ struct berth_can_wrench3m_z_t {
 };
 
 /**
+ * Pack message wrench2s_first.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2s_first_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2s_first_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2s_first.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2s_first_unpack(
+    struct berth_can_wrench2s_first_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2s_first.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2s_first_init(struct berth_can_wrench2s_first_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2s_first_response_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_first_response_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_response_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_response_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2s_first_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_first_fx_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fx_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2s_first_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_first_fy_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fy_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2s_first_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_first_fz_n_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fz_n_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_fz_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int8_t berth_can_wrench2s_first_tx_high_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_first_tx_high_n_m_decode(int8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_tx_high_n_m_is_in_range(int8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_first_tx_high_n_m_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2s_second.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2s_second_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2s_second_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2s_second.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2s_second_unpack(
+    struct berth_can_wrench2s_second_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2s_second.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2s_second_init(struct berth_can_wrench2s_second_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2s_second_tx_low_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_second_tx_low_n_m_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_tx_low_n_m_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_tx_low_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2s_second_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_second_ty_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_ty_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+int16_t berth_can_wrench2s_second_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_second_tz_n_m_decode(int16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_tz_n_m_is_in_range(int16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_tz_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint8_t berth_can_wrench2s_second_overload_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2s_second_overload_decode(uint8_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_overload_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2s_second_overload_is_in_phys_range(double value);
+
+/**
  * Pack message setpoint.
  *
  * @param[out] dst_p Buffer to pack the message into.
@@ -1668,6 +2282,46 @@ bool berth_can_loop_status_missed_ticks_is_in_range(uint16_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_loop_status_missed_ticks_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_loop_status_torn_samples_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_loop_status_torn_samples_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_loop_status_torn_samples_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_loop_status_torn_samples_is_in_phys_range(double value);
 
 /**
  * Encode given signal by applying scaling and offset.
@@ -2493,6 +3147,320 @@ bool berth_can_setpoint_rz_counter_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool berth_can_setpoint_rz_counter_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2u_force.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2u_force_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2u_force_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2u_force.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2u_force_unpack(
+    struct berth_can_wrench2u_force_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2u_force.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2u_force_init(struct berth_can_wrench2u_force_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_force_fx_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_force_fx_n_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fx_n_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fx_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_force_fy_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_force_fy_n_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fy_n_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fy_n_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_force_fz_n_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_force_fz_n_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fz_n_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_force_fz_n_is_in_phys_range(double value);
+
+/**
+ * Pack message wrench2u_torque.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int berth_can_wrench2u_torque_pack(
+    uint8_t *dst_p,
+    const struct berth_can_wrench2u_torque_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message wrench2u_torque.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int berth_can_wrench2u_torque_unpack(
+    struct berth_can_wrench2u_torque_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from wrench2u_torque.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int berth_can_wrench2u_torque_init(struct berth_can_wrench2u_torque_t *msg_p);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_torque_tx_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_torque_tx_n_m_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_tx_n_m_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_tx_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_torque_ty_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_torque_ty_n_m_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_ty_n_m_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_ty_n_m_is_in_phys_range(double value);
+
+/**
+ * Encode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to encode.
+ *
+ * @return Encoded signal.
+ */
+uint16_t berth_can_wrench2u_torque_tz_n_m_encode(double value);
+
+/**
+ * Decode given signal by applying scaling and offset.
+ *
+ * @param[in] value Signal to decode.
+ *
+ * @return Decoded signal.
+ */
+double berth_can_wrench2u_torque_tz_n_m_decode(uint16_t value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_tz_n_m_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool berth_can_wrench2u_torque_tz_n_m_is_in_phys_range(double value);
 
 /**
  * Pack message robot_feedback.

@@ -170,11 +170,16 @@ static std::vector<rig_key> make_own_keys()
             "age of the robot's feedback when the loop uses it, for the energy account; 0: one period"),
 
         KEY("sensor_channel.layout", firmware.sensor_channel.layout, r::any, "frames of a sample, see berth.dbc",
-            {"one_frame", "two_frames_intel", "two_frames_motorola", "three_frames_intel", "three_frames_motorola"}),
+            {"one_frame", "two_frames_intel", "two_frames_motorola", "three_frames_intel", "three_frames_motorola",
+             "two_frames_unnumbered", "two_frames_unnumbered_split"}),
         KEY("sensor_channel.axis", firmware.sensor_channel.axis, r::any,
             "axis of a three-axis sensor along which the loop moves", {"x", "y", "z"}),
         KEY("sensor_channel.force_limit_N", firmware.sensor_channel.force_limit_N, r::positive,
             "largest measured force; a larger one is a fault"),
+        KEY("sensor_channel.pairing_window_ms", firmware.sensor_channel.pairing_window_ms, r::positive,
+            "frames without a number that come within this time of the first one are one sample; at most half of "
+            "the "
+            "time between two samples"),
         KEY("sensor_channel.stale_after_ms", firmware.sensor_channel.stale_after_ms, r::positive,
             "age of the force sample at which the loop holds"),
         KEY("robot_channel.profile", firmware.robot_channel.profile, r::any,

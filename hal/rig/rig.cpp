@@ -107,6 +107,13 @@ std::optional<rig_error> check_sensor(const rig &rig)
         return rig_error{"sensor.delay_ms",
                          "is shorter than the sample's time on the bus, which it includes; set bus.ideal = true"};
     }
+    const sensor_channel_config &channel = rig.firmware.sensor_channel;
+    if (!sensor_layout_is_numbered(&sensor_layouts[channel.layout]) &&
+        ns_from_ms(channel.pairing_window_ms) < (frames - 1) * frame_time_ns(rig.bus, 8)) {
+        return rig_error{"sensor_channel.pairing_window_ms",
+                         "is shorter than the frames of a sample take on the bus, so that no sample would be whole; "
+                         "make it longer, at most half of the time between two samples"};
+    }
     if (sample_ns < frames * frame_time_ns(rig.bus, 8)) {
         return rig_error{"sensor.rate_Hz", "is too fast for the bus: the frames of its samples would queue up"};
     }

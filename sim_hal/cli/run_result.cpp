@@ -57,7 +57,13 @@ void print_force_samples(const run_result &result, const rig &rig)
     if (rig.firmware.sensor_channel.layout == SENSOR_ONE_FRAME && rig.sensor.rate_Hz == 0.0) {
         return;
     }
-    std::printf("  %-14s %u samples, %u torn ones rejected", "force", result.force_samples, result.torn_samples);
+    const bool is_numbered = sensor_layout_is_numbered(&sensor_layouts[rig.firmware.sensor_channel.layout]);
+    std::printf("  %-14s %u samples, ", "force", result.force_samples);
+    if (is_numbered) {
+        std::printf("%u torn ones rejected", result.torn_samples);
+    } else {
+        std::printf("%u rejected as suspected torn (frames without a number)", result.suspected_torn_samples);
+    }
     if (result.running_ticks > 0) {
         std::printf("; arrived %.3f to %.3f ms before their use",
                     1e-6 * static_cast<double>(result.force_age_min_ns),
@@ -140,7 +146,8 @@ void conclude(run_result &result, const rig &rig, const tick_record &last, answe
     result.error_frames = last.error_frames;
     result.saturated_setpoints = last.saturated_setpoints;
     result.force_samples = last.force_samples;
-    result.torn_samples = last.torn_samples;
+    const bool is_numbered = sensor_layout_is_numbered(&sensor_layouts[rig.firmware.sensor_channel.layout]);
+    (is_numbered ? result.torn_samples : result.suspected_torn_samples) = last.torn_samples;
     result.drive_statusword = last.drive_statusword;
     result.drive_trouble = static_cast<cia402_trouble>(last.drive_trouble);
     result.drive_error = last.drive_error;
@@ -259,6 +266,7 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"saturated_setpoints", result.saturated_setpoints},
         {"force_samples", result.force_samples},
         {"torn_samples", result.torn_samples},
+        {"suspected_torn_samples", result.suspected_torn_samples},
         {"log", nullptr},
         {"config_hash", config_hash(rig)},
         {"version", result.version},

@@ -42,6 +42,7 @@ struct run_result {
     uint32_t saturated_setpoints = 0;
     uint32_t force_samples = 0;                /* whole ones */
     uint32_t torn_samples = 0;                 /* of which a frame was missing: rejected */
+    uint32_t suspected_torn_samples = 0;       /* the same, of a sensor whose frames carry no number */
     std::int64_t force_age_min_ns = INT64_MAX; /* at use, while running */
     std::int64_t force_age_max_ns = 0;
     uint16_t drive_statusword = 0; /* profile "cia402", of the last tick; and what was wrong with the drive then */

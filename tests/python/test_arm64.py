@@ -90,7 +90,8 @@ INDIRECT = re.compile(r"\s(?:call\s+\*|blr\s)")
 # Where a function calls through a pointer: parts of the (mangled) names of all that it may call.
 LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "decode_wrench2m_force",
            "decode_wrench2m_torque", "decode_wrench3i_fx_fy", "decode_wrench3i_fz_tx", "decode_wrench3i_ty_tz",
-           "decode_wrench3m_x", "decode_wrench3m_y", "decode_wrench3m_z")
+           "decode_wrench3m_x", "decode_wrench3m_y", "decode_wrench3m_z", "decode_wrench2u_force",
+           "decode_wrench2u_torque", "decode_wrench2s_first", "decode_wrench2s_second")
 DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
 THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
                     "receive_frames": LAYOUTS, "receive_frame": LAYOUTS, "sensor_channel_receive": LAYOUTS,

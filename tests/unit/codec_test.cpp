@@ -35,6 +35,10 @@ TEST_CASE("codec: the ranges in codec.h are those of the DBC")
     check_range(CAN_WRENCH2M_TORQUE_MAX_N_m, berth_can_wrench2m_torque_ty_n_m_is_in_phys_range);
     check_range(CAN_WRENCH3I_TORQUE_MAX_N_m, berth_can_wrench3i_ty_tz_tz_n_m_is_in_phys_range);
     check_range(CAN_WRENCH3M_TORQUE_MAX_N_m, berth_can_wrench3m_z_tz_n_m_is_in_phys_range);
+    check_range(CAN_WRENCH2U_FORCE_MAX_N, berth_can_wrench2u_force_fz_n_is_in_phys_range);
+    check_range(CAN_WRENCH2U_TORQUE_MAX_N_m, berth_can_wrench2u_torque_tz_n_m_is_in_phys_range);
+    check_range(CAN_WRENCH2S_FORCE_MAX_N, berth_can_wrench2s_first_fz_n_is_in_phys_range);
+    check_range(CAN_WRENCH2S_TORQUE_MAX_N_m, berth_can_wrench2s_second_tz_n_m_is_in_phys_range);
     check_range(CAN_OPERATOR_POSITION_MAX_m, berth_can_operator_motion_position_m_is_in_phys_range);
     check_range(CAN_OPERATOR_VELOCITY_MAX_m_per_s, berth_can_operator_motion_velocity_m_per_s_is_in_phys_range);
 }

@@ -30,10 +30,11 @@ struct sender {
         supervisor_.state = state;
     }
 
-    double send(double position_m, std::uint32_t limits = 0, std::uint32_t missed_ticks = 0)
+    double send(double position_m, std::uint32_t limits = 0, std::uint32_t missed_ticks = 0,
+                std::uint32_t torn_samples = 0)
     {
         out.frame_count = 0;
-        const robot_command command{position_m, limits, missed_ticks, 0, {}};
+        const robot_command command{position_m, limits, missed_ticks, torn_samples, 0, {}};
         return robot_channel_send(&channel, &supervisor_, &tick, &command, &out);
     }
 
@@ -170,7 +171,7 @@ TEST_CASE("robot_channel: the status goes out ten times a second, or every tick 
     }
 }
 
-TEST_CASE("robot_channel: the status says state, cause, limits and missed ticks")
+TEST_CASE("robot_channel: the status says state, cause, limits, missed ticks and torn samples")
 {
     sender sender(SUPERVISOR_FAULT);
     sender.supervisor_.stop_cause = STOP_FORCE_LIMIT;
@@ -181,13 +182,15 @@ TEST_CASE("robot_channel: the status says state, cause, limits and missed ticks"
         REQUIRE(frame != nullptr);
         REQUIRE(berth_can_loop_status_unpack(&raw, frame->data, frame->length) == 0);
     };
-    sender.send(0.0, LIMIT_VELOCITY | LIMIT_ACCELERATION, 17);
+    sender.send(0.0, LIMIT_VELOCITY | LIMIT_ACCELERATION, 17, 300);
     status();
     CHECK(raw.state == SUPERVISOR_FAULT);
     CHECK(raw.stop_cause == STOP_FORCE_LIMIT);
     CHECK(raw.limits == (LIMIT_VELOCITY | LIMIT_ACCELERATION));
     CHECK(raw.missed_ticks == 17);
-    sender.send(0.0, 0, 70000);
+    CHECK(raw.torn_samples == 300);
+    sender.send(0.0, 0, 70000, 65536);
     status();
     CHECK(raw.missed_ticks == 65535); /* saturates, does not wrap */
+    CHECK(raw.torn_samples == 65535);
 }
