@@ -3,6 +3,16 @@
 /* A frame that was held up comes behind its successor's; one further back is of another count, after a restart. */
 #define LATE_SAMPLES_MAX 2
 
+/* So long frames with the same number are of one sample: half a turn of the counter. Without a number it is the
+ * pairing window. */
+static int64_t number_lasts_ns(const struct app_config *config)
+{
+    const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
+    return sensor_layout_is_numbered(layout)
+               ? (layout->frames[0].counter_mask + 1) / 2 * config_sample_period_ns(config)
+               : ns_from_ms(config->sensor_channel.pairing_window_ms);
+}
+
 void sensor_channel_start(struct sensor_channel *channel, const struct app_config *config)
 {
     const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
@@ -10,9 +20,7 @@ void sensor_channel_start(struct sensor_channel *channel, const struct app_confi
                                        .transformation = &config->wrench,
                                        .layout = layout,
                                        .stale_after_ns = ns_from_ms(config->sensor_channel.stale_after_ms),
-                                       .counter_lasts_ns = (layout->frames[0].counter_mask + 1) / 2 *
-                                                           config_sample_period_ns(config),
-                                       .window_ns = ns_from_ms(config->sensor_channel.pairing_window_ms),
+                                       .counter_lasts_ns = number_lasts_ns(config),
                                        .suspected_ns = INT64_MIN / 2};
 }
 
@@ -26,6 +34,11 @@ static uint8_t all_parts(const struct sensor_channel *channel)
     return (uint8_t)((1u << channel->layout->frame_count) - 1u);
 }
 
+static int is_incomplete(const struct sensor_channel *channel)
+{
+    return channel->parts_here != 0 && channel->parts_here != all_parts(channel);
+}
+
 /* What is left of a sample that a newer one has overtaken. */
 static int is_late(const struct sensor_channel *channel, uint8_t counter, int64_t time_ns)
 {
@@ -37,8 +50,8 @@ static int is_late(const struct sensor_channel *channel, uint8_t counter, int64_
 /* The frame is another one of the sample that is coming in. */
 static int belongs(const struct sensor_channel *channel, int part, uint8_t counter, int64_t time_ns)
 {
-    return channel->parts_here != 0 && channel->parts_here != all_parts(channel) && counter == channel->counter &&
-           !(channel->parts_here & (1u << part)) && time_ns - channel->begun_ns <= channel->counter_lasts_ns;
+    return is_incomplete(channel) && counter == channel->counter && !(channel->parts_here & (1u << part)) &&
+           time_ns - channel->begun_ns <= channel->counter_lasts_ns;
 }
 
 static struct wrench in_robot_frame(const struct wrench_config *config, const struct wrench *sample)
@@ -90,6 +103,20 @@ static int receive_sample(struct sensor_channel *channel, const struct sensor_fr
     return 1;
 }
 
+/* A frame without a number that does not go on with the sample before: that one is torn, or this frame is alone and
+ * begins none. What happens within one window counts once: where two frames of a sample change places, both come
+ * alone. */
+static int begins_sample(struct sensor_channel *channel, int part, int64_t time_ns)
+{
+    const int64_t torn_ns = is_incomplete(channel) ? channel->begun_ns : time_ns;
+    if ((is_incomplete(channel) || part > 0) && torn_ns - channel->suspected_ns > channel->counter_lasts_ns) {
+        channel->torn_samples++;
+        channel->suspected_ns = torn_ns;
+    }
+    channel->parts_here = 0;
+    return part == 0;
+}
+
 static int receive_part(struct sensor_channel *channel, int part, const struct hal_frame *frame)
 {
     const struct sensor_frame *row = &channel->layout->frames[part];
@@ -100,7 +127,10 @@ static int receive_part(struct sensor_channel *channel, int part, const struct h
         return 0;
     }
     if (!goes_on) {
-        channel->torn_samples += channel->parts_here != 0 && channel->parts_here != all_parts(channel);
+        if (row->counter_mask == 0 && !begins_sample(channel, part, frame->time_ns)) {
+            return 1;
+        }
+        channel->torn_samples += is_incomplete(channel);
         channel->parts_here = 0;
         channel->counter = counter;
         channel->begun_ns = frame->time_ns;
@@ -113,53 +143,13 @@ static int receive_part(struct sensor_channel *channel, int part, const struct h
     return 1;
 }
 
-/* What happens within one window counts once: where two frames of a sample change places, both come alone. */
-static void suspect(struct sensor_channel *channel, int64_t time_ns)
-{
-    if (time_ns - channel->suspected_ns > channel->window_ns) {
-        channel->torn_samples++;
-        channel->suspected_ns = time_ns;
-    }
-}
-
-/* A frame of a sample without a number. One that neither goes on nor is the first of a sample stays alone. */
-static int receive_unnumbered(struct sensor_channel *channel, int part, const struct hal_frame *frame)
-{
-    const int64_t since_begun_ns = frame->time_ns - channel->begun_ns;
-    const int goes_on = part > 0 && channel->parts_here == (1u << part) - 1u && since_begun_ns >= 0 &&
-                        since_begun_ns <= channel->window_ns;
-    struct wrench parts = goes_on ? channel->parts : (struct wrench){0};
-    if (!channel->layout->frames[part].decode(frame->data, &parts)) {
-        return 0;
-    }
-    channel->parts = parts;
-    if (goes_on) {
-        channel->parts_here |= (uint8_t)(1u << part);
-        if (channel->parts_here == all_parts(channel)) {
-            take_sample(channel, &channel->parts, frame->time_ns);
-        }
-        return 1;
-    }
-    if (channel->parts_here != 0 && channel->parts_here != all_parts(channel)) {
-        suspect(channel, channel->begun_ns);
-    } else if (part > 0) {
-        suspect(channel, frame->time_ns);
-    }
-    channel->parts_here = part == 0;
-    channel->begun_ns = frame->time_ns;
-    return 1;
-}
-
 int sensor_channel_receive(struct sensor_channel *channel, int part, const struct hal_frame *frame)
 {
     if (frame->length != 8) {
         return 0;
     }
-    if (channel->layout->frame_count == 1) {
-        return receive_sample(channel, &channel->layout->frames[0], frame);
-    }
-    return sensor_layout_is_numbered(channel->layout) ? receive_part(channel, part, frame)
-                                                      : receive_unnumbered(channel, part, frame);
+    return channel->layout->frame_count == 1 ? receive_sample(channel, &channel->layout->frames[0], frame)
+                                             : receive_part(channel, part, frame);
 }
 
 int sensor_channel_is_stale(const struct sensor_channel *channel, int64_t now_ns)

@@ -19,8 +19,8 @@ struct sensor_channel {
     const struct wrench_config *transformation;
     const struct sensor_layout_row *layout;
     int64_t stale_after_ns;
-    int64_t counter_lasts_ns; /* half a turn of the counter: until then a number means one sample */
-    int64_t window_ns;        /* without a number: of the frames of a sample, after the first one */
+    int64_t counter_lasts_ns; /* half a turn of the counter: until then a number means one sample. Without one: the
+                                 pairing window, from the first frame on */
 
     struct wrench wrench; /* newest whole sample: what the robot exerts on the object. In the sensor's axes, or with
                              [wrench] in the robot's frame about the tool's point */
