@@ -112,8 +112,8 @@ def test_a_torque_across_two_frames_is_one_number(dbc, firmware_layouts):
     for raw in [-32000, -257, -256, -255, -1, 0, 1, 255, 256, 32000, -32001, 32001]:
         wrench = Wrench()
         high, low = divmod(raw, 256)
-        rest = dict.fromkeys(("fx_N", "fy_N", "fz_N", "ty_N_m", "tz_N_m", "overload"), 0) | {"response": 11}
-        data = [message.encode(rest | {"tx_high_N_m": high * 0.128, "tx_low_N_m": low * 0.0005})
+        values = {"response": 11, "tx_high_N_m": high * 0.128, "tx_low_N_m": low * 0.0005}
+        data = [message.encode({signal.name: values.get(signal.name, 0) for signal in message.signals})
                 for message in (first, second)]
         assert data[0][7] == high & 0xFF and data[1][0] == low
         assert row.frames[0].decode(data[0], wrench) == 1
