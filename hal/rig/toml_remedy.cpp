@@ -19,6 +19,11 @@ bool is_letter(char c)
     return std::isalpha(static_cast<unsigned char>(c)) != 0;
 }
 
+bool is_ascii(std::string_view text)
+{
+    return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+}
+
 std::string_view trimmed(std::string_view text)
 {
     const std::size_t from = text.find_first_not_of(" \t\r");
@@ -139,6 +144,9 @@ std::string toml_remedy(std::string_view text, std::size_t line, std::string_vie
         return "a comment starts with #";
     }
     const std::size_t equals = wrong.find('=');
+    if (!is_ascii(wrong.substr(0, std::min(equals, wrong.find_first_of("\"'#"))))) {
+        return "write keys and sections in the letters a to z; texts in quotes may have any";
+    }
     if (equals != std::string_view::npos) {
         return value_remedy(trimmed(wrong.substr(equals + 1)));
     }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../../hal/rig/rig_file.h"
+#include "csv_cells.h"
 
 namespace berth
 {
@@ -27,7 +28,7 @@ std::int64_t parse_lateness(const std::string &text, const std::string &origin)
     std::int64_t lateness = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), lateness);
     if (error != std::errc() || end != text.data() + text.size() || lateness < 0 || lateness > 1000000000) {
-        throw input_error(origin + ": histogram: \"" + text +
+        throw input_error(origin + ": histogram: \"" + printable_cell(text) +
                           "\" is no lateness, which is a whole number from 0 to 1e9");
     }
     return lateness;
@@ -36,9 +37,11 @@ std::int64_t parse_lateness(const std::string &text, const std::string &origin)
 double parse_count(const std::string &lateness, const json &value, const std::string &origin)
 {
     const double count = value.is_number() ? value.get<double>() : -1.0;
-    if (!(count >= 0.0) || count != std::floor(count)) {
+    constexpr double count_max = 1e15; /* 80000 years at 400 Hz */
+    if (!(count >= 0.0 && count <= count_max) || count != std::floor(count)) {
         throw input_error(origin + ": histogram: the count at \"" + lateness +
-                          "\" must be a whole number, 0 or more (is " + value.dump() + ")");
+                          "\" must be a whole number, 0 or more and at most 1e15 (is " +
+                          printable_cell(value.dump()) + ")");
     }
     return count;
 }

@@ -83,6 +83,8 @@ BAD = {
     "a word for a count": ({"thread": {"0": {"histogram": {"3": "many"}}}}, ['"3"', "many"]),
     "negative lateness": (histogram({-3: 5}), ['"-3"', "whole number"]),
     "a word for a lateness": ({"thread": {"0": {"histogram": {"late": 1}}}}, ['"late"', "whole number"]),
+    "a lateness that a terminal obeys": ({"thread": {"0": {"histogram": {"l\n\x1b[2Jate": 1}}}}, ['"l??[2Jate"']),
+    "more wakes than there can be": (histogram({3: 5, 4: 10**300}), ['"4"', "at most 1e15"]),
     "a whole period": (histogram({3: 5, 2500: 1}), ["2500 us", "period", "missed"]),
     "nothing": ("", ["is not JSON"]),
 }

@@ -58,6 +58,7 @@ FILES = {
     "name of the wrong type": ('name = "ess"', "name = 3", ["name", "quotes"]),
     "description too long for a log": ("Solar generator", "Solar generator" * 500, ["description", "2000"]),
     "syntax error": ("dead_time_ms = 17.5", "dead_time_ms = = 17.5", []),
+    "letter outside ASCII in a key": ("dead_time_ms = 17.5", "dead_time_m\u00e9 = 17.5", ["\u00e9", "letters a to z"]),
     "open bracket": ("[robot]", "[robot", []),
     "bracket alone": ("[robot]", "[\n[robot]", ["syntax"]),
     "open quotes": ('interpolation = "linear"', 'interpolation = "linear', []),
