@@ -177,8 +177,7 @@ static std::vector<rig_key> make_own_keys()
         KEY("sensor_channel.force_limit_N", firmware.sensor_channel.force_limit_N, r::positive,
             "largest measured force; a larger one is a fault"),
         KEY("sensor_channel.pairing_window_ms", firmware.sensor_channel.pairing_window_ms, r::positive,
-            "frames without a number that come within this time of the first one are one sample; at most half of "
-            "the "
+            "frames without a number that come within this time of the first one are one sample; at most half the "
             "time between two samples"),
         KEY("sensor_channel.stale_after_ms", firmware.sensor_channel.stale_after_ms, r::positive,
             "age of the force sample at which the loop holds"),
