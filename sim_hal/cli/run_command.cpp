@@ -151,7 +151,11 @@ int run_command(const run_arguments &arguments)
         options.robot = robot_as_text(chosen);
     }
     options.stop = &stop_wanted;
-    load_wake_histogram(rig); /* before the output folder is made: an error leaves no empty one */
+    /* Before the output folder is made: an error leaves no empty one. */
+    if (const std::string note = left_out_note(load_wake_histogram(rig)); !note.empty()) {
+        std::fprintf(stderr, "berth: %s: %s; measure again with a longer --histogram\n",
+                     rig.run.lateness_file.c_str(), note.c_str());
+    }
     const profile profile(rig);
     if (!profile.note().empty()) {
         std::fprintf(stderr, "berth: %s\n", profile.note().c_str());

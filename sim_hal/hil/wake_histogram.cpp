@@ -34,10 +34,11 @@ std::int64_t parse_lateness(const std::string &text, const std::string &origin)
     return lateness;
 }
 
+constexpr double count_max = 1e15; /* 80000 years at 400 Hz */
+
 double parse_count(const std::string &lateness, const json &value, const std::string &origin)
 {
     const double count = value.is_number() ? value.get<double>() : -1.0;
-    constexpr double count_max = 1e15; /* 80000 years at 400 Hz */
     if (!(count >= 0.0 && count <= count_max) || count != std::floor(count)) {
         throw input_error(origin + ": histogram: the count at \"" + lateness +
                           "\" must be a whole number, 0 or more and at most 1e15 (is " +
@@ -55,10 +56,11 @@ bool add_thread(const json &thread, const std::string &origin, std::map<std::int
         return false;
     }
     for (const auto &[lateness, value] : histogram->items()) {
-        counts[parse_lateness(lateness, origin)] += parse_count(lateness, value, origin);
+        const std::int64_t key = parse_lateness(lateness, origin);
+        counts[key] += parse_count(lateness, value, origin);
     }
     const json *const counted = member(thread, "cycles");
-    cycles += counted != nullptr && counted->is_number() ? counted->get<double>() : 0.0;
+    cycles += counted != nullptr && counted->is_number() ? std::min(counted->get<double>(), count_max) : 0.0;
     return true;
 }
 
@@ -101,6 +103,17 @@ wake_histogram parse_wake_histogram(std::string_view text, const std::string &or
     result.mean_ns /= result.wakes;
     result.left_out = std::max(0.0, cycles - result.wakes);
     return result;
+}
+
+std::string left_out_note(const wake_histogram &histogram)
+{
+    if (histogram.left_out <= 0.0) {
+        return {};
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "%.0f of %.0f wake-ups are later than that file's histogram reaches: left out",
+                  histogram.left_out, histogram.left_out + histogram.wakes);
+    return text;
 }
 
 bool fits_period(const wake_histogram &histogram, const rig &rig)

@@ -33,6 +33,9 @@ wake_histogram parse_wake_histogram(std::string_view text, const std::string &or
 /* The file that run.lateness_file names, empty if none; throws input_error if it does not fit the rig's period. */
 wake_histogram load_wake_histogram(const rig &rig);
 
+/* Says how many wake-ups the histogram left out; empty if it has all. */
+std::string left_out_note(const wake_histogram &histogram);
+
 /* A wake-up a period late would miss a tick. */
 bool fits_period(const wake_histogram &histogram, const rig &rig);
 

@@ -267,9 +267,8 @@ std::vector<std::string> what_varies(const rig &rig, const wake_histogram &histo
                                 1e-3 * static_cast<double>(histogram.lateness_ns.front()),
                                 1e-3 * static_cast<double>(histogram.max_ns()), 1e-3 * histogram.mean_ns,
                                 rig.run.lateness_file.c_str()));
-        if (histogram.left_out > 0.0) {
-            effects.push_back(words("%.0f of %.0f wake-ups are later than that file's histogram reaches: left out",
-                                    histogram.left_out, histogram.left_out + histogram.wakes));
+        if (const std::string note = left_out_note(histogram); !note.empty()) {
+            effects.push_back(note);
         }
     }
     if (rig.robot.clock == robot_clock::free) {

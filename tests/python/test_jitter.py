@@ -84,6 +84,7 @@ BAD = {
     "negative lateness": (histogram({-3: 5}), ['"-3"', "whole number"]),
     "a word for a lateness": ({"thread": {"0": {"histogram": {"late": 1}}}}, ['"late"', "whole number"]),
     "a lateness that a terminal obeys": ({"thread": {"0": {"histogram": {"l\n\x1b[2Jate": 1}}}}, ['"l??[2Jate"']),
+    "such a lateness and no count": ({"thread": {"0": {"histogram": {"l\n\x1b[2Jate": -1}}}}, ['"l??[2Jate"']),
     "more wakes than there can be": (histogram({3: 5, 4: 10**300}), ['"4"', "at most 1e15"]),
     "a whole period": (histogram({3: 5, 2500: 1}), ["2500 us", "period", "missed"]),
     "nothing": ("", ["is not JSON"]),
@@ -111,7 +112,11 @@ def test_a_histogram_that_is_not_there(tmp_path):
 def test_wake_ups_beyond_the_histogram_are_told(write):
     value = histogram({3: 95})
     value["thread"]["0"]["cycles"] = 100
-    assert any("5 of 100" in text for text in eigen("--jitter", write(value))["varies"])
+    path = write(value)
+    assert any("5 of 100" in text for text in eigen("--jitter", path)["varies"])
+    done = command("run", "ess", "--no-log", "--set", "run.duration_s=0.1", "--jitter", path)
+    assert done.returncode == 0
+    assert done.stderr.decode().startswith(f"berth: {path}: 5 of 100 wake-ups are later than")
 
 
 # --- the picture of histograms ------------------------------------------------------------------------------------
