@@ -37,13 +37,15 @@ def decoded(text):
 
 
 def samples(frames):
-    """Force along z of each whole sample."""
+    """Force along z of each whole sample. Frames without a number come one after the other, the forces first."""
     forces, parts = [], {}
     for frame in frames:
-        if parts.get("counter") != frame["counter"]:
+        is_first = parts.get("counter") != frame["counter"] if "counter" in frame else "fz_N" in frame
+        if is_first:
             parts = {}
         parts |= frame
-        if len(parts.keys() - {"counter", "saturated"}) == 6:
+        axes = {name[:2] for name in parts if name.endswith(("_N", "_m")) and not name.startswith("tx_high")}
+        if len(axes) == 6:
             forces.append(parts["fz_N"])
     return forces
 
