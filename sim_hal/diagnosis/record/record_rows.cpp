@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../../hal/rig/rig_file.h"
 #include "../formatted.h"
+#include "../replay/robot_start.h"
 #include "record_gaps.h"
 
 namespace berth
