@@ -239,7 +239,8 @@ ACCURACY = [
 
 # an arm in the place of the manipulator
 ARM = [
-    ("limits ess", "one degree of freedom"),
+    ("limits ess --set robot.jitter_ms=1", "one degree of freedom"),
+    ("limits ess --with identification", "one degree of freedom"),
     ("compensate ess", "one degree of freedom"),
     ("eigen ess --set robot.jitter_ms=1", "one degree of freedom"),
     ("map ess --vary mass --set robot.jitter_ms=1", "one degree of freedom"),
