@@ -271,8 +271,8 @@ void refuse_arm(const rig &rig)
         const std::string effects = effect_keys_of(rig, is_beyond_small_motion);
         throw input_error(rig.name +
                           ": manipulator.arm: this reckons with a manipulator of one degree of freedom; run, eigen, "
-                          "map, reduce and accuracy look at the whole arm" +
-                          (effects.empty() ? "" : ", the last four for small motions, without " + effects) +
+                          "limits, map, reduce and accuracy look at the whole arm" +
+                          (effects.empty() ? "" : ", the last five for small motions, without " + effects) +
                           ". Leave the arm out to look at its reduction");
     }
 }

@@ -154,7 +154,7 @@ def test_the_same_seed_repeats_a_noisy_run_and_another_does_not(tmp_path):
 def test_replay(logs):
     result, log = logs("ess")
     assert replay_json(log) == {"log": str(log), "equal": True, "ticks": result["ticks"], "cut": False, "gap": False,
-                                "checksums": True, "damage": None, "whole_until_s": 59.9975}
+                                "checksums": True, "damage": None, "whole_until_s": pytest.approx(59.9975)}
 
 
 @pytest.mark.parametrize("rig, dead_time_ms", [("ess", 17.5), ("ess-50hz", 40.0), ("ess-half-dead-time", 7.5),
