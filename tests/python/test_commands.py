@@ -1,4 +1,4 @@
-"""Commands that people expect: init, check, runs that are kept, compare, report, names, colours, progress."""
+"""Commands that people expect: init, runs that are kept, compare, report, names, colours, progress."""
 
 import json
 import os
@@ -13,7 +13,7 @@ import tomllib
 
 import jsonschema
 import pytest
-from conftest import (BERTH, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, RIGS, ROOT, command, data_folder, one_json_object,
+from conftest import (BERTH, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, ROOT, command, data_folder, one_json_object,
                       settings)
 
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -80,62 +80,6 @@ def test_init_does_not_overwrite_without_force(tmp_path):
     assert b"mkdir -p" in lost.stderr
     assert command("init", tmp_path / "mine.txt").returncode == EXIT_INPUT
     assert command("init", tmp_path / "other.toml", "--object", "wall").returncode == EXIT_INPUT
-
-
-# --- check --------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("values, key", [
-    ({"object.stiffness_N_per_m": 5e7}, "object.stiffness_N_per_m"),
-    ({"object.stiffness_N_per_m": 5e7}, "sensor.stiffness_N_per_m"),
-    ({"sensor.stiffness_N_per_m": 2e3}, "sensor.stiffness_N_per_m"),
-    ({"loop.rate_Hz": 10, "robot.dead_time_ms": 100}, "loop.rate_Hz"),
-    ({"sensor.low_pass_frequency_Hz": 1.0}, "sensor.low_pass_frequency_Hz"),
-    ({"robot.dead_time_ms": 600}, "robot.dead_time_ms"),
-    ({"sensor.delay_ms": 2500}, "sensor.delay_ms"),
-    ({"robot.lag_ms": 900}, "robot.lag_ms"),
-    ({"sensor.gain_error": -0.99}, "sensor.gain_error"),
-    ({"object.damping_N_s_per_m": 1e5}, "object.damping_N_s_per_m"),
-    ({"manipulator.damping_N_s_per_m": 0}, "manipulator.damping_N_s_per_m"),
-    ({"object.mass_kg": 1e5}, "object.mass_kg"),
-    ({"object.stiffness_N_per_m": 3e6}, "manipulator.initial_position_m"),
-])
-def test_check_names_an_implausible_value_why_and_what_to_do(values, key):
-    done = command("check", "ess", "--json", *settings(values))
-    assert done.returncode == EXIT_DIFFERENT, done.stderr.decode()
-    found = {one["key"]: one for one in one_json_object(done.stdout)["implausible"]}
-    assert key in found and found[key]["why"] and found[key]["advice"]
-    shown = command("check", "ess", *settings(values)).stdout.decode()
-    assert f"implausible    {key}: " in shown and "delay " in shown
-
-
-@pytest.mark.parametrize("values, ran, words", [
-    ({"sensor.bias_N": 1e6}, False, "the force is beyond sensor_channel.force_limit_N"),
-    ({"sensor.saturation_N": 1}, False, "the force sensor is saturated"),
-    ({"sensor.noise_N": 1e5}, False, "force_limit"),
-    ({"limits.position_min_m": -0.002}, True, "position_limit"),
-])
-def test_check_finds_that_a_stable_rig_does_not_start_or_is_stopped(values, ran, words):
-    done = command("check", "ess", "--json", *settings(values))
-    told = one_json_object(done.stdout)
-    assert done.returncode == EXIT_DIFFERENT and told["stable"] is True and told["implausible"] == []
-    assert told["start"]["ran"] is ran and words in told["start"]["because"]
-    shown = command("check", "ess", *settings(values)).stdout.decode()
-    [line] = [line for line in shown.splitlines() if told["start"]["because"] in line]
-    assert line.split()[0] == ("stops" if ran else "does")
-    assert "the drive is not enabled" not in shown  # there is none
-
-
-@pytest.mark.parametrize("rig", [rig for rig in RIGS if "berthing" not in rig and "arm" not in rig])
-def test_the_shipped_rigs_are_plausible(rig):
-    done = command("check", rig, "--json")
-    result = one_json_object(done.stdout)
-    assert result["implausible"] == [], result["implausible"]
-    assert done.returncode == (EXIT_DONE if result["stable"] else EXIT_DIFFERENT)
-
-
-def test_check_of_a_file_that_cannot_be_read_has_an_exit_code_of_its_own(tmp_path):
-    assert command("check", tmp_path / "none.toml").returncode == EXIT_INPUT
-    assert command("check", "ess", "--set", "object.mass_kg=-1").returncode == EXIT_INPUT
-    assert command("check", "ess").returncode == EXIT_DONE
 
 
 # --- runs that are kept -------------------------------------------------------------------------------------------
