@@ -267,7 +267,9 @@ TEST_CASE("unnumbered frames: a loop runs on over lost, doubled and swapped ones
     const std::pair<sensor_layout, const char *> layouts[] = {
         {SENSOR_TWO_FRAMES_UNNUMBERED, "two_frames_unnumbered"},
         {SENSOR_TWO_FRAMES_UNNUMBERED_SPLIT, "two_frames_unnumbered_split"}};
-    for (const auto &[layout, name] : layouts) {
+    for (const auto &one : layouts) {
+        const sensor_layout layout = one.first;
+        const char *const name = one.second;
         CAPTURE(name);
         loop_on_a_wire loop(layout, name);
         const auto undisturbed = [](frames_of_tick &) {};
