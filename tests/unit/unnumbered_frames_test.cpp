@@ -12,7 +12,6 @@
 #include "sensor_bench.h"
 #include "sim_hal/hil/sim_hal.h"
 
-using sensor_test::numbered;
 using sensor_test::sample_period_ns;
 using sensor_test::sensor_bench;
 
