@@ -168,8 +168,8 @@ std::vector<block> driven_by(const column &one)
     return one.drives_witness ? std::vector<block>{one.output, one.witness} : std::vector<block>{one.output};
 }
 
-/* From the rows as they are on, while the blocks that it drives get better: each time with the base fitted anew, as
- * a base that is off by its tolerances hides some rows, and one that was fitted to late rows makes up for them. */
+/* Moves the column row by row while the blocks that it drives get better. The base is fitted anew each time. A base
+ * that is not fitted can hide a shift of a few rows; one that was fitted to the late column makes up for it. */
 int most_promising(const pair_of_records &data, const column &one, const rig &given)
 {
     std::vector<look> as_logged;
@@ -208,6 +208,7 @@ bool leaves_noise(const look &in_place, const pair_of_records &data, const colum
     const double noise = noise_from_row_to_row(data.fit, data.fit.*one.member);
     const sample_events none;
     const block_model model(one.output, data.fit, given, none, held_out_parts::none);
+    /* Twice: squares_of() adds it to an error that has it already. */
     const double least = std::pow(noise, 2) + 2.0 * std::pow(model.rounding_rms(), 2);
     return mean_of(in_place.of_fit) <= criteria::unseen_far * least;
 }

@@ -153,6 +153,16 @@ def data_id(message):
 BLOCK_KEY = b"\x14char[38] berth_block"  # of the messages that end blocks: hal/log_blocks.h
 
 
+GARBAGE = ("zeros", "ones", "noise", "shifted", "doubled")
+
+
+def with_garbage(kind, data, at, size, random_source):
+    """The bytes of a log with `size` of them from `at` on spoilt in one of the ways of GARBAGE."""
+    stuff = {"zeros": bytes(size), "ones": b"\xff" * size, "noise": random_source.randbytes(size), "shifted": b"",
+             "doubled": data[at : at + size] * 2}[kind]
+    return data[:at] + stuff + data[at + size :]
+
+
 def without_checksums(data):
     """The bytes of a log without the messages that end its blocks, as other programs save it: for tests that change a
     log on purpose. It counts as a log that has no checksums, so that a change is no damage."""

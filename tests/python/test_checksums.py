@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from conftest import (BLOCK_KEY, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, TICK, command, data_id, one_json_object, patched,
-                      record_type, replay_json, ulog_messages, without_checksums)
+from conftest import (BLOCK_KEY, EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, GARBAGE, TICK, command, data_id,
+                      one_json_object, patched, record_type, replay_json, ulog_messages, with_garbage,
+                      without_checksums)
 from pyulog import ULog
 
 PERIOD_s = 0.0025
@@ -114,8 +115,8 @@ def test_others_than_its_owner_and_group_do_not_read_a_log(logs):
 
 # --- damage -------------------------------------------------------------------------------------------------------
 def check_damage(data, at, original, path, subcommands=("replay", "summary"), blocks_max=2):
-    """Damage at byte `at` is found. The bytes that are told hold it and begin where a block begins, the times hold its
-    time, and what lies before is whole. A block behind a damaged message is damaged, too: it begins with it."""
+    """Damage at byte `at` is found. The reported range of bytes holds it and begins where a block begins, the times
+    hold its time, and what lies before is whole. A block behind a damaged message is damaged, too: it begins with it."""
     path.write_bytes(data)
     result, message = told(path, EXIT_INPUT, subcommands)
     if result is None:
@@ -196,7 +197,7 @@ def test_every_bit_of_a_length_and_of_a_type(which, original, tmp_path):
             flip(at, bit, original, tmp_path / "flipped.ulg")
 
 
-@pytest.mark.parametrize("kind", ["zeros", "ones", "noise", "shifted", "doubled"])
+@pytest.mark.parametrize("kind", GARBAGE)
 def test_garbage_is_damage_or_a_cut_and_never_a_difference(kind, original, tmp_path):
     data, _ = original
     random_source = random.Random(f"{SEED} {kind}")
@@ -204,9 +205,7 @@ def test_garbage_is_damage_or_a_cut_and_never_a_difference(kind, original, tmp_p
     for _ in range(6):
         at = random_source.randrange(8, len(data) - 20000)
         size = random_source.choice([3, 40, 1000, 20000])
-        stuff = {"zeros": bytes(size), "ones": b"\xff" * size, "noise": random_source.randbytes(size),
-                 "shifted": b"", "doubled": data[at : at + size] * 2}[kind]
-        made = data[:at] + stuff + data[at + size :]
+        made = with_garbage(kind, data, at, size, random_source)
         if made != data:
             print(f"seed {SEED} {kind}: {size} at {at}")
             path.write_bytes(made)

@@ -4,8 +4,8 @@ import random
 import warnings
 
 import pytest
-from conftest import (EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, FRAME, TICK, command, data_id,
-                      one_json_object, replay_json, ulog_messages, without_checksums)
+from conftest import (EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, FRAME, GARBAGE, TICK, command, data_id,
+                      one_json_object, replay_json, ulog_messages, with_garbage, without_checksums)
 from pyulog import ULog
 
 # Messages of every kind and some of the run itself, in a file that is small enough for many cuts.
@@ -131,7 +131,7 @@ def test_any_flipped_byte_of_configuration_and_formats_is_noticed(original, tmp_
             assert noticed, f"seed {SEED}, byte {at}: {message.content[:40]}"
 
 
-@pytest.mark.parametrize("kind", ["zeros", "ones", "noise", "shifted", "doubled"])
+@pytest.mark.parametrize("kind", GARBAGE)
 def test_garbage(kind, original, tmp_path):
     """Long stretches of nonsense at seeded places, in replay and candump alike."""
     data, _ = original
@@ -140,9 +140,7 @@ def test_garbage(kind, original, tmp_path):
     for _ in range(25):
         at = random_source.randrange(len(data))
         size = random_source.choice([1, 3, 40, 1000, 20000])
-        stuff = {"zeros": bytes(size), "ones": b"\xff" * size, "noise": random_source.randbytes(size),
-                 "shifted": b"", "doubled": data[at : at + size] * 2}[kind]
-        path.write_bytes(data[:at] + stuff + data[at + size :])
+        path.write_bytes(with_garbage(kind, data, at, size, random_source))
         replay(path)
         done = command("candump", path, "--json")
         assert done.returncode in (EXIT_DONE, EXIT_INPUT), f"seed {SEED} {kind}, {size} at {at}: {done.stderr}"
