@@ -1,5 +1,6 @@
 #include "log_blocks.h"
 
+#include <charconv>
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
@@ -16,6 +17,7 @@ namespace
 constexpr std::string_view block_key = "\x14"
                                        "char[38] berth_block";
 constexpr std::size_t block_text_bytes = 38;
+constexpr std::size_t begin_digits = 16; /* hexadecimal, with which the text begins */
 constexpr std::size_t block_content_bytes = block_key.size() + block_text_bytes;
 constexpr std::size_t block_message_bytes = ulog_message_header_bytes + block_content_bytes;
 
@@ -41,10 +43,10 @@ seal read_seal(std::string_view file, std::size_t at, std::size_t begin_min)
 {
     seal seal{at, at + block_message_bytes};
     const std::string_view message = file.substr(at, block_message_bytes);
-    const std::string text(message.substr(ulog_message_header_bytes + block_key.size()));
-    seal.is_last = text.size() == block_text_bytes && text.substr(text.size() - 4) == "last";
-    if (std::sscanf(text.c_str(), "%16" SCNx64, &seal.begin_byte) == 1 && seal.begin_byte >= begin_min &&
-        seal.begin_byte <= at) {
+    const std::string_view text = message.substr(ulog_message_header_bytes + block_key.size());
+    seal.is_last = text.substr(text.size() - 4) == "last";
+    const auto [end, error] = std::from_chars(text.data(), text.data() + begin_digits, seal.begin_byte, 16);
+    if (error == std::errc() && seal.begin_byte >= begin_min && seal.begin_byte <= at) {
         const std::uint64_t sum = checksum_of(file.substr(seal.begin_byte, at - seal.begin_byte));
         seal.fits = message == block_message({seal.begin_byte, sum, seal.is_last});
     }

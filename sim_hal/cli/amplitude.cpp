@@ -8,6 +8,7 @@
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
 #include "gains_report.h"
+#include "json_or_null.h"
 #include <cmath>
 #include <cstdio>
 

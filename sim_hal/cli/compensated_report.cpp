@@ -10,6 +10,7 @@
 #include "../stability/loop_timeline.h"
 #include "../verdict_words.h"
 #include "gains_report.h"
+#include "json_or_null.h"
 #include "short_number.h"
 #include "verdict_report.h"
 

@@ -13,6 +13,7 @@
 #include "commands.h"
 #include "compensated_report.h"
 #include "gains_report.h"
+#include "json_or_null.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "../advice.h"
+#include "json_or_null.h"
 
 namespace berth
 {

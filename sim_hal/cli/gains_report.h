@@ -10,13 +10,6 @@
 namespace berth
 {
 
-/* Nothing is null. */
-template <typename T>
-nlohmann::json or_null(const std::optional<T> &value)
-{
-    return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
 struct gain_ranking {
     double share;
     std::optional<loop_quality> now;

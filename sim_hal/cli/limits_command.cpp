@@ -15,6 +15,7 @@
 #include "commands.h"
 #include "compensated_report.h"
 #include "gains_report.h"
+#include "json_or_null.h"
 #include "parameter_report.h"
 #include "progress_line.h"
 #include "robot_choice.h"

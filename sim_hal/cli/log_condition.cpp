@@ -4,13 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "json_or_null.h"
+
 namespace berth
 {
-
-static nlohmann::json or_null(const std::optional<double> &time_s)
-{
-    return time_s ? nlohmann::json(*time_s) : nlohmann::json();
-}
 
 nlohmann::json as_json(const log_condition &condition)
 {

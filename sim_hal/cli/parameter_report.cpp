@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gains_report.h"
+#include "json_or_null.h"
 #include "short_number.h"
 
 namespace berth

@@ -7,6 +7,7 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../effects/active.h"
+#include "json_or_null.h"
 #include "number.h"
 #include "progress_line.h"
 
@@ -51,16 +52,11 @@ nlohmann::json swing_json(const swing &swing)
     return {{"frequency_Hz", swing.frequency_Hz}, {"damping_ratio", swing.damping_ratio}};
 }
 
-nlohmann::json number_or_null(const std::optional<double> &value)
-{
-    return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
 nlohmann::json as_json(const amplitude_result::limits &limits)
 {
-    return {{"frequency_m", number_or_null(limits.frequency.from_m)},
+    return {{"frequency_m", or_null(limits.frequency.from_m)},
             {"frequency_determined", limits.frequency.is_determined},
-            {"damping_m", number_or_null(limits.damping.from_m)},
+            {"damping_m", or_null(limits.damping.from_m)},
             {"damping_determined", limits.damping.is_determined}};
 }
 
@@ -224,7 +220,7 @@ nlohmann::json as_json(const amplitude_result &result)
             {"amplitude_m", at.amplitude_m}, {"full", nullptr}, {"not_measured", nullptr}, {"at_limit", nullptr}};
         if (at.full.frequency_Hz) {
             row["full"] = {{"frequency_Hz", *at.full.frequency_Hz},
-                           {"damping_ratio", number_or_null(at.full.damping_ratio)}};
+                           {"damping_ratio", or_null(at.full.damping_ratio)}};
             row["at_limit"] = names_of(at.full.limits);
         }
         if (!at.full.not_measured.empty()) {

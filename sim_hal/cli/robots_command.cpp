@@ -4,6 +4,7 @@
 
 #include "../../hal/rig/robot_file.h"
 #include "commands.h"
+#include "json_or_null.h"
 #include "short_number.h"
 
 namespace berth
@@ -16,11 +17,6 @@ constexpr const char *rigs_own = "the rig's";
 constexpr const char *columns = "%-13s  %-9s  %-10s  %-9s  %s\n";
 constexpr std::size_t source_column = 13 + 2 + 9 + 2 + 10 + 2 + 9 + 2;
 constexpr std::size_t source_width = 66;
-
-nlohmann::json or_null(const std::optional<double> &value)
-{
-    return value ? nlohmann::json(*value) : nlohmann::json();
-}
 
 nlohmann::json as_json(const robot_preset &robot)
 {

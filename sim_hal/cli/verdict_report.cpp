@@ -6,6 +6,7 @@
 #include "../verdict_words.h"
 #include "colour.h"
 #include "gains_report.h"
+#include "json_or_null.h"
 #include "short_number.h"
 
 namespace berth

@@ -142,10 +142,11 @@ place least_error(block which, const pair_of_records &data, const column &one, i
 {
     std::array<double, 3> squares{};
     std::size_t count = 0;
-    for (const int beside : {-1, 0, 1}) {
+    for (std::size_t n = 0; n < squares.size(); n++) {
+        const int beside = static_cast<int>(n) - 1;
         const std::vector<double> all =
             squares_of(which, with_column_in_place(data.fit, one.member, rows + beside), given, rig);
-        squares[static_cast<std::size_t>(beside + 1)] = mean_of(all);
+        squares[n] = mean_of(all);
         count = all.size();
     }
     const double bend = squares[0] - 2.0 * squares[1] + squares[2];

@@ -86,10 +86,12 @@ class smoother
 double likeliest_density(smoother &rows, std::size_t count, double period_s, double noise)
 {
     constexpr double step = 4.0;
+    constexpr int steps = 35;                                             /* 4^35: 21 decades, from 1e-12 to 1e9 */
     const double unit = noise * noise / (period_s * period_s * period_s); /* moves as much in a row as the noise */
     double best = unit;
     double most = -1e300;
-    for (double density = 1e-12 * unit; density < 1e9 * unit; density *= step) {
+    double density = 1e-12 * unit;
+    for (int n = 0; n < steps; n++, density *= step) {
         const double likelihood = rows.filter(std::vector<double>(count, density));
         if (likelihood > most) {
             most = likelihood;
