@@ -1,5 +1,4 @@
-/* What a rig file schedules to change in the loop while it runs: a jump of the dead time (run.dead_time_jump_s), a
- * dead time or a stiffness that drifts. At each instant the loop is taken as if it stayed what it is then. */
+/* What becomes of a loop that a rig file schedules to change while it runs, see stability/scheduled_rig.h. */
 #ifndef SIM_HAL_SCHEDULE_H
 #define SIM_HAL_SCHEDULE_H
 
@@ -8,6 +7,7 @@
 
 #include "../hal/rig/rig.h"
 #include "prediction.h"
+#include "stability/scheduled_rig.h"
 
 namespace berth
 {
@@ -17,10 +17,6 @@ struct scheduled_loop {
     berth::rig rig; /* as it is then, with nothing scheduled */
     growth_prediction prediction;
 };
-
-/* Whether the loop changes on schedule while it is closed: between release and grip on the one hand, and end,
- * letting go and stop of the run on the other. */
-bool has_schedule(const rig &rig);
 
 /* The loops of the schedule, in order of time: at its start, from each jump on, and in equal steps along a drift.
  * With the instants, to 1 % of the run, at which a drift makes the loop stable or unstable. */

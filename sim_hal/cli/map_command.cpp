@@ -276,13 +276,15 @@ std::vector<double> compute_restitutions(const map_request &request, int threads
                 if (setter.set(request.x.value(i), request.y.value(row)) != point_state::possible) {
                     continue;
                 }
-                rig touching = setter.rig();
-                touching.object.kind = object_kind::contact;
-                const auto bounce = play_bounce(touching);
-                if (bounce && bounce->restitution > 0.0) {
-                    found[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count) +
-                          static_cast<std::size_t>(i)] = bounce->restitution;
-                }
+                double &highest = found[static_cast<std::size_t>(row) * static_cast<std::size_t>(request.x.count) +
+                                        static_cast<std::size_t>(i)];
+                setter.for_each_loop([&](rig touching) {
+                    touching.object.kind = object_kind::contact;
+                    const auto bounce = play_bounce(touching);
+                    if (bounce && bounce->restitution > 0.0 && !(highest > bounce->restitution)) {
+                        highest = bounce->restitution;
+                    }
+                });
             }
         };
     });
@@ -322,8 +324,8 @@ int map_command(const map_arguments &arguments)
     if (job.run_s == 0.0 && request.rig.firmware.arm.kind != ARM_NONE) {
         spectral_radius_of(request.rig); /* throws where an arm has none */
     }
-    if (job.run_s == 0.0) {
-        tell_left_out(request.rig, request.amplitude_m);
+    for (const std::string &line : left_out_of_map(job)) {
+        std::fprintf(stderr, "berth: %s\n", line.c_str());
     }
     const int threads = arguments.threads > 0 ? arguments.threads
                                               : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

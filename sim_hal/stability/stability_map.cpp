@@ -40,6 +40,11 @@ double radius_at_amplitude(const rig &rig, double amplitude_m)
                : nan;
 }
 
+double worse(double a, double b)
+{
+    return std::isnan(a) || a > b ? a : b;
+}
+
 /* What goes along a row from point to point. */
 struct row_worker {
     explicit row_worker(const map_request &request)
@@ -54,21 +59,23 @@ struct row_worker {
         if (setter.set(x, y) != point_state::possible) {
             return nan;
         }
+        double worst = 0.0;
+        setter.for_each_loop([&](const rig &loop) { worst = worse(worst, radius_of(loop)); });
+        return worst;
+    }
+
+    double radius_of(const rig &loop)
+    {
         if (reduced_to) {
-            return finder.spectral_radius(maker.make(with_reduced(setter.rig(), *reduced_to)));
+            return finder.spectral_radius(maker.make(with_reduced(loop, *reduced_to)));
         }
-        if (compensation_is_on(&setter.rig().firmware)) {
-            double largest = 0.0;
-            setter.for_each_model([&](const rig &told) { largest = std::max(largest, spectral_radius_of(told)); });
-            return largest;
-        }
-        if (setter.rig().firmware.arm.kind != ARM_NONE) {
-            return spectral_radius_of(setter.rig());
+        if (compensation_is_on(&loop.firmware) || loop.firmware.arm.kind != ARM_NONE) {
+            return spectral_radius_of(loop);
         }
         if (amplitude_m > 0.0) {
-            return radius_at_amplitude(setter.rig(), amplitude_m);
+            return radius_at_amplitude(loop, amplitude_m);
         }
-        return finder.spectral_radius(maker.make(setter.rig()));
+        return finder.spectral_radius(maker.make(loop));
     }
 
     map_point_setter setter;
@@ -147,7 +154,15 @@ std::vector<map_point_setter::model_error> map_point_setter::errors_of(const map
 
 point_state map_point_setter::set(double x, double y)
 {
-    const point_state state = set_point(x, y);
+    point_state state = set_point(x, y);
+    is_scheduled_ = state == point_state::possible && has_schedule(rig_);
+    if (is_scheduled_) {
+        instants_s_ = instants_of_schedule(rig_);
+        const bool has_no_loop = std::any_of(instants_s_.begin(), instants_s_.end(), [&](double at_s) {
+            return !reason_against(rig_, rig_at(rig_, at_s)).empty();
+        });
+        state = has_no_loop ? point_state::invalid : state;
+    }
     if (told_ == told_model::of_the_rig) {
         rig_.firmware.hardware = model_of_the_rig_;
     }

@@ -1,4 +1,5 @@
-/* Largest |z| of the loop over two parameters of a rig. */
+/* Largest |z| of the loop over two parameters of a rig; of a loop that changes on schedule, the largest of all
+ * instants at each point. */
 #ifndef SIM_HAL_STABILITY_STABILITY_MAP_H
 #define SIM_HAL_STABILITY_STABILITY_MAP_H
 
@@ -10,6 +11,7 @@
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig.h"
 #include "../arm/linear_arm.h"
+#include "scheduled_rig.h"
 #include "spectrum.h"
 
 namespace berth
@@ -65,6 +67,21 @@ class map_point_setter
     point_state set(double x, double y);
     const berth::rig &rig() const { return rig_; }
 
+    /* Each loop of the point: with each model that it may have been told, at each instant of its schedule. */
+    template <typename F>
+    void for_each_loop(F &&look)
+    {
+        for_each_model([&](const berth::rig &told) {
+            if (!is_scheduled_) {
+                look(told);
+                return;
+            }
+            for (const double at_s : instants_s_) {
+                look(rig_at(told, at_s));
+            }
+        });
+    }
+
     /* The rig of the point with each model that its loop may have been told. */
     template <typename F>
     void for_each_model(F &&look)
@@ -95,6 +112,8 @@ class map_point_setter
     berth::rig rig_;
     hardware_model model_of_the_rig_;
     std::vector<model_error> errors_;
+    bool is_scheduled_ = false;
+    std::vector<double> instants_s_;
     const rig_key *x_key_;
     const rig_key *y_key_;
 };

@@ -1,6 +1,7 @@
 """`run`, `eigen`, `limits` and `check` give one answer to "will my rig blow up?": the same verdict and exit code. What a
 docking tool does is read off long runs without noise on both sides of each limit."""
 
+import json
 import re
 import sys
 import tomllib
@@ -69,6 +70,16 @@ def flight_peaks_m(path, tmp_path, *more):
     x = -log.tick["manipulator_position_m"][log.tick["state"] == 2]
     tops = (x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:]) & (x[1:-1] > 0.0)
     return x[1:-1][tops]
+
+
+def test_a_map_counts_no_point_stable_whose_bounces_gain_energy(write_rig, tmp_path):
+    """From 1475 N/m on, at the rig's damping; of the last two points the tool in contact grows as well."""
+    done = command("map", write_rig(DOCK), "--json", "--out", tmp_path, "--x", "object.stiffness_N_per_m=1350:1650:7",
+                   "--y", "object.damping_N_s_per_m=59:60:2", check=True)
+    told = json.loads(done.stdout)
+    columns = np.genfromtxt(told["csv"], delimiter=",", names=True)
+    stays, gains = columns["growth_per_s"] < 0.0, columns["restitution"] > 1.0
+    assert (stays & gains).any() and told["stable_share"] == pytest.approx((stays & ~gains).mean())
 
 
 @pytest.mark.long

@@ -163,6 +163,26 @@ def test_map_at_an_amplitude_is_what_eigen_says_at_every_point(tmp_path):
         assert one_json_object(point.stdout)["spectral_radius"] == pytest.approx(told, rel=1e-9), values
 
 
+JUMP = ["run.dead_time_jump_s=5", "run.dead_time_jump_ms=4"]
+
+
+@pytest.mark.parametrize("scheduled, x, instants", [
+    (JUMP, "robot.dead_time_ms=5:29:4", 2),
+    (["robot.dead_time_drift_ms_per_s=0.2"], "robot.dead_time_ms=5:29:4", 17),
+    (["object.stiffness_drift_per_s=0.02"], "object.damping_N_s_per_m=0:60:4", 17),
+    ([*JUMP, "loop.lost_sample_probability=0.1"], "robot.dead_time_ms=5:29:2", 2)])
+def test_a_loop_that_changes_on_schedule_is_at_each_point_what_eigen_says(scheduled, x, instants, tmp_path):
+    result, columns = map_json(tmp_path, "ess", *(part for one in scheduled for part in ("--set", one)), "--x", x,
+                               "--y", "object.mass_kg=60:190:2")
+    assert len(result["scheduled_at_s"]) == instants and result["left_out"] == []
+    for point, growth_per_s in zip(zip(columns[0], columns[1]), columns[-1 if "lost" in scheduled[-1] else 3]):
+        values = [*scheduled, *(f"{axis['name']}={float(value)!r}"
+                                for axis, value in zip((result["axes"]["x"], result["axes"]["y"]), point))]
+        at_point = one_json_object(
+            command("eigen", "ess", "--json", *(part for one in values for part in ("--set", one))).stdout)
+        assert at_point["growth_per_s"] == pytest.approx(growth_per_s, rel=1e-4, abs=1e-6), values
+
+
 def test_points_that_drift_freely_are_not_counted_as_stable(tmp_path):
     """No spring on either body: z = 1, whatever rounding makes of it."""
     result, columns = map_json(tmp_path, "ess", "--set", "manipulator.stiffness_N_per_m=0", "--x",

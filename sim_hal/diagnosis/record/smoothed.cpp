@@ -90,8 +90,8 @@ double likeliest_density(smoother &rows, std::size_t count, double period_s, dou
     const double unit = noise * noise / (period_s * period_s * period_s); /* moves as much in a row as the noise */
     double best = unit;
     double most = -1e300;
-    double density = 1e-12 * unit;
-    for (int n = 0; n < steps; n++, density *= step) {
+    for (int n = 0; n < steps; n++) {
+        const double density = 1e-12 * unit * std::pow(step, n);
         const double likelihood = rows.filter(std::vector<double>(count, density));
         if (likelihood > most) {
             most = likelihood;
