@@ -6,13 +6,16 @@
  *   assumed    assumptions_of(): what decides and was not stated
  *   spectrum   loop_spectrum(): eigenvalues of one period; predict_growth(): the growth that they say, in 1/s
  *   schedule   worst_of_schedule(): the loop that decides where a rig file schedules a change
+ *   amplitude  predictor_at(): of a loop whose effects depend on the size of its motion
  *   answer     answer_of(): prediction, advice and margin of a rig, the same for every command
- *   limits     find_limits(): how far one parameter may go; advise(): the smallest change that makes a loop stable
+ *   limits     limits_of(): how far each parameter may go; advise(): the smallest change that makes a loop stable
  *   bounce     play_bounce(): restitution of a tool in contact; find_bounce_limit(): where it gains energy
  *   compensated  growth_of_compensated(), limits_of_compensated(): of loops with compensation of the dead time
+ *   compensation  choose_compensation(), recommend(): which method suits a rig
  *   map        stability_map.h: largest |z| over two parameters
- *   run        motion_recorder takes a run's ticks; motion_evidence is what they show
- *   verdict    judge(): one verdict from prediction and motion, its words and its advice
+ *   run        play(): firmware and simulated rig in virtual time; motion_recorder takes a run's ticks;
+ * motion_evidence is what they show; answer_of_run(): what motion and model say together verdict    judge(): one
+ * verdict from prediction and motion, its words and its advice
  *
  * Everything that is wrong with a rig comes as input_error, with file, line, key and remedy. Sources of the
  * mathematics stand in the headers of stability/. */
@@ -27,8 +30,12 @@
 #include "bounce.h"
 #include "compensated.h"
 #include "delay_budget.h"
+#include "loop_at_amplitude.h"
 #include "motion.h"
 #include "prediction.h"
+#include "recommendation.h"
+#include "rig_limits.h"
+#include "run_answer.h"
 #include "schedule.h"
 #include "stability/limits.h"
 #include "stability/spectrum.h"

@@ -15,7 +15,22 @@ namespace berth
 /* What a user got wrong: one line for a person. Ends the program with exit code 2. */
 class input_error : public std::runtime_error
 {
+  public:
     using std::runtime_error::runtime_error;
+
+    /* "place: key: message", and the parts for a program. `place`: a file, "file:line" or an option. */
+    input_error(const std::string &place, const std::string &key, const std::string &message)
+        : std::runtime_error(place + ": " + key + ": " + message), place_(place), key_(key)
+    {
+    }
+
+    /* Empty where the line has none. */
+    const std::string &place() const { return place_; }
+    const std::string &key() const { return key_; }
+
+  private:
+    std::string place_;
+    std::string key_;
 };
 
 /* A rig, a robot preset or an arm shipped with the program. */

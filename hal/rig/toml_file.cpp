@@ -52,7 +52,7 @@ std::string place(const std::string &origin, const toml::source_region &source)
 
 [[noreturn]] void fail(const std::string &where, const rig_error &error)
 {
-    throw input_error(where + ": " + error.key + ": " + error.message);
+    throw input_error(where, error.key, error.message);
 }
 
 std::string number_text(double value)

@@ -6,6 +6,7 @@
 #include "../../hal/rig/rig_file.h"
 #include "../compensated.h"
 #include "../compensation/chooser.h"
+#include "../recommendation.h"
 #include "../stability/arm_loop.h"
 #include "commands.h"
 #include "progress_line.h"
@@ -17,14 +18,6 @@ namespace berth
 
 namespace
 {
-
-/* A robust method whose motion is further from the truth than this is none that one would want. */
-constexpr double useful_error = 0.5;
-
-bool is_useful(const method_verdict &verdict)
-{
-    return verdict.worst_error <= useful_error;
-}
 
 nlohmann::json as_json(const choice &made, const method_verdict &verdict)
 {
@@ -170,51 +163,6 @@ std::string setting_of(const helpful_change &change)
     char number[40];
     std::snprintf(number, sizeof number, "%.10g", change.to);
     return change.key + "=" + number;
-}
-
-/* What the line "check it" says; nothing: the loop is stable. A tool in contact is held to the material there, which
- * no trial does. */
-std::optional<std::string> why_unsafe(const rig &original, const std::vector<std::string> &settings)
-{
-    rig with = original;
-    for (const std::string &setting : settings) {
-        const std::size_t equals = setting.find('=');
-        if (const auto error = set_value(with, setting.substr(0, equals), setting.substr(equals + 1))) {
-            throw input_error(error->key + ": " + error->message);
-        }
-    }
-    if (const auto error = complete_and_check(with)) {
-        throw input_error(error->key + ": " + error->message);
-    }
-    const compensated_growth found = growth_of_compensated(with);
-    return found.is_stable() ? std::nullopt : std::optional(found.verdict.because);
-}
-
-struct unsafe_method {
-    std::string name;
-    std::string because;
-};
-
-struct recommendation {
-    const method_verdict *best = nullptr; /* of those that are robust, useful and safe; none: null */
-    std::vector<unsafe_method> passed_over;
-};
-
-recommendation recommend(const choice &made, const rig &rig)
-{
-    recommendation found;
-    for (const method_verdict &verdict : made.methods) {
-        if (!verdict.is_robust || !is_useful(verdict)) {
-            break; /* so are all that follow */
-        }
-        const auto because = why_unsafe(rig, verdict.method.settings);
-        if (!because) {
-            found.best = &verdict;
-            break;
-        }
-        found.passed_over.push_back({verdict.method.name, *because});
-    }
-    return found;
 }
 
 nlohmann::json as_json(const std::vector<unsafe_method> &passed_over)

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "../../firmware/compensation/compensation.h"
-#include "../bounce_limits.h"
 #include "../compensated.h"
+#include "../rig_limits.h"
 #include "../stability/first_order_limit.h"
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
@@ -196,11 +196,7 @@ int limits_command(const limits_arguments &arguments)
     verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&own.firmware);
     verdict.is_stable = verdict.spectral_radius < 1.0 && !verdict.predicted.gains_by_bounces();
     verdict.describing_function = describing_function_json(rig, amplitude_m);
-    /* A new finder each time: one that goes on from the value before may follow another mode there. */
-    const linear_view linear = [&](const berth::rig &of) {
-        return amplitude_m == 0.0 ? in_contact(of) : equivalent_finder(amplitude_m).find(of).linear;
-    };
-    const scan &how = amplitude_m == 0.0 ? fine_scan : is_slow_to_find(rig) ? scan_of_slow_ones : scan_of_harmonics;
+    const linear_view linear = linear_view_at(amplitude_m);
     if (amplitude_m > 0.0 && is_slow_to_find(rig) && !arguments.json) {
         std::fprintf(
             stderr,
@@ -208,17 +204,13 @@ int limits_command(const limits_arguments &arguments)
             "minutes where a grip that gives way rubs as well\n");
     }
     const progress_line progress;
-    std::vector<parameter_limits> parameters;
+    const std::vector<parameter_limits> parameters =
+        limits_of(rig, amplitude_m, [&](std::string_view key) { progress.show("limits: " + std::string(key)); });
     std::optional<double> searched_ms; /* of the dead time */
-    for (const std::string_view key : physical_parameters(rig)) {
-        progress.show("limits: " + std::string(key));
-        parameters.push_back(find_limits(rig, key, linear, how));
-        if (amplitude_m == 0.0) {
-            cut_by_bounces(parameters.back(), rig);
-        }
-        if (key == "robot.dead_time_ms") {
-            verdict.margin_ms = dead_time_margin_ms(rig, parameters.back(), linear);
-            searched_ms = parameters.back().to - parameters.back().value;
+    for (const parameter_limits &parameter : parameters) {
+        if (parameter.key == "robot.dead_time_ms") {
+            verdict.margin_ms = dead_time_margin_ms(rig, parameter, linear);
+            searched_ms = parameter.to - parameter.value;
         }
     }
     progress.show("limits: rates, gains");
@@ -271,7 +263,7 @@ int limits_command(const limits_arguments &arguments)
     print_loop(chosen, verdict, judged, margin, is_run);
     print_delay_budget(stated);
     print_bounce(bounce);
-    print_parameters(parameters, how);
+    print_parameters(parameters, scan_at(rig, amplitude_m));
     if (!varies) {
         print_nearest_limit(parameters, verdict.is_stable);
     }

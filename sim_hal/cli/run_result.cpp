@@ -6,7 +6,6 @@
 
 #include "../../hal/rig/rig_file.h"
 #include "../arm/linear_arm.h"
-#include "../compensated.h"
 #include "../stability/inverse_filter_response.h"
 #include "../start_trial.h"
 #include "robot_choice.h"
@@ -97,21 +96,6 @@ nlohmann::json accuracy_json(const step_accuracy &accuracy, const rig &rig)
             {"because", accuracy_sentence(accuracy, rig)}};
 }
 
-/* Noise and a short run may hide how a loop with play or friction swings, which is not predicted otherwise. */
-stability_verdict told_by_a_run_without_noise(const stability_verdict &of, const motion_evidence &motion,
-                                              const stability_verdict &without_noise)
-{
-    const bool is_open = of.kind == verdict_kind::undetermined || of.kind == verdict_kind::stable;
-    const bool is_whole = motion.has_moved && motion.has_touched &&
-                          (motion.stop.cause == STOP_NONE || motion.stop.cause == STOP_REQUESTED);
-    if (!is_open || !is_whole || without_noise.is_stable == of.is_stable) {
-        return of;
-    }
-    stability_verdict found = without_noise;
-    found.because += "; this run alone does not tell";
-    return found;
-}
-
 } // namespace
 
 void note_tick(run_result &result, const rig &rig, const tick_record &record, const arm_record &arm,
@@ -157,19 +141,10 @@ void conclude(run_result &result, const rig &rig, const tick_record &last, answe
         result.obstacles = obstacles_of(last);
     }
     result.evidence = result.motion.conclude();
-    const model_answer answer = answer_of(rig, predict_unscheduled, {}, scope);
-    result.predicted = answer.worst.prediction;
-    verdict_case all{
-        result.predicted, result.evidence, answer.margin, answer.advice, rig.firmware.manipulator.mass_kg, {},
-        result.obstacles};
-    if (result.evidence.falls == std::optional<bool>(false)) {
-        all.cycles = predict_cycles(rig, result.evidence.height_m);
-    }
-    result.verdict = judge(all);
-    if (answer.by_runs) {
-        result.verdict = told_by_a_run_without_noise(result.verdict, result.evidence, *answer.by_runs);
-    }
-    result.margin = result.verdict.is_stable == std::optional<bool>(false) ? stability_margin() : answer.margin;
+    const run_answer answer = answer_of_run(rig, result.evidence, result.obstacles, scope);
+    result.predicted = answer.predicted;
+    result.margin = answer.margin;
+    result.verdict = answer.verdict;
     if (has_arm(rig) && scope == answer_scope::whole) {
         result.accuracy = estimate_accuracy(rig);
     }
