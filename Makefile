@@ -4,7 +4,7 @@ BUILD := build
 PYTHON := .venv/bin/python
 .DEFAULT_GOAL := help
 
-include scripts/programs.mk scripts/tests.mk scripts/target.mk scripts/docs.mk scripts/care.mk
+include $(addprefix scripts/,programs.mk tests.mk target.mk docs.mk python.mk care.mk)
 
 .PHONY: help run map figures diagnose score bench jitter setup clean
 help:

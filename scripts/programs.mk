@@ -76,6 +76,8 @@ LDFLAGS := -O2
 PKG_CONFIG := pkg-config
 ifeq ($(CROSS_COMPILE),)
 COMMON += -isystem /usr/include/eigen3
+# The Python module is of the same objects. Hidden, what they call of each other is called directly all the same.
+COMMON += -fPIC -fvisibility=hidden
 SIM_FLAGS := -DBERTH_WITH_SUNDIALS -DBERTH_WITH_ZLIB -DBERTH_WITH_URDF
 # From its version 7 on, SUNDIALS keeps what all its parts share in a library of its own, and where it was built with MPI
 # its headers want that.

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Sees to it that the Debian packages and the Python environment for a task are there.
 #
-#   setup.sh run|test|target
+#   setup.sh run|python|test|target
 #
 # Root installs what is missing; anyone else gets the one line to run. Installs nothing, and needs no network, if
 # everything is there already.
 set -euo pipefail
-task=${1:?usage: setup.sh run|test|target}
+task=${1:?usage: setup.sh run|python|test|target}
 top=$(cd "$(dirname "$0")/.." && pwd)
 exec {lock}<"$0"
 flock "$lock" # apt-get does not wait for another one, as of `make -j`
@@ -18,8 +18,11 @@ if grep -q '^VERSION_ID="13"' /etc/os-release; then
     packages+=(mpi-default-dev)
 fi
 if [ "$task" != run ]; then
+    packages+=(cmake python3-dev)
+fi
+if [ "$task" = test ] || [ "$task" = target ]; then
     packages+=(doctest-dev ccache clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
-        clangd valgrind shellcheck can-utils libgpiod-dev python3-dev mount chromium zsh fish man-db groff-base)
+        clangd valgrind shellcheck can-utils libgpiod-dev mount chromium zsh fish man-db groff-base)
 fi
 if [ "$task" = target ]; then
     packages+=(qemu-system-arm qemu-system-x86 cpio kmod xz-utils rt-tests)

@@ -140,6 +140,7 @@ with_sanitizers() {
 }
 
 step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
+step "build the Python package" make python
 if [ "$mode" = quick ]; then
     in_cpp
     py "Python tests" "${at_once[@]}" -m "not arm64 and not long and not slow" tests/python
