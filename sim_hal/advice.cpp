@@ -10,6 +10,7 @@
 #include "../hal/rig/rig_file.h"
 #include "bounce_limits.h"
 #include "effects/active.h"
+#include "flight_limits.h"
 #include "prediction.h"
 #include "schedule.h"
 #include "stability/loop_timeline.h"
@@ -25,6 +26,7 @@ namespace
 
 /* As fine_scan, coarser and over a narrower range: an answer in a moment. */
 constexpr scan advice_scan{0.02, 0.25, 10.0};
+constexpr scan wide_advice_scan{0.05, 0.5, 1e3};
 
 bool is_nearer(const near_limit &a, const near_limit &b)
 {
@@ -99,7 +101,9 @@ bool is_too_long(const rig &rig)
     return has_limits(rig) && make_loop_equation(in_contact(rig)).degree() > predicted_degree_max;
 }
 
-std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_predictor &predict)
+/* Far from the rig's own values limits of bounces would take long: there the cure itself is tried with them. */
+std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_predictor &predict, const scan &how,
+                                               bool is_near)
 {
     const berth::rig linear = in_contact(rig);
     std::vector<near_limit> candidates;
@@ -107,11 +111,17 @@ std::optional<parameter_cure> change_by_limits(const rig &rig, const growth_pred
         if (linear.object.kind == object_kind::beam && follows_from_beam(key)) {
             continue; /* no rig file may state it */
         }
-        parameter_limits parameter = find_limits(linear, key, as_it_is, advice_scan);
-        cut_by_bounces(parameter, rig);
+        if (!is_near && key.find("low_pass") != key.npos) {
+            continue; /* far from its own value it would keep the force from the loop */
+        }
+        parameter_limits parameter = find_limits(linear, key, as_it_is, how);
+        cut_by_flight(parameter, rig, how);
+        if (is_near) {
+            cut_by_bounces(parameter, rig);
+        }
         for (const stability_limit *const limit : limits_beside(parameter, false)) {
-            if (!limit->is_rough && parameter.value > 0.0 && limit->value > 0.0) {
-                candidates.push_back({std::string(key), parameter.value, *limit});
+            if (!limit->is_rough && limit->value > 0.0) {
+                candidates.push_back({std::string(key), parameter.value, parameter.centre, *limit});
             }
         }
     }
@@ -134,12 +144,18 @@ growth_prediction guess_steady(const rig &linear)
     return prediction_of(growth_per_s, linear, prediction_source::eigenvalues);
 }
 
+growth_prediction worse(const growth_prediction &a, const growth_prediction &b)
+{
+    return b.growth_per_s && !(a.growth_per_s.value_or(*b.growth_per_s) > *b.growth_per_s) ? b : a;
+}
+
 /* Rough: of a loop that changes from tick to tick from a shorter sequence than decides, or from none at all. */
 growth_prediction guess_growth(const rig &rig)
 try {
     constexpr std::int64_t guessed_ticks = 8000;
     if (!is_time_varying(rig)) {
-        return guess_steady(in_contact(rig));
+        const growth_prediction held = guess_steady(in_contact(rig));
+        return rig.object.kind == object_kind::contact ? worse(held, guess_steady(in_free_flight(rig))) : held;
     }
     if (rig.firmware.arm.kind != ARM_NONE || compensation_is_on(&rig.firmware)) {
         return predict_unscheduled(without_variation(rig));
@@ -157,10 +173,10 @@ std::optional<near_limit> nearest_limit(const std::vector<parameter_limits> &par
     std::optional<near_limit> nearest;
     for (const parameter_limits &parameter : parameters) {
         for (const stability_limit *const limit : limits_beside(parameter, is_stable)) {
-            if ((limit->is_rough && !is_stable) || !(parameter.value > 0.0) || !(limit->value > 0.0)) {
+            if ((limit->is_rough && !is_stable) || !(limit->value > 0.0)) {
                 continue; /* no factor leads there */
             }
-            const near_limit candidate{std::string(parameter.key), parameter.value, *limit};
+            const near_limit candidate{std::string(parameter.key), parameter.value, parameter.centre, *limit};
             if (!nearest || is_nearer(candidate, *nearest)) {
                 nearest = candidate;
             }
@@ -184,7 +200,10 @@ try {
     found.was_sought = true;
     found.compensation = find_compensation(rig, predict);
     if (has_limits(rig)) {
-        found.change = change_by_limits(rig, predict);
+        found.change = change_by_limits(rig, predict, advice_scan, true);
+        if (!found.change && !found.compensation) {
+            found.change = change_by_limits(rig, predict, wide_advice_scan, false);
+        }
     } else {
         const growth_predictor guess = [](const berth::rig &at) {
             return worst_of_schedule(at, guess_growth).prediction;
@@ -203,7 +222,7 @@ std::string advice_text(const stability_advice &advice)
     if (const auto &change = advice.change) {
         std::snprintf(text, sizeof text, "%s %s %.6g", change->key.c_str(),
                       change->value > change->own ? "above" : "below", change->value);
-        all = text;
+        all = text + (advice.caveat.empty() ? "" : " " + advice.caveat);
     }
     if (advice.compensation) {
         std::snprintf(text, sizeof text, "%s%s: %+.2g /s", all.empty() ? "" : ", or ",

@@ -23,10 +23,10 @@ struct model_answer {
     stability_verdict verdict() const { return by_runs ? *by_runs : judge(worst.prediction, advice); }
 };
 
-/* `predict`: of a rig with nothing scheduled. `amplitude_m`: of a swing that is judged by runs; nothing: the rig's
- * own; 0: small motions, which are predicted. */
-model_answer answer_of(const rig &rig, const growth_predictor &predict = predict_unscheduled,
-                       std::optional<double> amplitude_m = {}, answer_scope scope = answer_scope::whole);
+/* `predict`: of a rig with nothing scheduled; empty: what suits the rig. `amplitude_m`: of the swing, where it
+ * depends on that; nothing: the rig's own in runs, else the usual one; 0: small motions. */
+model_answer answer_of(const rig &rig, const growth_predictor &predict = {}, std::optional<double> amplitude_m = {},
+                       answer_scope scope = answer_scope::whole);
 
 } // namespace berth
 

@@ -244,8 +244,17 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
         const bool touches = rig.object.kind == object_kind::contact;
         growth_prediction found{
             growth_per_s, {}, 0.0, touches ? prediction_source::contact : prediction_source::eigenvalues};
+        add_flight(found, rig);
         add_bounces(found, rig);
         return {judge(found, {}), false};
+    }
+    if (rig.object.kind == object_kind::contact && rig.firmware.manipulator.stiffness_N_per_m > 0.0) {
+        stability_verdict in_flight =
+            judge_run(undisturbed(released_rig(in_free_flight(rig), amplitude_m.value_or(0.0))));
+        if (in_flight.is_stable == std::optional<bool>(false)) {
+            in_flight.because = "the tool in free flight, where its inertia closes the loop: " + in_flight.because;
+            return {in_flight, true};
+        }
     }
     const stability_verdict in_run = judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0))));
     growth_prediction bounces;
@@ -264,12 +273,15 @@ bool is_judged_by_runs(const rig &rig)
 stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m)
 {
     stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
-    if (!is_judged_by_runs(rig) || !found.is_stable) {
+    if (!is_judged_by_runs(rig)) {
         return found;
     }
     const growth_prediction small = predict_growth(rig);
-    if (*found.is_stable && small.growth_per_s.value_or(0.0) > 0.0) {
-        return judge(small, {}); /* what grows is too small to be seen in the run */
+    if (found.is_stable != std::optional<bool>(false) && is_stable(small) == std::optional<bool>(false)) {
+        return judge(small, {}); /* what grows is too small to be seen in the run, or a limit ended that */
+    }
+    if (!found.is_stable) {
+        return found;
     }
     const bool has_balance = rig.object.kind != object_kind::contact && !compensation_is_on(&rig.firmware);
     if (has_limited_drive(rig) && has_balance) {

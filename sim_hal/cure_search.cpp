@@ -152,8 +152,8 @@ std::optional<parameter_cure> tried_cure(const rig &original, std::string_view k
         return {};
     }
     const growth_prediction found = predict(*changed);
-    if (is_stable(found) != std::optional<bool>(true)) {
-        return {};
+    if (is_stable(found) != std::optional<bool>(true) || found.never_touches) {
+        return {}; /* nor is it a cure that the tool does not arrive any more */
     }
     return parameter_cure{std::string(key), value_of(original, key), value, *found.growth_per_s};
 }

@@ -13,9 +13,11 @@
 namespace berth
 {
 
-double default_amplitude_m(const rig &rig)
+double amplitude_of(const rig &rig, std::optional<double> asked_m)
 {
-    return effects_of_size(rig).empty() ? 0.0 : usual_amplitude_m(rig);
+    const bool is_asked_of_tool = asked_m.has_value() && rig.object.kind == object_kind::contact;
+    const bool depends_on_size = is_asked_of_tool || !effects_of_size(rig).empty();
+    return depends_on_size ? asked_m.value_or(usual_amplitude_m(rig)) : 0.0;
 }
 
 settled_rig settle_at(const rig &rig, double amplitude_m)
@@ -60,8 +62,10 @@ growth_predictor predictor_at(double amplitude_m, std::int64_t ticks)
                                        prediction_source::lyapunov_exponent,
                                        exponent.ticks};
                 if (amplitude_m == 0.0) {
+                    add_flight(made, at);
                     add_bounces(made, at);
                 }
+                made.amplitude_m = amplitude_m;
                 return made;
             }
             const bool is_held = at.object.kind == object_kind::contact && amplitude_m == 0.0;
@@ -69,8 +73,10 @@ growth_predictor predictor_at(double amplitude_m, std::int64_t ticks)
                 prediction_of(std::log(spectral_radius_of(found.linear)) / config_period_s(&at.firmware),
                               found.linear, is_held ? prediction_source::contact : prediction_source::eigenvalues);
             if (is_held) {
+                add_flight(made, at);
                 add_bounces(made, at);
             }
+            made.amplitude_m = amplitude_m;
             return made;
         } catch (const input_error &error) {
             return {{}, error.what()};

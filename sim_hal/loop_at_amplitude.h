@@ -8,8 +8,9 @@
 namespace berth
 {
 
-/* The amplitude that is taken if nobody says: 0, small motions, where nothing in the rig depends on it. */
-double default_amplitude_m(const rig &rig);
+/* The amplitude that is taken: 0, small motions, where nothing in the rig depends on it; what was asked for; else
+ * the usual one. A tool in contact depends on it where somebody asks. */
+double amplitude_of(const rig &rig, std::optional<double> asked_m = {});
 
 /* The rig, a tool held in contact, or what is equivalent to it at an amplitude greater than 0. */
 struct settled_rig {

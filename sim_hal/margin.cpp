@@ -5,6 +5,7 @@
 #include "bounce_limits.h"
 #include "compensated.h"
 #include "effects/active.h"
+#include "flight_limits.h"
 #include "prediction.h"
 #include "stability/compensation_states.h"
 #include "stability/equivalent_loop.h"
@@ -51,6 +52,7 @@ stability_margin margin_of_plain(const rig &rig)
     }
     if (margin.modulus) {
         parameter_limits dead_time = find_limits(linear, "robot.dead_time_ms");
+        cut_by_flight(dead_time, rig);
         cut_by_bounces(dead_time, rig);
         margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
         margin.is_dead_time_open = !margin.dead_time_ms;

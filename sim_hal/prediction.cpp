@@ -13,6 +13,7 @@
 #include "stability/loop_timeline.h"
 #include "stability/lyapunov.h"
 #include "stability/spectrum.h"
+#include "stability/tool_loops.h"
 
 namespace berth
 {
@@ -96,15 +97,6 @@ std::optional<bool> is_stable(const growth_prediction &prediction)
     return prediction.gains_by_bounces() ? false : is_stable_in_contact(prediction);
 }
 
-rig in_contact(const rig &rig)
-{
-    berth::rig held = rig;
-    if (held.object.kind == object_kind::contact) {
-        held.object.kind = object_kind::gripped;
-    }
-    return held;
-}
-
 growth_prediction predict_growth(const rig &rig)
 {
     return worst_of_schedule(rig, predict_unscheduled).prediction;
@@ -113,10 +105,29 @@ growth_prediction predict_growth(const rig &rig)
 growth_prediction predict_unscheduled(const rig &rig)
 try {
     growth_prediction found = predict_held(rig);
+    add_flight(found, rig);
     add_bounces(found, rig);
     return found;
 } catch (const input_error &error) {
     return {{}, error.what()};
+}
+
+void add_flight(growth_prediction &held, const rig &rig)
+{
+    if (rig.object.kind != object_kind::contact) {
+        return;
+    }
+    const berth::rig flight = in_free_flight(rig);
+    const growth_prediction found = predict_held(flight);
+    const double noticeable_per_s = drifts_freely(flight) ? drift_rounding_per_s : 0.0;
+    const bool grows = is_stable(found) == std::optional<bool>(false) && *found.growth_per_s > noticeable_per_s;
+    if (grows && is_stable_in_contact(held) != std::optional<bool>(false)) {
+        held.growth_per_s = found.growth_per_s;
+        held.ci95_per_s = found.ci95_per_s;
+        held.source = prediction_source::free_flight;
+        held.ticks = found.ticks;
+        held.why_not.clear();
+    }
 }
 
 void add_bounces(growth_prediction &held, const rig &rig)

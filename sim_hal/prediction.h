@@ -10,6 +10,7 @@
 
 #include "../hal/rig/rig.h"
 #include "stability/equivalent_loop.h"
+#include "stability/tool_loops.h"
 
 namespace berth
 {
@@ -23,6 +24,7 @@ enum class prediction_source {
     contact,           /* the same, of a tool while it stays in contact */
     lyapunov_exponent, /* of a loop that changes from tick to tick */
     run,               /* of a compensation that has no eigenvalues: how the swing of a run without noise grows */
+    free_flight,       /* of one period of a tool away from the material, where that grows and contact does not */
 };
 
 /* Of a loop that a schedule makes from a time on. */
@@ -40,7 +42,8 @@ struct growth_prediction {
     std::string why_not;     /* where there is none */
     double ci95_per_s = 0.0; /* of a Lyapunov exponent, or of a run */
     prediction_source source = prediction_source::none;
-    std::int64_t ticks = 0; /* of a Lyapunov exponent */
+    std::int64_t ticks = 0;   /* of a Lyapunov exponent */
+    double amplitude_m = 0.0; /* of the swing at which effects of size were taken; 0: small motions */
 
     /* Of a rig that schedules a change of its loop, see schedule.h: all loops in order of time, this one is the
      * worst. Empty: nothing is scheduled. */
@@ -50,6 +53,7 @@ struct growth_prediction {
     bool never_touches = false;             /* the tool does not come to the object in the rig's own run */
 
     bool gains_by_bounces() const { return restitution && *restitution > 1.0; }
+    bool grows_in_flight() const { return source == prediction_source::free_flight; }
 };
 
 /* True: decays. Nothing: there is no growth, or it is no larger than its interval or rounding. A tool whose bounces
@@ -75,8 +79,9 @@ growth_prediction prediction_of(double growth_per_s, const rig &linear, predicti
  */
 void add_bounces(growth_prediction &held, const rig &rig);
 
-/* The same rig with its tool held to the material, so that small motions are linear; other rigs as they are. */
-rig in_contact(const rig &rig);
+/* What a tool does away from the material takes the place of a prediction that holds it there, if the one grows and
+ * the other does not. Other rigs have none. */
+void add_flight(growth_prediction &held, const rig &rig);
 
 /* The swings that last by harmonic balance, of a loop with play, friction or another effect of size, about a swing
  * of this height from crest to trough. Empty: there are none, or they take long to find; arms and compensation have

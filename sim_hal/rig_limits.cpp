@@ -1,6 +1,7 @@
 #include "rig_limits.h"
 
 #include "bounce_limits.h"
+#include "flight_limits.h"
 #include "prediction.h"
 #include "stability/equivalent_loop.h"
 #include "stability/physical_parameter.h"
@@ -33,6 +34,7 @@ std::vector<parameter_limits> limits_of(const rig &rig, double amplitude_m,
         }
         parameters.push_back(find_limits(rig, key, linear, how));
         if (amplitude_m == 0.0) {
+            cut_by_flight(parameters.back(), rig, how);
             cut_by_bounces(parameters.back(), rig);
         }
     }

@@ -34,7 +34,7 @@ stability_verdict told_by_a_run_without_noise(const stability_verdict &of, const
 run_answer answer_of_run(const rig &rig, const motion_evidence &evidence, const std::string &obstacles,
                          answer_scope scope)
 {
-    const model_answer model = answer_of(rig, predict_unscheduled, {}, scope);
+    const model_answer model = answer_of(rig, {}, {}, scope);
     verdict_case all{model.worst.prediction,           evidence, model.margin, model.advice,
                      rig.firmware.manipulator.mass_kg, {},       obstacles};
     if (evidence.falls == std::optional<bool>(false)) {

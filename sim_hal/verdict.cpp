@@ -78,9 +78,10 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
         found.is_stable = !gains && held == tendency::decays;
     }
     found.because = with_prediction(bounce_words(bounces, of.motion), of.prediction);
-    found.because += gains && held == tendency::decays   ? ", of a tool that stays in contact"
-                     : !gains && held == tendency::grows ? ": what stays in contact grows"
-                                                         : "";
+    found.because += gains && held == tendency::decays ? ", of a tool that stays in contact"
+                     : !gains && held == tendency::grows && !of.prediction.grows_in_flight()
+                         ? ": what stays in contact grows"
+                         : "";
     found.because += relaxed_words(bounces, of.prediction);
     if (!found.is_stable) {
         found.because += "; whether a tool that stays in contact is stable is not predicted" +
@@ -100,7 +101,7 @@ std::optional<stability_verdict> judge_without_motion(const verdict_case &of)
         return undetermined(with_prediction("the supervisor never came to running" + of.obstacles, of.prediction),
                             "clear what keeps the loop from running");
     }
-    if (motion.has_touched) {
+    if (motion.has_touched || of.prediction.grows_in_flight()) { /* nothing has to be touched for that */
         return {};
     }
     const std::string ran = with_numbers("it ran for %.2f s, but ", motion.running_s);
@@ -360,7 +361,7 @@ stability_verdict judge(const verdict_case &of)
 stability_verdict judge(const growth_prediction &prediction, const stability_advice &advice)
 {
     stability_verdict found;
-    if (prediction.never_touches) {
+    if (prediction.never_touches && !prediction.grows_in_flight()) {
         return undetermined(
             with_prediction("the tool never comes to the object: there is no loop to judge", prediction),
             never_touched_advice);

@@ -59,11 +59,17 @@ std::string stop_words(const run_stop &stop)
 
 std::string predicted_words(const growth_prediction &prediction)
 {
-    const char *const who = prediction.source == prediction_source::lyapunov_exponent ? "the Lyapunov exponent is"
-                            : prediction.source == prediction_source::run             ? "a run without noise says"
-                            : prediction.source == prediction_source::contact ? "the eigenvalues in contact say"
-                                                                              : "the eigenvalues say";
-    const std::string at = prediction.schedule.empty() ? "" : schedule_words(prediction) + ": ";
+    const char *const who =
+        prediction.source == prediction_source::lyapunov_exponent ? "the Lyapunov exponent is"
+        : prediction.source == prediction_source::run             ? "a run without noise says"
+        : prediction.source == prediction_source::contact         ? "the eigenvalues in contact say"
+        : prediction.source == prediction_source::free_flight
+            ? "the eigenvalues of the tool in free flight, where its inertia closes the loop, say"
+            : "the eigenvalues say";
+    std::string at = prediction.schedule.empty() ? "" : schedule_words(prediction) + ": ";
+    if (prediction.amplitude_m > 0.0) {
+        at += with_numbers("at a swing of %.3g mm ", 1e3 * prediction.amplitude_m);
+    }
     const bool has_interval = prediction.source == prediction_source::lyapunov_exponent;
     const double growth_per_s = *prediction.growth_per_s;
     return at + who + " " +

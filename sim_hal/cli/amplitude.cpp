@@ -1,16 +1,11 @@
 #include "amplitude.h"
 
-#include "../../firmware/compensation/compensation.h"
-#include "../compensated.h"
-#include "../prediction.h"
-#include "../stability/arm_loop.h"
-#include "../stability/loop_timeline.h"
-#include "../stability/lyapunov.h"
-#include "../stability/spectrum.h"
-#include "gains_report.h"
-#include "json_or_null.h"
 #include <cmath>
 #include <cstdio>
+
+#include "../stability/arm_loop.h"
+#include "../stability/spectrum.h"
+#include "json_or_null.h"
 
 namespace berth
 {
@@ -34,9 +29,7 @@ double chosen_amplitude_m(const rig_arguments &arguments, const rig &rig)
     if (arguments.amplitude_m && !(*arguments.amplitude_m >= 0.0 && std::isfinite(*arguments.amplitude_m))) {
         throw input_error("--amplitude: must be an amplitude of the motion in m, or 0 for small motions");
     }
-    const bool has_asked_contact = rig.object.kind == object_kind::contact && arguments.amplitude_m.has_value();
-    const bool depends_on_size = has_asked_contact || !effects_of_size(rig).empty();
-    return depends_on_size && arguments.amplitude_m ? *arguments.amplitude_m : default_amplitude_m(rig);
+    return amplitude_of(rig, arguments.amplitude_m);
 }
 
 const char *guess_text(bool has_settled)

@@ -121,7 +121,8 @@ question ask(const varying_arguments &arguments, chosen_rig chosen, double ampli
     const rig stated = chosen.rig;
     model_answer found = answer_of(stated, predictor_at(amplitude_m, arguments.ticks), arguments.amplitude_m);
     chosen.rig = found.worst.rig;
-    if (!found.by_runs && amplitude_m > 0.0 && is_stable(found.worst.prediction) != std::optional<bool>(false)) {
+    if (!found.by_runs && amplitude_m > 0.0 && is_slow_to_find(chosen.rig) &&
+        is_stable(found.worst.prediction) != std::optional<bool>(false)) {
         found.margin = margin_of(linear_at(chosen.rig, amplitude_m));
     }
     const stability_verdict verdict = found.verdict();

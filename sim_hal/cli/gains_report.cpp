@@ -141,7 +141,7 @@ nlohmann::json nearest_limit_json(const std::vector<parameter_limits> &parameter
     }
     return {{"key", nearest->key},
             {"value", nearest->limit.value},
-            {"factor", nearest->factor()},
+            {"factor", nearest->value > 0.0 ? nlohmann::json(nearest->factor()) : nlohmann::json()},
             {"rough", nearest->limit.is_rough},
             {"jump", !nearest->limit.jump.empty()}};
 }
@@ -150,9 +150,13 @@ void print_nearest_limit(const std::vector<parameter_limits> &parameters, bool i
 {
     const std::optional<near_limit> nearest = nearest_limit(parameters, is_stable);
     if (nearest) {
-        std::printf("  the smallest change that %s: %s from %.9g to %.9g (%+.3g %%)%s\n",
+        char share[40] = "";
+        if (nearest->value > 0.0) {
+            std::snprintf(share, sizeof share, " (%+.3g %%)", 100.0 * (nearest->factor() - 1.0));
+        }
+        std::printf("  the smallest change that %s: %s from %.9g to %.9g%s%s\n",
                     is_stable ? "ends stability" : "makes it stable", nearest->key.c_str(), nearest->value,
-                    nearest->limit.value, 100.0 * (nearest->factor() - 1.0),
+                    nearest->limit.value, share,
                     nearest->limit.jump.empty() ? "" : (": " + nearest->limit.jump).c_str());
     }
 }

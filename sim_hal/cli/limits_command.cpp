@@ -194,7 +194,8 @@ int limits_command(const limits_arguments &arguments)
     }
     verdict.spectral_radius = spectral_radius_of(own);
     verdict.growth_per_s = std::log(verdict.spectral_radius) / config_period_s(&own.firmware);
-    verdict.is_stable = verdict.spectral_radius < 1.0 && !verdict.predicted.gains_by_bounces();
+    verdict.is_stable = verdict.spectral_radius < 1.0 && !verdict.predicted.gains_by_bounces() &&
+                        !verdict.predicted.grows_in_flight();
     verdict.describing_function = describing_function_json(rig, amplitude_m);
     const linear_view linear = linear_view_at(amplitude_m);
     if (amplitude_m > 0.0 && is_slow_to_find(rig) && !arguments.json) {

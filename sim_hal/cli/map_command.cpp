@@ -205,6 +205,7 @@ map_job make_job(const map_arguments &arguments)
     job.request = make_map_request(arguments, job.chosen.rig);
     job.bounces = job.chosen.rig.object.kind == object_kind::contact && !is_measured(arguments, job.chosen.rig) &&
                   job.request.amplitude_m == 0.0 && job.chosen.rig.firmware.arm.kind == ARM_NONE;
+    job.request.has_flight = job.bounces;
     const rig &rig = job.request.rig;
     job.ticks = arguments.ticks > 0 ? arguments.ticks
                                     : std::max(default_ticks, static_cast<std::int64_t>(std::llround(

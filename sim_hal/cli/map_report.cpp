@@ -254,9 +254,10 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
                 request.points(), percent(sums.steady.stable, sums.steady.possible),
                 percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
     if (sums.bounces.played > 0) {
-        std::printf(
-            "  eigenvalues are those in contact; a bounce gains energy at %.1f %%, restitution from %.4f to %.4f\n",
-            percent(sums.bounces.gaining, sums.bounces.played), sums.bounces.least, sums.bounces.largest);
+        std::printf("  eigenvalues are those in contact, or in free flight where only that grows; a bounce gains "
+                    "energy at %.1f "
+                    "%%, restitution from %.4f to %.4f\n",
+                    percent(sums.bounces.gaining, sums.bounces.played), sums.bounces.least, sums.bounces.largest);
     }
     if (!json["time_domain"].is_null()) {
         print_measured(sums, json["time_domain"]["run_s"].get<double>());

@@ -160,7 +160,8 @@ nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, con
 
 nlohmann::json prediction_json(const growth_prediction &prediction)
 {
-    static const char *const sources[] = {nullptr, "eigenvalues", "contact", "lyapunov_exponent", "run"};
+    static const char *const sources[] = {nullptr, "eigenvalues", "contact", "lyapunov_exponent",
+                                          "run",   "free_flight"};
     const char *const source = sources[static_cast<int>(prediction.source)];
     nlohmann::json schedule = nlohmann::json::array();
     for (const scheduled_growth &loop : prediction.schedule) {

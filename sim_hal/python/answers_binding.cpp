@@ -34,7 +34,7 @@ nb::dict spectrum_of(const rig_handle &handle)
     spectrum found;
     {
         const nb::gil_scoped_release released;
-        const double amplitude_m = default_amplitude_m(rig);
+        const double amplitude_m = amplitude_of(rig);
         const berth::rig worst = has_schedule(rig) ? worst_of_schedule(rig, predictor_at(amplitude_m)).rig : rig;
         if (is_time_varying(worst)) {
             throw input_error(rig.name +
@@ -65,7 +65,7 @@ nb::dict answer(const rig_handle &handle, bool whole)
     std::optional<model_answer> found;
     {
         const nb::gil_scoped_release released;
-        found = answer_of(rig, predictor_at(default_amplitude_m(rig)), {},
+        found = answer_of(rig, predictor_at(amplitude_of(rig)), {},
                           whole ? answer_scope::whole : answer_scope::verdict_alone);
     }
     return as_dict(found->verdict(), found->margin, found->worst.prediction);
@@ -82,7 +82,7 @@ struct limit_row {
 std::vector<limit_row> rows_of(const rig &original)
 {
     std::vector<limit_row> rows;
-    const double amplitude_m = default_amplitude_m(original);
+    const double amplitude_m = amplitude_of(original);
     if (compensation_is_on(&original.firmware) || (original.firmware.arm.kind != ARM_NONE && amplitude_m == 0.0)) {
         for (const compensated_limit &one : limits_of_compensated(original)) {
             rows.push_back({std::string(one.key), one.value, one.below, one.above, {}});
@@ -156,13 +156,14 @@ nb::dict map(const rig_handle &handle, const map_axis &x, const map_axis &y, int
         const nb::gil_scoped_release released;
         map_request request;
         request.kind = map_kind::keys;
+        request.has_flight = rig.object.kind == object_kind::contact && rig.firmware.arm.kind == ARM_NONE;
         request.x = x;
         request.y = y;
         is_measured = !compensation_is_linear(rig);
         if (!is_measured && is_time_varying(rig)) {
             throw input_error(rig.name + ": the loop changes from tick to tick: `berth map` has its exponents");
         }
-        request.amplitude_m = is_measured ? 0.0 : default_amplitude_m(rig);
+        request.amplitude_m = is_measured ? 0.0 : amplitude_of(rig);
         request.rig = is_measured ? released_rig(rig, 0.0) : request.amplitude_m == 0.0 ? in_contact(rig) : rig;
         if (is_measured) {
             for (const measured_point &point : compute_measured_map(request, compensated_run_s, threads)) {

@@ -304,7 +304,14 @@ parameter_limits find_limits(const rig &original, std::string_view key_path, con
                           ": no value of it makes a loop that can be looked at; another key of the "
                           "rig file is out of range");
     }
-    parameter_limits result{key.path, own, parts.front().front(), parts.back().back(), {}, {}, {}};
+    parameter_limits result{key.path,
+                            own,
+                            parts.front().front(),
+                            parts.back().back(),
+                            {},
+                            {},
+                            {},
+                            own > 0.0 ? own : usual_value(original, kind)};
     for (const std::vector<double> &part : parts) {
         std::vector<double> ends;
         for (const crossing &c : find_crossings(part, is_stable)) {

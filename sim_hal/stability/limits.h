@@ -42,6 +42,9 @@ struct parameter_limits {
     /* The same by the first-order formula for the slow mode. */
     std::vector<double> first_order_limits;
 
+    /* What factors are reckoned from: the rig's own value, or a usual one of its kind where that is 0. */
+    double centre = 0.0;
+
     /* Nearest to the rig's own value; nullptr: none in the range. */
     const stability_limit *nearest_below() const;
     const stability_limit *nearest_above() const;

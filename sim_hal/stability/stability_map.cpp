@@ -11,6 +11,7 @@
 #include "compensation_states.h"
 #include "equivalent_loop.h"
 #include "shared_rows.h"
+#include "tool_loops.h"
 
 namespace berth
 {
@@ -48,11 +49,16 @@ double worse(double a, double b)
 /* What goes along a row from point to point. */
 struct row_worker {
     explicit row_worker(const map_request &request)
-        : setter(request), reduced_to(request.reduced_to), amplitude_m(request.amplitude_m)
+        : setter(request), has_flight(request.has_flight), reduced_to(request.reduced_to),
+          amplitude_m(request.amplitude_m)
     {
     }
 
-    void start_row(const dominant_root_finder &known) { finder = known; }
+    void start_row(const dominant_root_finder &known)
+    {
+        finder = known;
+        flight_finder = {};
+    }
 
     double value(double x, double y)
     {
@@ -60,14 +66,28 @@ struct row_worker {
             return nan;
         }
         double worst = 0.0;
-        setter.for_each_loop([&](const rig &loop) { worst = worse(worst, radius_of(loop)); });
+        setter.for_each_loop([&](const rig &loop) {
+            const double radius = radius_of(loop, finder);
+            worst = worse(worst, radius);
+            if (has_flight && radius < 1.0) {
+                worst = worse(worst, growing_radius(in_free_flight(loop)));
+            }
+        });
         return worst;
     }
 
-    double radius_of(const rig &loop)
+    /* 0 where nothing grows. Bodies that nothing holds may drift, which is no growth. */
+    double growing_radius(const rig &flight)
+    {
+        constexpr double drift_rounding = 1e-6;
+        const double radius = radius_of(flight, flight_finder);
+        return radius > 1.0 + (drifts_freely(flight) ? drift_rounding : 0.0) ? radius : 0.0;
+    }
+
+    double radius_of(const rig &loop, dominant_root_finder &roots)
     {
         if (reduced_to) {
-            return finder.spectral_radius(maker.make(with_reduced(loop, *reduced_to)));
+            return roots.spectral_radius(maker.make(with_reduced(loop, *reduced_to)));
         }
         if (compensation_is_on(&loop.firmware) || loop.firmware.arm.kind != ARM_NONE) {
             return spectral_radius_of(loop);
@@ -75,12 +95,14 @@ struct row_worker {
         if (amplitude_m > 0.0) {
             return radius_at_amplitude(loop, amplitude_m);
         }
-        return finder.spectral_radius(maker.make(loop));
+        return roots.spectral_radius(maker.make(loop));
     }
 
     map_point_setter setter;
     loop_equation_maker maker;
     dominant_root_finder finder;
+    dominant_root_finder flight_finder;
+    bool has_flight;
     std::optional<arm_mode> reduced_to;
     double amplitude_m;
 };

@@ -45,6 +45,8 @@ struct map_request {
     map_kind kind = map_kind::elasticity;
     map_axis x;
     map_axis y;
+    bool has_flight = false; /* the object is a tool's, held to the material: where it decays there but grows away
+                                from it, that counts */
     std::optional<arm_mode> reduced_to; /* in place of the arm at each point, whose object stays */
     double amplitude_m = 0.0; /* greater than 0: effects of size are replaced by what is equivalent at each point */
 
