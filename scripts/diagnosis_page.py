@@ -114,7 +114,7 @@ def visible_table(diagnosis):
              ("in no size", 'class="number"') if one["value"] is None else
              number(value(one["value"], one["unit"]), f"detectable.{i}.value"),
              ("without bound" if one["given"] is None else value(one["given"], one["unit"]), 'class="number"'),
-             ", ".join(f"{other['name']} {other['value']:.3g}" for other in one["others"])]
+             ", ".join(f"{other['key']} {other['value']:.3g}" for other in one["others"])]
             for i, one in enumerate(found)]
     note = ("<p class=\"note\">From this size on, 19 records in 20 like this one would have shown the effect; limits "
             "and frequencies show below theirs. What the rig file’s tolerances make up for does not count.</p>\n")
@@ -267,8 +267,8 @@ def experiment_section(diagnosis):
     rows = [["to be told apart", " · ".join(found["rivals"])]] if found["rivals"] else []
     if found["file"]:
         rows += [["excitation", found["excitation"]],
-                 ["expected difference of BIC", number(f"{found['predicted_gap']:.0f}",
-                                                       "next_experiment.predicted_gap")],
+                 ["expected difference of BIC", number(f"{found['predicted_delta_bic']:.0f}",
+                                                       "next_experiment.predicted_delta_bic")],
                  ["profile, for berth run --profile", found["file"]]]
     rows.append(["why", found["why"]])
     if found["calibration"]:
@@ -283,7 +283,7 @@ def inputs_table(diagnosis):
 
 def version_words(diagnosis):
     told = diagnosis.told
-    text = f"Made by berth {told['versions']['berth']}, schema {told['versions']['schema']}."
+    text = f"Made by berth {told['version']}, schema {told['schema']}."
     if told["overrides"]:
         text += f" Overrides of the rig: {', '.join(told['overrides'])}."
     if told["without"]:
@@ -310,7 +310,7 @@ def build_page(diagnosis, found, path):
                                                       ("report_page.js", "figures_page.js")) | {
         "kind": "berth diagnosis",
         "title": html.escape(name or "rig"),
-        "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),
+        "description": html.escape(f"{records}, {rows} rows of {told['period_ms']:g} ms"),
         "verdict": html.escape(word),
         "verdict_class": VERDICT_CLASSES[colour],
         "headline": html.escape(words.headline(diagnosis)),

@@ -45,8 +45,7 @@ nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
     nlohmann::json all = nlohmann::json::array();
     for (const parameter_estimate &parameter : parameters) {
         const interval known = interval_of(parameter);
-        all.push_back({{"name", parameter.key.substr(parameter.key.find('.') + 1)},
-                       {"key", parameter.key},
+        all.push_back({{"key", parameter.key},
                        {"value", parameter.value},
                        {"fitted", is_fitted(parameter)},
                        {"ci95", {known.low, known.high}},
@@ -139,14 +138,12 @@ nlohmann::json as_json(const block_diagnosis &block, const record &data)
 
 nlohmann::json as_json(const detectable_size &one)
 {
-    const auto name = [](std::string_view key) { return key.substr(key.find('.') + 1); };
     nlohmann::json others = nlohmann::json::array();
     for (const effect_value &other : one.others) {
-        others.push_back({{"name", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
+        others.push_back({{"key", other.key}, {"value", other.value}, {"unit", unit_of(other.key)}});
     }
     const bool is_given = std::isfinite(one.given);
     return {{"effect", one.effect->name},
-            {"name", name(one.key)},
             {"key", one.key},
             {"value", one.value ? nlohmann::json(*one.value) : nlohmann::json()},
             {"given", is_given ? nlohmann::json(one.given) : nlohmann::json()},
@@ -163,7 +160,7 @@ nlohmann::json as_json(const next_experiment &next, const rig &given)
             {"excitation", if_told([&] { return words_of(*next.proposed, given); })},
             {"duration_s", if_told([&] { return next.proposed->duration_s; })},
             {"rivals", next.rivals},
-            {"predicted_gap", next.predicted_gap},
+            {"predicted_delta_bic", next.predicted_gap},
             {"why", next.why},
             {"calibration", next.calibration.empty() ? nlohmann::json() : nlohmann::json(next.calibration)}};
 }
@@ -174,7 +171,8 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
                         {"causes", nlohmann::json::array()},
                         {"alternatives", nlohmann::json::array()},
                         {"next_experiment", found.next ? as_json(*found.next, given) : nlohmann::json()},
-                        {"versions", {{"berth", version()}, {"schema", 2}}}};
+                        {"version", version()},
+                        {"schema", 3}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
@@ -201,7 +199,7 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     }
     json["overrides"] = arguments.overrides;
     json["without"] = arguments.without;
-    json["period_s"] = found.data.period_s;
+    json["period_ms"] = 1e3 * found.data.period_s;
     json["notes"] = found.notes;
     return json;
 }
