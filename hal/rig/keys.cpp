@@ -159,6 +159,18 @@ std::string_view nearest_key(std::string_view path)
         ->path;
 }
 
+std::string unknown_key_words(std::string_view path)
+{
+    const std::string_view nearest = nearest_key(path);
+    const bool has_section = path.find('.') != std::string_view::npos;
+    const std::string_view known = has_section ? nearest : bare_name(nearest);
+    const bool is_beginning = known.substr(0, path.size()) == path;
+    const std::size_t far_off = known.size() / 2 + 1;
+    return is_beginning || edit_distance(path, known) < far_off
+               ? "unknown key; the nearest known one is " + std::string(nearest)
+               : "unknown key, and none is near; `berth schema` lists all";
+}
+
 std::string_view nearest_section(std::string_view name)
 {
     const auto section_of = [](const rig_key &key) { return key.path.substr(0, key.path.find('.')); };
@@ -175,8 +187,7 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
         return rig_error{"orders", "orders are a list: each begins with [[orders]], in two brackets"};
     }
     if (key == nullptr) {
-        return rig_error{std::string(path),
-                         "unknown key; the nearest known one is " + std::string(nearest_key(path))};
+        return rig_error{std::string(path), unknown_key_words(path)};
     }
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
         text = text.substr(1, text.size() - 2);

@@ -154,7 +154,7 @@ nlohmann::json as_json(const std::vector<differing_key> &found)
 {
     nlohmann::json list = nlohmann::json::array();
     for (const differing_key &one : found) {
-        list.push_back({{"key", one.key}, {"unit", unit_text(one.key)}, {"a", one.a}, {"b", one.b}});
+        list.push_back({{"key", one.key}, {"unit", unit_of(one.key)}, {"a", one.a}, {"b", one.b}});
     }
     return list;
 }

@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/given.h"
+#include "../../hal/rig/names.h"
 #include "../../hal/rig/units.h"
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
@@ -287,6 +288,15 @@ void refuse_unwritable(const std::string &folder)
     }
 }
 
+std::vector<std::string> names_of_effects()
+{
+    std::vector<std::string> names;
+    for (const effect &known : effect_library()) {
+        names.emplace_back(known.name);
+    }
+    return names;
+}
+
 /* The first file appears when all are written: a disk that is full leaves those of an earlier diagnosis. */
 void write_files(const std::string &folder, const diagnosis &found, const nlohmann::json &json)
 {
@@ -337,7 +347,8 @@ int diagnose_command(const diagnose_arguments &arguments)
     refuse_beam(request.rig);
     for (const std::string &name : arguments.without) {
         if (find_effect(name) == nullptr) {
-            throw input_error("--without " + name + ": there is no such effect; see berth effects");
+            throw input_error("--without " + name + ": there is no such effect" +
+                              did_you_mean(names_of_effects(), name) + "; berth effects lists them");
         }
         request.options.without.push_back(name);
     }

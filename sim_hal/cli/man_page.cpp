@@ -67,6 +67,9 @@ void write_option(std::ostream &page, const option_entry &option)
         }
         page << ".\n";
     }
+    if (!option.standard.empty()) {
+        page << ".br\nDefault: " << escaped(option.standard) << ".\n";
+    }
 }
 
 } // namespace
@@ -81,6 +84,9 @@ std::string man_page(const std::vector<command_entry> &table)
     }
     page << exit_status
          << ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nIf set, nothing is coloured; in a pipe nothing ever is.\n"
+            ".TP\n.B COLUMNS\nThe width at which lines on a terminal are wrapped, instead of its own. Lines in a "
+            "pipe\n"
+            "are never wrapped.\n"
             ".SH SEE ALSO\n";
     for (const command_entry &command : table) {
         page << ".BR berth\\-" << escaped(command.name) << " (1)" << (&command == &table.back() ? "\n" : ",\n");

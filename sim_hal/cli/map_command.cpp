@@ -10,10 +10,12 @@
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/given.h"
 #include "../bounce.h"
+#include "../margin.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/reduction.h"
 #include "../stability/shared_rows.h"
+#include "amplitude.h"
 #include "atomic_file.h"
 #include "map_report.h"
 #include "python_script.h"
@@ -311,6 +313,16 @@ map_values compute(const map_job &job, int threads)
     return map;
 }
 
+/* Of the rig itself, where it is stable by its eigenvalues. */
+stability_margin own_margin(const map_job &job, const nlohmann::json &stable)
+{
+    if (job.run_s > 0.0 || stable != true) {
+        return {};
+    }
+    const double amplitude_m = job.request.amplitude_m;
+    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m)) : margin_of(job.chosen.rig, 0.0);
+}
+
 } // namespace
 
 int map_command(const map_arguments &arguments)
@@ -368,6 +380,8 @@ int map_command(const map_arguments &arguments)
     nlohmann::json json = as_json(job, sums);
     json["assumed"] = assumed_json(job.chosen.rig);
     json["delay_budget"] = delay_budget_json(job.chosen.rig);
+    const stability_margin margin = own_margin(job, json["own"]["stable"]);
+    json["margin"] = margin_json(margin);
     atomic_file beside(stem + ".json");
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
@@ -388,6 +402,7 @@ int map_command(const map_arguments &arguments)
     }
     print_assumptions(job.chosen.rig);
     print_map_summary(request, sums, json);
+    print_margin(margin);
     print_delay_budget(job.chosen.rig);
     std::printf("map       %s.csv\n", stem.c_str());
     if (!arguments.picture) {
