@@ -19,15 +19,19 @@ PARTS = (("as given", "before"), ("re-tuned", "retuned"), ("extended", "after"),
 
 
 def table(head, rows, name="", marked=()):
-    """A cell is text, or text and attributes; the rows whose places are in `marked` get a mark."""
-    def cell(found, tag):
+    """A cell is text, or text and attributes; the rows whose places are in `marked` get a mark. A phone shows each row as a
+    card, where a cell has its title in front."""
+    titles = [one[0] if isinstance(one, tuple) else one for one in head]
+
+    def cell(found, tag, title):
         text, attributes = found if isinstance(found, tuple) else (found, "")
-        return f"<{tag} {attributes}>{html.escape(str(text))}</{tag}>"
+        of_card = f' data-title="{html.escape(title)}"' if tag == "td" and title else ""
+        return f"<{tag} {attributes}{of_card}>{html.escape(str(text))}</{tag}>"
 
     def line(cells, tag, attributes=""):
-        return f"<tr{attributes}>{''.join(cell(one, tag) for one in cells)}</tr>"
+        return f"<tr{attributes}>{''.join(cell(one, tag, title) for one, title in zip(cells, titles))}</tr>"
     body = "\n".join(line(cells, "td", ' class="at-fault"' if i in marked else "") for i, cells in enumerate(rows))
-    return (f'<div class="wide"><table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n'
+    return (f'<div class="wide cards"><table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n'
             f"</table></div>")
 
 
