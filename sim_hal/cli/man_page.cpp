@@ -48,7 +48,7 @@ std::string capitals(std::string text)
 
 void write_head(std::ostream &page, const std::string &name, const std::string &meaning)
 {
-    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release << "\" \"berth\"\n.SH NAME\n"
+    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release << "\" \"berth\"\n.nh\n.ad l\n.SH NAME\n"
          << escaped(name) << " \\- " << escaped(meaning) << "\n.SH SYNOPSIS\n";
 }
 
@@ -107,9 +107,16 @@ std::string man_page(const command_entry &command)
         }
         has_options = has_options || !option.is_positional();
     }
-    page << (has_options ? ".RI [ OPTIONS ]\n" : "") << ".SH OPTIONS\n";
-    for (const option_entry &option : command.options) {
-        write_option(page, option);
+    page << (has_options ? ".RI [ OPTIONS ]\n" : "");
+    for (const bool is_positional : {true, false}) {
+        const char *title = is_positional ? ".SH ARGUMENTS\n" : ".SH OPTIONS\n";
+        for (const option_entry &option : command.options) {
+            if (option.is_positional() == is_positional) {
+                page << title;
+                write_option(page, option);
+                title = "";
+            }
+        }
     }
     page << exit_status << ".SH SEE ALSO\n.BR berth (1)\n";
     return page.str();
