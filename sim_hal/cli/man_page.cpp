@@ -48,7 +48,8 @@ std::string capitals(std::string text)
 
 void write_head(std::ostream &page, const std::string &name, const std::string &meaning)
 {
-    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release << "\" \"berth\"\n.nh\n.ad l\n.SH NAME\n"
+    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release
+         << "\" \"berth\"\n.nh\n.ad l\n.SH NAME\n"
          << escaped(name) << " \\- " << escaped(meaning) << "\n.SH SYNOPSIS\n";
 }
 

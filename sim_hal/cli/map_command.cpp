@@ -9,8 +9,8 @@
 
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/given.h"
+#include "../answer.h"
 #include "../bounce.h"
-#include "../margin.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/reduction.h"
@@ -320,7 +320,8 @@ stability_margin own_margin(const map_job &job, const nlohmann::json &stable)
         return {};
     }
     const double amplitude_m = job.request.amplitude_m;
-    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m)) : margin_of(job.chosen.rig, 0.0);
+    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m))
+                             : answer_of(job.chosen.rig, predict_unscheduled, 0.0).margin;
 }
 
 } // namespace
