@@ -9,13 +9,11 @@
 
 #include "../../firmware/compensation/compensation.h"
 #include "../../hal/rig/given.h"
-#include "../answer.h"
 #include "../bounce.h"
 #include "../stability/arm_loop.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/reduction.h"
 #include "../stability/shared_rows.h"
-#include "amplitude.h"
 #include "atomic_file.h"
 #include "map_report.h"
 #include "python_script.h"
@@ -313,17 +311,6 @@ map_values compute(const map_job &job, int threads)
     return map;
 }
 
-/* Of the rig itself, where it is stable by its eigenvalues. */
-stability_margin own_margin(const map_job &job, const nlohmann::json &stable)
-{
-    if (job.run_s > 0.0 || stable != true) {
-        return {};
-    }
-    const double amplitude_m = job.request.amplitude_m;
-    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m))
-                             : answer_of(job.chosen.rig, predict_unscheduled, 0.0).margin;
-}
-
 } // namespace
 
 int map_command(const map_arguments &arguments)
@@ -381,8 +368,6 @@ int map_command(const map_arguments &arguments)
     nlohmann::json json = as_json(job, sums);
     json["assumed"] = assumed_json(job.chosen.rig);
     json["delay_budget"] = delay_budget_json(job.chosen.rig);
-    const stability_margin margin = own_margin(job, json["own"]["stable"]);
-    json["margin"] = margin_json(margin);
     atomic_file beside(stem + ".json");
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
@@ -403,7 +388,6 @@ int map_command(const map_arguments &arguments)
     }
     print_assumptions(job.chosen.rig);
     print_map_summary(request, sums, json);
-    print_margin(margin);
     print_delay_budget(job.chosen.rig);
     std::printf("map       %s.csv\n", stem.c_str());
     if (!arguments.picture) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../answer.h"
 #include "../schedule.h"
 #include "../stability/lyapunov.h"
 #include "amplitude.h"
@@ -199,6 +200,17 @@ void print_robot(const map_sums &lower_end, const nlohmann::json &json)
     }
 }
 
+/* Of the rig itself, where it is stable by its eigenvalues. */
+stability_margin own_margin(const map_job &job, const nlohmann::json &stable)
+{
+    if (job.run_s > 0.0 || stable != true) {
+        return {};
+    }
+    const double amplitude_m = job.request.amplitude_m;
+    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m))
+                             : answer_of(job.chosen.rig, predict_unscheduled, 0.0).margin;
+}
+
 } // namespace
 
 std::vector<std::string> left_out_of_map(const map_job &job)
@@ -242,6 +254,7 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
                            {"restitution_max", sums.bounces.largest}};
     }
     json["reduced"] = nullptr;
+    json["margin"] = margin_json(own_margin(job, json["own"]["stable"]));
     json["moves"] = what_moves(request);
     json["scheduled_at_s"] =
         has_schedule(request.rig) && job.run_s == 0.0 ? instants_of_schedule(request.rig) : std::vector<double>();
@@ -310,6 +323,9 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
         std::printf("  largest |z| from %.9f to %.9f; stable is below 1\n", sums.steady.least, sums.steady.largest);
     }
     print_own(request, json["own"]);
+    if (const nlohmann::json &margin = json["margin"]["sentence"]; !margin.is_null()) {
+        std::printf("  %-14s %s\n", "margin", margin.get<std::string>().c_str());
+    }
     print_robot(sums.lower_end, json);
     std::printf("  %.3f s for the map\n", json["compute_s"].get<double>());
 }
