@@ -159,18 +159,6 @@ std::string_view nearest_key(std::string_view path)
         ->path;
 }
 
-std::string unknown_key_words(std::string_view path)
-{
-    const std::string_view nearest = nearest_key(path);
-    const bool has_section = path.find('.') != std::string_view::npos;
-    const std::string_view known = has_section ? nearest : bare_name(nearest);
-    const bool is_beginning = known.substr(0, path.size()) == path;
-    const std::size_t far_off = known.size() / 2 + 1;
-    return is_beginning || edit_distance(path, known) < far_off
-               ? "unknown key; the nearest known one is " + std::string(nearest)
-               : "unknown key, and none is near; `berth schema` lists all";
-}
-
 std::string_view nearest_section(std::string_view name)
 {
     const auto section_of = [](const rig_key &key) { return key.path.substr(0, key.path.find('.')); };

@@ -52,9 +52,6 @@ const rig_key *find_key(std::string_view path);
 /* The known path most like `path`, by edit distance; a bare name is compared with names. */
 std::string_view nearest_key(std::string_view path);
 
-/* "unknown key; the nearest known one is ...", or where all are far off, what lists them. */
-std::string unknown_key_words(std::string_view path);
-
 /* Levenshtein distance. */
 std::size_t edit_distance(std::string_view a, std::string_view b);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "keys.h"
+#include "names.h"
 
 namespace berth
 {
