@@ -142,7 +142,7 @@ def read_diagnosis(folder):
             raise InputError(f"{path}: is missing; run `berth diagnose` again")
     path = folder / "series.csv"
     series = read_series(path)
-    blocks = [block_of(block, series, path, told["period_s"]) for block in told["blocks"]]
+    blocks = [block_of(block, series, path, 1e-3 * told["period_ms"]) for block in told["blocks"]]
     return Diagnosis(folder, told, blocks, *rigs)
 
 

@@ -19,15 +19,19 @@ PARTS = (("as given", "before"), ("re-tuned", "retuned"), ("extended", "after"),
 
 
 def table(head, rows, name="", marked=()):
-    """A cell is text, or text and attributes; the rows whose places are in `marked` get a mark."""
-    def cell(found, tag):
+    """A cell is text, or text and attributes; the rows whose places are in `marked` get a mark. A phone shows each row as a
+    card, where a cell has its title in front."""
+    titles = [one[0] if isinstance(one, tuple) else one for one in head]
+
+    def cell(found, tag, title):
         text, attributes = found if isinstance(found, tuple) else (found, "")
-        return f"<{tag} {attributes}>{html.escape(str(text))}</{tag}>"
+        of_card = f' data-title="{html.escape(title)}"' if tag == "td" and title else ""
+        return f"<{tag} {attributes}{of_card}>{html.escape(str(text))}</{tag}>"
 
     def line(cells, tag, attributes=""):
-        return f"<tr{attributes}>{''.join(cell(one, tag) for one in cells)}</tr>"
+        return f"<tr{attributes}>{''.join(cell(one, tag, title) for one, title in zip(cells, titles))}</tr>"
     body = "\n".join(line(cells, "td", ' class="at-fault"' if i in marked else "") for i, cells in enumerate(rows))
-    return (f'<div class="wide"><table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n'
+    return (f'<div class="wide cards"><table id="{name}">\n<thead>{line(head, "th")}</thead>\n<tbody>\n{body}\n</tbody>\n'
             f"</table></div>")
 
 
@@ -114,7 +118,7 @@ def visible_table(diagnosis):
              ("in no size", 'class="number"') if one["value"] is None else
              number(value(one["value"], one["unit"]), f"detectable.{i}.value"),
              ("without bound" if one["given"] is None else value(one["given"], one["unit"]), 'class="number"'),
-             ", ".join(f"{other['name']} {other['value']:.3g}" for other in one["others"])]
+             ", ".join(f"{other['key']} {other['value']:.3g}" for other in one["others"])]
             for i, one in enumerate(found)]
     note = ("<p class=\"note\">From this size on, 19 records in 20 like this one would have shown the effect; limits "
             "and frequencies show below theirs. What the rig file’s tolerances make up for does not count.</p>\n")
@@ -267,8 +271,8 @@ def experiment_section(diagnosis):
     rows = [["to be told apart", " · ".join(found["rivals"])]] if found["rivals"] else []
     if found["file"]:
         rows += [["excitation", found["excitation"]],
-                 ["expected difference of BIC", number(f"{found['predicted_gap']:.0f}",
-                                                       "next_experiment.predicted_gap")],
+                 ["expected difference of BIC", number(f"{found['predicted_delta_bic']:.0f}",
+                                                       "next_experiment.predicted_delta_bic")],
                  ["profile, for berth run --profile", found["file"]]]
     rows.append(["why", found["why"]])
     if found["calibration"]:
@@ -283,7 +287,7 @@ def inputs_table(diagnosis):
 
 def version_words(diagnosis):
     told = diagnosis.told
-    text = f"Made by berth {told['versions']['berth']}, schema {told['versions']['schema']}."
+    text = f"Made by berth {told['version']}, schema {told['schema']}."
     if told["overrides"]:
         text += f" Overrides of the rig: {', '.join(told['overrides'])}."
     if told["without"]:
@@ -310,7 +314,7 @@ def build_page(diagnosis, found, path):
                                                       ("report_page.js", "figures_page.js")) | {
         "kind": "berth diagnosis",
         "title": html.escape(name or "rig"),
-        "description": html.escape(f"{records}, {rows} rows of {1e3 * told['period_s']:g} ms"),
+        "description": html.escape(f"{records}, {rows} rows of {told['period_ms']:g} ms"),
         "verdict": html.escape(word),
         "verdict_class": VERDICT_CLASSES[colour],
         "headline": html.escape(words.headline(diagnosis)),

@@ -104,7 +104,7 @@ def write_head(figure, diagnosis):
     top = 0.931 - HEADLINE_HEIGHT * len(headline)
     figure.text(LEFT, top, "\n".join(lines), fontsize=11, color="#333333", verticalalignment="top")
     hashes = ", ".join(f"{one['role']} {one['hash']}" for one in diagnosis.told["inputs"])
-    figure.text(RIGHT, 0.012, f"{hashes}, berth {diagnosis.told['versions']['berth']}", fontsize=9, color="#888888",
+    figure.text(RIGHT, 0.012, f"{hashes}, berth {diagnosis.told['version']}", fontsize=9, color="#888888",
                 horizontalalignment="right")
     return top - TEXT_HEIGHT * len(lines)
 

@@ -92,8 +92,13 @@ def ranked_share(candidate):
     return min(max(share, 0.0), 1.0), "all and some noise" if share > 1.0 else percent(share)
 
 
+def name_of(parameter):
+    """Its key without the section."""
+    return parameter["key"].split(".")[1]
+
+
 def cause_sentence(cause, verdict):
-    found = ", ".join(f"{parameter['name']} = {estimate(parameter)}" for parameter in cause["parameters"])
+    found = ", ".join(f"{name_of(parameter)} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."
     if is_counted(cause):
         share = cause["share_explained"]

@@ -10,6 +10,7 @@ from berth_map import LEVELS_A_SIDE, level_text
 from map_picture import FAULTED, LASTS, NOT_POSSIBLE, OWN, SHADES, WALL
 from page_data import AXIS, extremes, filled, script_safe, shared_parts
 from paper_figures import Contour, Plot, Surface
+from report_words import typeset
 
 MARKERS = {"points": {"symbol": "circle", "size": 7}, "star": {"symbol": "star", "size": 14},
            "ring": {"symbol": "circle-open", "size": 12, "line": {"width": 2}}}
@@ -239,7 +240,7 @@ def claim_lines(claims):
         kind = "met" if claim.met else "missed"
         remark = f" <em>{html.escape(claim.remark)}</em>" if claim.remark else ""
         lines.append(f'<li class="{kind}"><strong>{claim.verdict.lower()}</strong> claim {claim.number} · '
-                     f"{html.escape(claim.sentence)} – {html.escape(claim.measured)}.{remark}</li>")
+                     f"{html.escape(claim.sentence)} – {html.escape(typeset(claim.measured))}.{remark}</li>")
     return "\n".join(lines)
 
 
@@ -256,7 +257,7 @@ def summary_rows(figures, claims):
     stems = {figure.name: figure.file_stem for figure in figures}
     return "\n".join(
         f'<tr class="{"met" if claim.met else "missed"}"><td>{claim.number}</td><td><strong>{claim.verdict.lower()}'
-        f'</strong></td><td>{html.escape(claim.sentence)}</td><td>{html.escape(claim.measured)}</td>'
+        f'</strong></td><td>{html.escape(claim.sentence)}</td><td data-title="here">{html.escape(typeset(claim.measured))}</td>'
         f'<td><a href="#{stems[claim.figure]}">{html.escape(claim.figure)}</a></td></tr>' for claim in claims)
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Makes a report of a run beside its log: LOG.html with zoomable plots, LOG.png for a README."""
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -23,7 +24,19 @@ def parse_arguments():
     parser.add_argument("--accuracy", metavar="JSON", type=Path,
                         help="what `berth accuracy RIG --json` printed, for a run with an arm (default: LOG with "
                              ".accuracy.json instead of .ulg, if there is one)")
+    parser.add_argument("--out", metavar="FILE.html", type=Path,
+                        help="the page to write, and a picture beside it (default: beside the log)")
     return parser.parse_args()
+
+
+def refuse_unwritable(page, log):
+    """Before seconds are spent on it: a log may lie in the folder of another user. Raises InputError."""
+    folder = page.absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; make it first (mkdir -p), or choose another with --out")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: you may not write there, so the page cannot stand beside the log; choose another "
+                         f"place: berth report {log} --out ~/{page.name}")
 
 
 def main():
@@ -33,7 +46,8 @@ def main():
         progress.show(f"report: reads {arguments.log}")
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
-        page = arguments.log.with_suffix(".html")
+        page = arguments.out or arguments.log.with_suffix(".html")
+        refuse_unwritable(page, arguments.log)
         sweeps = sweeps_of(log, arguments.berth)
         progress.show(f"report: draws {page}")
         text = build_page(log, summary, page, accuracy_of(log, arguments.accuracy), sweeps)

@@ -125,25 +125,11 @@ def capitalised(text):
     return text[:1].upper() + text[1:]
 
 
-def margin_words(margin):
-    """How far a stable loop is from one that swings; empty where it is not known."""
-    at_least = "at least " if margin["dead_time_margin_is_open"] else ""
-    parts = []
-    if margin["dead_time_margin_ms"] is not None:
-        parts.append(f"{at_least}{margin['dead_time_margin_ms']:.4g} ms of dead time")
-    if margin["modulus"] is not None:
-        parts.append(f"modulus {margin['modulus']:.4f}")
-    if margin["note"]:
-        parts.append(margin["note"] if parts else f"not known: {margin['note']}")
-    return ", ".join(parts)
-
-
 def margin_and_advice(log, summary):
     """(name, words): how far the loop is from its limit, and what to change; what is not known is left out."""
     found = []
-    margin = margin_words(summary["margin"])
-    if margin:
-        found.append(("Margin", margin))
+    if summary["margin"]["sentence"]:
+        found.append(("Margin", summary["margin"]["sentence"]))
     elif summary["stable"] is False:
         found.append(("Margin", "none: the loop is beyond its limit"))
     if summary["advice"]:
@@ -203,8 +189,7 @@ def prediction(summary):
 
 
 def margin_fact(margin):
-    words_of_it = margin_words(margin)
-    return [("margin", words_of_it, "of a loop that is stable as it is")] if words_of_it else []
+    return [("margin", margin["sentence"], "of a loop that is stable as it is")] if margin["sentence"] else []
 
 
 def peak_facts(peaks):

@@ -162,4 +162,25 @@ std::string rate_text(double value, double ci95)
     return text;
 }
 
+std::string margin_words(const stability_margin &margin)
+{
+    if (margin.is_unlimited) {
+        return margin.note;
+    }
+    std::string text;
+    if (margin.dead_time_ms) {
+        text = with_numbers(margin.is_dead_time_open
+                                ? "the dead time may grow by at least %.4g ms before the loop is unstable"
+                                : "the dead time may grow by %.4g ms before the loop is unstable",
+                            *margin.dead_time_ms);
+    }
+    if (margin.modulus) {
+        text += (text.empty() ? "" : "; ") + with_numbers("modulus %.4f (0: unstable)", *margin.modulus);
+    }
+    if (!margin.note.empty()) {
+        text += (text.empty() ? "not known: " : "; ") + margin.note;
+    }
+    return text;
+}
+
 } // namespace berth

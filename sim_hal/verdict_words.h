@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "margin.h"
 #include "verdict.h"
 
 namespace berth
@@ -50,6 +51,10 @@ std::string measured_words(const growth_finding &growth);
 
 /* What has to be known beside a growth that was measured with an arm's motors at their limits; empty: none were. */
 std::string motor_words(const motion_evidence &motion);
+
+/* "the dead time may grow by 12.3 ms before the loop is unstable; modulus 0.5389 (0: unstable)"; empty: nothing is
+ * known of it, as of an unstable loop. */
+std::string margin_words(const stability_margin &margin);
 
 /* 0.298364 with an interval of 4e-05: "0.29836 +- 0.00004"; exact: three digits. */
 std::string rate_text(double value, double ci95);

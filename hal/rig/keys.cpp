@@ -175,8 +175,7 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
         return rig_error{"orders", "orders are a list: each begins with [[orders]], in two brackets"};
     }
     if (key == nullptr) {
-        return rig_error{std::string(path),
-                         "unknown key; the nearest known one is " + std::string(nearest_key(path))};
+        return rig_error{std::string(path), unknown_key_words(path)};
     }
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
         text = text.substr(1, text.size() - 2);

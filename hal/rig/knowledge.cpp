@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "keys.h"
+#include "names.h"
 
 namespace berth
 {
@@ -13,7 +14,7 @@ void set_tolerance(rig &rig, const std::string &path, const toml::node &share, c
 {
     const rig_key *const key = find_key(path);
     if (key == nullptr) {
-        fail(where, {path, "unknown key; the nearest known one is " + std::string(nearest_key(path))});
+        fail(where, {path, unknown_key_words(path)});
     }
     const double value = share.value<double>().value_or(-1.0);
     if (key->type != key_type::number || !(value >= 0.0 && value < 1.0)) {

@@ -60,4 +60,16 @@ std::string did_you_mean(const std::vector<std::string> &names, std::string_view
     return near.empty() ? "" : "; did you mean " + near + "?";
 }
 
+std::string unknown_key_words(std::string_view path)
+{
+    const std::string_view nearest = nearest_key(path);
+    const bool has_section = path.find('.') != std::string_view::npos;
+    const std::string_view known = has_section ? nearest : nearest.substr(nearest.rfind('.') + 1);
+    const bool is_beginning = known.substr(0, path.size()) == path;
+    const std::size_t far_off = known.size() / 2 + 1;
+    return is_beginning || edit_distance(path, known) < far_off
+               ? "unknown key; the nearest known one is " + std::string(nearest)
+               : "unknown key, and none is near; `berth schema` lists all";
+}
+
 } // namespace berth

@@ -19,6 +19,10 @@ std::string near_name(const std::vector<std::string> &names, std::string_view wo
 /* "; did you mean ess?" or nothing. */
 std::string did_you_mean(const std::vector<std::string> &names, std::string_view word);
 
+/* Of a rig: "unknown key; the nearest known one is ...", or where all are far off, what lists them. A bare name is
+ * compared with names. */
+std::string unknown_key_words(std::string_view path);
+
 /* Of shipped files. */
 template <class Files>
 std::vector<std::string> names_of_files(const Files &files)

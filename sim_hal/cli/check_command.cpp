@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -6,6 +7,7 @@
 #include "../stability/compensation_states.h"
 #include "../start_trial.h"
 #include "bounce_report.h"
+#include "colour.h"
 #include "commands.h"
 #include "robot_choice.h"
 #include "verdict_report.h"
@@ -32,14 +34,21 @@ nlohmann::json as_json(const start_trial &start)
     return {{"ran", start.has_run}, {"stopped", stop_json(start.stop)}, {"because", trial_words(start)}};
 }
 
+/* Filled up to the column of the text. */
+std::string title(ink colour, const std::string &name)
+{
+    constexpr std::size_t width = 14;
+    return coloured(stdout, colour, name) + std::string(width - std::min(width, name.size()), ' ');
+}
+
 void print_implausible(const std::vector<implausible_value> &found)
 {
     for (const implausible_value &one : found) {
-        std::printf("  %-14s %s: %s\n  %-14s %s\n  %-14s %s\n", "implausible", one.key.c_str(), one.what.c_str(), "",
-                    one.why.c_str(), "", one.advice.c_str());
+        std::printf("  %s %s: %s\n  %-14s %s\n  %-14s %s\n", title(ink::yellow, "implausible").c_str(), one.key.c_str(),
+                    one.what.c_str(), "", one.why.c_str(), "", one.advice.c_str());
     }
     if (found.empty()) {
-        std::printf("  %-14s no value is implausible\n", "values");
+        std::printf("  %s no value is implausible\n", title(ink::green, "values").c_str());
     }
 }
 
@@ -70,8 +79,9 @@ int check_command(const rig_arguments &arguments)
         std::printf("%s: %s\n", rig.name.c_str(), rig.description.c_str());
         print_implausible(found);
         if (stops) {
-            std::printf("  %-14s %s\n  %-14s clear what stops it, and look at `berth run`\n",
-                        start.has_run ? "stops" : "does not start", trial_words(start).c_str(), "");
+            std::printf("  %s %s\n  %-14s clear what stops it, and look at `berth run`\n",
+                        title(ink::red, start.has_run ? "stops" : "does not start").c_str(),
+                        trial_words(start).c_str(), "");
         }
         print_assumptions(rig);
         print_verdict(verdict);

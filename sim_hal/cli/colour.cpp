@@ -14,7 +14,8 @@ bool has_colours(std::FILE *stream)
     const char *const terminal = std::getenv("TERM");
     const bool is_wanted = no_color == nullptr || *no_color == '\0';
     const bool can = terminal != nullptr && std::string_view(terminal) != "dumb";
-    return is_wanted && can && isatty(fileno(stream)) == 1;
+    /* Not fileno(): a stream that wraps its lines has none, see terminal.h. */
+    return is_wanted && can && isatty(stream == stderr ? STDERR_FILENO : STDOUT_FILENO) == 1;
 }
 
 std::string coloured(std::FILE *stream, ink colour, const std::string &text)

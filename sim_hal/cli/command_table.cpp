@@ -124,6 +124,7 @@ option_entry entry_of(const CLI::Option &option)
     entry.name = option.get_positional() ? option.get_name(true) : "--" + option.get_lnames().front();
     entry.meaning = option.get_description();
     entry.is_needed = option.get_required();
+    entry.standard = option.get_default_str();
     if (option.get_items_expected_max() > 0) {
         entry.value = option.get_type_name();
         if (const std::size_t brace = entry.value.find('{'); brace != std::string::npos) { /* "TEXT:{one,two}" */

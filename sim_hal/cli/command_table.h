@@ -17,6 +17,7 @@ struct option_entry {
     std::string name;  /* "--json", or "RIG" of a positional one */
     std::string value; /* what it takes, as "NAME"; empty: a flag */
     std::string meaning;
+    std::string standard;            /* its value where nobody gives one; empty: none is stated */
     std::vector<std::string> words;  /* permitted or known values; "KEY=" where a value is put behind */
     std::vector<std::string> values; /* then all of "KEY=VALUE" that are known */
     bool is_needed = false;

@@ -133,6 +133,7 @@ struct compare_arguments {
 struct report_arguments {
     std::string log;
     std::string accuracy_file;
+    std::string page; /* empty: beside the log */
 };
 
 struct rths_arguments {

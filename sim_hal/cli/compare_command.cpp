@@ -11,6 +11,7 @@
 #include "../../hal/rig/orders.h"
 #include "../../hal/rig/units.h"
 #include "../effects/effect.h"
+#include "colour.h"
 #include "commands.h"
 #include "log_condition.h"
 #include "log_result.h"
@@ -26,6 +27,7 @@ namespace
 {
 
 constexpr const char *row_format = "  %-36s %-24s %s\n";
+constexpr std::size_t width_of_a = 24; /* the column of A in it */
 
 struct compared_run {
     std::string log;
@@ -111,6 +113,15 @@ std::string cell_text(const nlohmann::json &value)
                                : value.dump();
 }
 
+/* In the colour of its answer, and blanks up to so many letters, which a colour is none of. */
+std::string verdict_cell(const nlohmann::json &result, std::size_t width)
+{
+    const std::string name = cell_text(result.at("verdict"));
+    const nlohmann::json &stable = result.at("stable");
+    const ink colour = stable.is_null() ? ink::yellow : stable == true ? ink::green : ink::red;
+    return coloured(stdout, colour, name) + std::string(name.size() < width ? width - name.size() : 0, ' ');
+}
+
 /* "predicted -0.25", "0.61", or "none". */
 std::string growth_text(const nlohmann::json &result)
 {
@@ -143,7 +154,7 @@ nlohmann::json as_json(const std::vector<differing_key> &found)
 {
     nlohmann::json list = nlohmann::json::array();
     for (const differing_key &one : found) {
-        list.push_back({{"key", one.key}, {"unit", unit_text(one.key)}, {"a", one.a}, {"b", one.b}});
+        list.push_back({{"key", one.key}, {"unit", unit_of(one.key)}, {"a", one.a}, {"b", one.b}});
     }
     return list;
 }
@@ -155,7 +166,8 @@ void print_comparison(const compared_run &a, const compared_run &b, const std::v
     const auto print_row = [&](const char *title, const char *key) {
         std::printf(row_format, title, cell_text(a.result.at(key)).c_str(), cell_text(b.result.at(key)).c_str());
     };
-    print_row("verdict", "verdict");
+    std::printf("  %-36s %s %s\n", "verdict", verdict_cell(a.result, width_of_a).c_str(),
+                verdict_cell(b.result, 0).c_str());
     std::printf(row_format, "growth (1/s)", growth_text(a.result).c_str(), growth_text(b.result).c_str());
     if (!a.result.at("frequency_Hz").is_null() || !b.result.at("frequency_Hz").is_null()) {
         print_row("frequency (Hz)", "frequency_Hz");

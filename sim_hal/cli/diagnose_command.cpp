@@ -8,6 +8,7 @@
 
 #include "../../hal/rig/beam.h"
 #include "../../hal/rig/given.h"
+#include "../../hal/rig/names.h"
 #include "../../hal/rig/units.h"
 #include "../../hal/version.h"
 #include "../diagnosis/diagnosis.h"
@@ -45,8 +46,7 @@ nlohmann::json as_json(const std::vector<parameter_estimate> &parameters)
     nlohmann::json all = nlohmann::json::array();
     for (const parameter_estimate &parameter : parameters) {
         const interval known = interval_of(parameter);
-        all.push_back({{"name", parameter.key.substr(parameter.key.find('.') + 1)},
-                       {"key", parameter.key},
+        all.push_back({{"key", parameter.key},
                        {"value", parameter.value},
                        {"fitted", is_fitted(parameter)},
                        {"ci95", {known.low, known.high}},
@@ -139,14 +139,12 @@ nlohmann::json as_json(const block_diagnosis &block, const record &data)
 
 nlohmann::json as_json(const detectable_size &one)
 {
-    const auto name = [](std::string_view key) { return key.substr(key.find('.') + 1); };
     nlohmann::json others = nlohmann::json::array();
     for (const effect_value &other : one.others) {
-        others.push_back({{"name", name(other.key)}, {"value", other.value}, {"unit", unit_of(other.key)}});
+        others.push_back({{"key", other.key}, {"value", other.value}, {"unit", unit_of(other.key)}});
     }
     const bool is_given = std::isfinite(one.given);
     return {{"effect", one.effect->name},
-            {"name", name(one.key)},
             {"key", one.key},
             {"value", one.value ? nlohmann::json(*one.value) : nlohmann::json()},
             {"given", is_given ? nlohmann::json(one.given) : nlohmann::json()},
@@ -163,7 +161,7 @@ nlohmann::json as_json(const next_experiment &next, const rig &given)
             {"excitation", if_told([&] { return words_of(*next.proposed, given); })},
             {"duration_s", if_told([&] { return next.proposed->duration_s; })},
             {"rivals", next.rivals},
-            {"predicted_gap", next.predicted_gap},
+            {"predicted_delta_bic", next.predicted_gap},
             {"why", next.why},
             {"calibration", next.calibration.empty() ? nlohmann::json() : nlohmann::json(next.calibration)}};
 }
@@ -174,7 +172,8 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
                         {"causes", nlohmann::json::array()},
                         {"alternatives", nlohmann::json::array()},
                         {"next_experiment", found.next ? as_json(*found.next, given) : nlohmann::json()},
-                        {"versions", {{"berth", version()}, {"schema", 2}}}};
+                        {"version", version()},
+                        {"schema", 3}};
     json["block"] = found.located.empty() ? nlohmann::json() : nlohmann::json(found.located);
     json["residual"] = nlohmann::json::object();
     json["blocks"] = nlohmann::json::array();
@@ -201,7 +200,7 @@ nlohmann::json as_json(const diagnosis &found, const diagnose_arguments &argumen
     }
     json["overrides"] = arguments.overrides;
     json["without"] = arguments.without;
-    json["period_s"] = found.data.period_s;
+    json["period_ms"] = 1e3 * found.data.period_s;
     json["notes"] = found.notes;
     return json;
 }
@@ -289,6 +288,15 @@ void refuse_unwritable(const std::string &folder)
     }
 }
 
+std::vector<std::string> names_of_effects()
+{
+    std::vector<std::string> names;
+    for (const effect &known : effect_library()) {
+        names.emplace_back(known.name);
+    }
+    return names;
+}
+
 /* The first file appears when all are written: a disk that is full leaves those of an earlier diagnosis. */
 void write_files(const std::string &folder, const diagnosis &found, const nlohmann::json &json)
 {
@@ -339,7 +347,8 @@ int diagnose_command(const diagnose_arguments &arguments)
     refuse_beam(request.rig);
     for (const std::string &name : arguments.without) {
         if (find_effect(name) == nullptr) {
-            throw input_error("--without " + name + ": there is no such effect; see berth effects");
+            throw input_error("--without " + name + ": there is no such effect" +
+                              did_you_mean(names_of_effects(), name) + "; berth effects lists them");
         }
         request.options.without.push_back(name);
     }

@@ -143,15 +143,8 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const sta
     }
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
-    if (margin.is_unlimited) {
-        std::printf("  dead-time margin: %s\n", margin.note.c_str());
-    } else if (is_run && margin.dead_time_ms) {
+    if (margin.is_unlimited || (is_run ? margin.dead_time_ms.has_value() : verdict.is_stable)) {
         print_margin(margin);
-    } else if (verdict.is_stable && !is_run) {
-        std::printf("  dead-time margin: %s%s\n",
-                    verdict.margin_ms ? (short_number(*verdict.margin_ms) + " ms").c_str()
-                                      : "none up to ten times the robot's dead time",
-                    varies ? ", without what changes from tick to tick" : "");
     }
     std::printf("  first-order formula: the loop's delay of %s ms takes %s off the coupled damping ratio %s\n",
                 short_number(verdict.loop_delay_ms).c_str(), short_number(verdict.first_order_damping_limit).c_str(),

@@ -1,10 +1,14 @@
 /* The host command `berth`. */
+#include <algorithm>
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <new>
+#include <optional>
 #include <sstream>
+#include <unistd.h>
 
 #include "../../hal/version.h"
 #include "../rths/controller.h"
@@ -13,6 +17,7 @@
 #include "completion.h"
 #include "options.h"
 #include "run_folder.h"
+#include "terminal.h"
 #include "usage_error.h"
 
 namespace
@@ -32,6 +37,20 @@ void refuse_empty_values(CLI::App &app)
     }
 }
 
+/* Not files, scripts and JSON, which other programs read and people copy. */
+bool prints_prose(const std::vector<std::string> &words)
+{
+    const auto has = [&](const char *word) { return std::find(words.begin(), words.end(), word) != words.end(); };
+    if (words.empty() || has("--help") || has("-h")) {
+        return true;
+    }
+    static const char *const makes_files[] = {"schema", "completion", "man", "arm"};
+    const bool makes_file =
+        std::find(std::begin(makes_files), std::end(makes_files), words[0]) != std::end(makes_files);
+    const bool prints_preset = words[0] == "robots" && words.size() > 1;
+    return !makes_file && !prints_preset && !has("--json") && !has("--print-config");
+}
+
 /* The words behind the program's name; `help run` is `run --help`, as users of other programs write it. */
 std::vector<std::string> words_of(int argc, char **argv)
 {
@@ -43,7 +62,7 @@ std::vector<std::string> words_of(int argc, char **argv)
     return words;
 }
 
-int run(int argc, char **argv)
+int run(const char *program, const std::vector<std::string> &words)
 {
     CLI::App app{"berth: a real-time hybrid simulator, here against its simulated rig"};
     app.set_version_flag("--version", std::string("berth ") + berth::release + " (" + berth::version() + ")");
@@ -223,16 +242,20 @@ int run(int argc, char **argv)
     robots_app->callback([&] { exit_code = berth::robots_command(robot, json); });
 
     refuse_empty_values(app);
-    const std::vector<std::string> words = words_of(argc, argv);
-    app.name(argv[0]);
+    app.name(program);
     try {
         app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError &error) {
         if (error.get_exit_code() == 0) { /* --help, --version */
-            return app.exit(error);
+            std::ostringstream text;
+            app.exit(error, text);
+            std::fputs(text.str().c_str(), stdout);
+            return 0;
         }
         const std::vector<CLI::App *> chosen = app.get_subcommands();
-        std::fprintf(stderr, "berth: %s; see berth %s--help\n", berth::usage_error(app, error, words).c_str(),
+        std::fprintf(stderr, "%s %s; see berth %s--help\n",
+                     berth::coloured(stderr, berth::ink::red, "berth:").c_str(),
+                     berth::usage_error(app, error, words).c_str(),
                      chosen.empty() ? "" : (chosen.front()->get_name() + " ").c_str());
         return exit_usage_or_input;
     }
@@ -243,20 +266,28 @@ int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    const std::vector<std::string> words = words_of(argc, argv);
+    std::optional<berth::wrapped_stream> output;
+    if (prints_prose(words)) {
+        output.emplace(stdout, STDOUT_FILENO);
+    }
+    const berth::wrapped_stream errors(stderr, STDERR_FILENO);
+    const std::string name = berth::coloured(stderr, berth::ink::red, "berth:");
     try {
-        const int exit_code = run(argc, argv);
+        const int exit_code = run(argv[0], words);
         if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
             throw berth::input_error("standard output cannot be written; is its disk full?");
         }
         return exit_code;
     } catch (const berth::input_error &error) {
-        std::fprintf(stderr, "%s %s\n", berth::coloured(stderr, berth::ink::red, "berth:").c_str(), error.what());
+        std::fprintf(stderr, "%s %s\n", name.c_str(), error.what());
         return exit_usage_or_input;
     } catch (const std::bad_alloc &) {
-        std::fprintf(stderr, "berth: not enough memory: ask for fewer points, a shorter run or a shorter record\n");
+        std::fprintf(stderr, "%s not enough memory: ask for fewer points, a shorter run or a shorter record\n",
+                     name.c_str());
         return exit_usage_or_input;
     } catch (const std::exception &error) {
-        std::fprintf(stderr, "berth: internal error: %s\n", error.what());
+        std::fprintf(stderr, "%s internal error: %s\n", name.c_str(), error.what());
         return 1;
     }
 }

@@ -48,7 +48,8 @@ std::string capitals(std::string text)
 
 void write_head(std::ostream &page, const std::string &name, const std::string &meaning)
 {
-    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release << "\" \"berth\"\n.SH NAME\n"
+    page << ".TH " << capitals(escaped(name)) << " 1 \"\" \"berth " << release
+         << "\" \"berth\"\n.nh\n.ad l\n.SH NAME\n"
          << escaped(name) << " \\- " << escaped(meaning) << "\n.SH SYNOPSIS\n";
 }
 
@@ -67,6 +68,9 @@ void write_option(std::ostream &page, const option_entry &option)
         }
         page << ".\n";
     }
+    if (!option.standard.empty()) {
+        page << ".br\nDefault: " << escaped(option.standard) << ".\n";
+    }
 }
 
 } // namespace
@@ -81,6 +85,9 @@ std::string man_page(const std::vector<command_entry> &table)
     }
     page << exit_status
          << ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nIf set, nothing is coloured; in a pipe nothing ever is.\n"
+            ".TP\n.B COLUMNS\nThe width at which lines on a terminal are wrapped, instead of its own. Lines in a "
+            "pipe\n"
+            "are never wrapped.\n"
             ".SH SEE ALSO\n";
     for (const command_entry &command : table) {
         page << ".BR berth\\-" << escaped(command.name) << " (1)" << (&command == &table.back() ? "\n" : ",\n");
@@ -101,9 +108,16 @@ std::string man_page(const command_entry &command)
         }
         has_options = has_options || !option.is_positional();
     }
-    page << (has_options ? ".RI [ OPTIONS ]\n" : "") << ".SH OPTIONS\n";
-    for (const option_entry &option : command.options) {
-        write_option(page, option);
+    page << (has_options ? ".RI [ OPTIONS ]\n" : "");
+    for (const bool is_positional : {true, false}) {
+        const char *title = is_positional ? ".SH ARGUMENTS\n" : ".SH OPTIONS\n";
+        for (const option_entry &option : command.options) {
+            if (option.is_positional() == is_positional) {
+                page << title;
+                write_option(page, option);
+                title = "";
+            }
+        }
     }
     page << exit_status << ".SH SEE ALSO\n.BR berth (1)\n";
     return page.str();

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../answer.h"
 #include "../schedule.h"
 #include "../stability/lyapunov.h"
 #include "amplitude.h"
+#include "verdict_report.h"
 
 namespace berth
 {
@@ -170,6 +172,16 @@ void print_varying(const map_summary &sums, const nlohmann::json &varying)
                 lost >= 0.0 ? "lost" : "gained");
 }
 
+/* Where the rig lies on the map, and what it is there. */
+void print_own(const map_request &request, const nlohmann::json &own)
+{
+    const nlohmann::json &stable = own["stable"];
+    std::printf("  the rig itself: %s = %g, %s = %g: %s, growth %+.6f /s, largest |z| %.9f\n",
+                axis_title(request.x).c_str(), own["x"].get<double>(), axis_title(request.y).c_str(),
+                own["y"].get<double>(), stable.is_null() ? "undetermined" : stability_word(stable == true).c_str(),
+                own["growth_per_s"].get<double>(), own["spectral_radius"].get<double>());
+}
+
 /* With a range of dead times: from its upper to its lower end. */
 void print_robot(const map_sums &lower_end, const nlohmann::json &json)
 {
@@ -178,14 +190,25 @@ void print_robot(const map_sums &lower_end, const nlohmann::json &json)
     }
     const nlohmann::json &lower = json["lower_end"];
     if (lower_end.possible > 0) {
-        std::printf("  at the lower end, %g ms, %.1f %% of the possible stable", lower["dead_time_ms"].get<double>(),
-                    percent(lower_end.stable, lower_end.possible));
+        std::printf("  at the lower end, %g ms, stable at %.1f %% of the points",
+                    lower["dead_time_ms"].get<double>(), percent(lower_end.stable, lower_end.possible));
         if (lower_end.below_wall > 0) {
-            std::printf(", %.1f %% of those below the wall",
+            std::printf(", of those below the wall at %.1f %%",
                         percent(lower_end.stable_below_wall, lower_end.below_wall));
         }
         std::printf("; the rig itself: |z| %.9f\n", lower["own"]["spectral_radius"].get<double>());
     }
+}
+
+/* Of the rig itself, where it is stable by its eigenvalues. */
+stability_margin own_margin(const map_job &job, const nlohmann::json &stable)
+{
+    if (job.run_s > 0.0 || stable != true) {
+        return {};
+    }
+    const double amplitude_m = job.request.amplitude_m;
+    return amplitude_m > 0.0 ? margin_of(linear_at(job.chosen.rig, amplitude_m))
+                             : answer_of(job.chosen.rig, predict_unscheduled, 0.0).margin;
 }
 
 } // namespace
@@ -231,6 +254,7 @@ nlohmann::json as_json(const map_job &job, const map_summary &sums)
                            {"restitution_max", sums.bounces.largest}};
     }
     json["reduced"] = nullptr;
+    json["margin"] = margin_json(own_margin(job, json["own"]["stable"]));
     json["moves"] = what_moves(request);
     json["scheduled_at_s"] =
         has_schedule(request.rig) && job.run_s == 0.0 ? instants_of_schedule(request.rig) : std::vector<double>();
@@ -250,9 +274,9 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
 {
     std::printf("%s: %s from %g to %g, %s from %g to %g\n", request.rig.name.c_str(), axis_title(request.x).c_str(),
                 request.x.from, request.x.to, axis_title(request.y).c_str(), request.y.from, request.y.to);
-    std::printf("  %zu points, %.1f %% of the possible stable, %.1f %% of those below the %g Hz wall\n",
-                request.points(), percent(sums.steady.stable, sums.steady.possible),
-                percent(sums.steady.stable_below_wall, sums.steady.below_wall), wall_Hz);
+    std::printf("  stable at %.1f %% of %zu points; of those below %g Hz, which the robot can follow, at %.1f %%\n",
+                percent(sums.steady.stable, sums.steady.possible), sums.steady.possible, wall_Hz,
+                percent(sums.steady.stable_below_wall, sums.steady.below_wall));
     if (sums.bounces.played > 0) {
         std::printf("  eigenvalues are those in contact, or in free flight where only that grows; a bounce gains "
                     "energy at %.1f "
@@ -297,11 +321,12 @@ void print_map_summary(const map_request &request, const map_summary &sums, cons
                     sums.invalid);
     }
     if (sums.steady.possible > 0) {
-        std::printf("  largest |z| from %.9f to %.9f\n", sums.steady.least, sums.steady.largest);
+        std::printf("  largest |z| from %.9f to %.9f; stable is below 1\n", sums.steady.least, sums.steady.largest);
     }
-    std::printf("  the rig itself: %s = %g, %s = %g, largest |z| %.9f\n", axis_title(request.x).c_str(),
-                json["own"]["x"].get<double>(), axis_title(request.y).c_str(), json["own"]["y"].get<double>(),
-                json["own"]["spectral_radius"].get<double>());
+    print_own(request, json["own"]);
+    if (const nlohmann::json &margin = json["margin"]["sentence"]; !margin.is_null()) {
+        std::printf("  %-14s %s\n", "margin", margin.get<std::string>().c_str());
+    }
     print_robot(sums.lower_end, json);
     std::printf("  %.3f s for the map\n", json["compute_s"].get<double>());
 }

@@ -7,6 +7,7 @@
 
 #include "../../firmware/pi.h"
 #include "../../hal/rig/beam.h"
+#include "../../hal/rig/names.h"
 #include "../compensation/measured_map.h"
 #include "../prediction.h"
 #include "../stability/compensation_states.h"
@@ -78,8 +79,7 @@ void check_key(const rig &base, const std::string &option, const map_axis &axis)
 {
     const rig_key *const key = find_key(axis.name);
     if (key == nullptr) {
-        throw input_error(option + ": " + axis.name + " is no key of a rig; the nearest known one is " +
-                          std::string(nearest_key(axis.name)));
+        throw input_error(option + ": " + axis.name + ": " + unknown_key_words(axis.name));
     }
     if (axis.name.rfind("profile.", 0) == 0 || axis.name.rfind("run.", 0) == 0) {
         throw input_error(
@@ -161,7 +161,8 @@ map_request coupled_request(const map_arguments &arguments, rig &&base)
     map_request request;
     request.rig = std::move(base);
     if (arguments.vary != "elasticity" && arguments.vary != "mass") {
-        throw input_error("--vary: must be elasticity or mass (is \"" + arguments.vary + "\")");
+        throw input_error("--vary: must be elasticity or mass (is \"" + arguments.vary + "\")" +
+                          did_you_mean({"elasticity", "mass"}, arguments.vary));
     }
     request.kind = arguments.vary == "mass" ? map_kind::mass : map_kind::elasticity;
     if (!(request.rig.firmware.manipulator.stiffness_N_per_m > 0.0)) {

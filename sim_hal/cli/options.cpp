@@ -138,6 +138,11 @@ void add_report_options(CLI::App &command, report_arguments &arguments)
         .add_option("--accuracy", arguments.accuracy_file,
                     "what `berth accuracy RIG --json` printed, of a run with an arm")
         ->type_name("JSON");
+    command
+        .add_option("--out", arguments.page,
+                    "the page to write, and a picture beside it; default: LOG.html beside the log")
+        ->type_name("FILE.html")
+        ->check(is_named("a page needs a name"));
 }
 
 void add_varying_options(CLI::App &command, varying_arguments &arguments, const char *ticks)

@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include "commands.h"
 #include "python_script.h"
 #include "run_folder.h"
@@ -12,8 +14,16 @@ int report_command(const report_arguments &arguments)
     if (!arguments.accuracy_file.empty()) {
         words.insert(words.end(), {"--accuracy", arguments.accuracy_file});
     }
+    if (!arguments.page.empty()) {
+        if (std::filesystem::path(arguments.page).extension() != ".html") {
+            throw input_error(arguments.page + ": --out writes a page for a browser: let its name end in .html");
+        }
+        words.insert(words.end(), {"--out", arguments.page});
+    }
     const int exit_code = run_script("report.py", "report: " + log, words);
-    refresh_run_index(log);
+    if (arguments.page.empty()) {
+        refresh_run_index(log);
+    }
     return exit_code;
 }
 

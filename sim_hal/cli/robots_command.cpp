@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -6,6 +8,7 @@
 #include "commands.h"
 #include "json_or_null.h"
 #include "short_number.h"
+#include "terminal.h"
 
 namespace berth
 {
@@ -16,7 +19,8 @@ namespace
 constexpr const char *rigs_own = "the rig's";
 constexpr const char *columns = "%-13s  %-9s  %-10s  %-9s  %s\n";
 constexpr std::size_t source_column = 13 + 2 + 9 + 2 + 10 + 2 + 9 + 2;
-constexpr std::size_t source_width = 66;
+constexpr std::size_t source_width_usual = 66;
+constexpr std::size_t source_width_min = 20;
 
 nlohmann::json as_json(const robot_preset &robot)
 {
@@ -53,14 +57,22 @@ std::string dead_time_text(const robot_preset &robot)
     return text + (robot.plus_drive_lag ? " + lag" : "");
 }
 
-/* In lines of at most `source_width` bytes, all but the first under the column's head. */
-std::string wrapped(const std::string &text)
+/* As wide as a terminal leaves it. */
+std::size_t source_width()
 {
+    const std::size_t width = terminal_width(STDOUT_FILENO);
+    return width < source_column + source_width_min ? source_width_usual : width - source_column;
+}
+
+/* In lines of at most source_width() bytes, all but the first under the column's head. */
+std::string in_column(const std::string &text)
+{
+    const std::size_t width = source_width();
     std::istringstream words(text);
     std::string result;
     std::size_t used = 0;
     for (std::string word; words >> word; used += word.size()) {
-        if (used > 0 && used + 1 + word.size() > source_width) {
+        if (used > 0 && used + 1 + word.size() > width) {
             result += "\n" + std::string(source_column, ' ');
             used = 0;
         } else if (used > 0) {
@@ -76,7 +88,7 @@ void print_line(const robot_preset &robot)
 {
     const std::string text = robot.source + (robot.assumed.empty() ? "" : " Assumed: " + robot.assumed);
     std::printf(columns, robot.name.c_str(), ms_text(robot.period_ms).c_str(), dead_time_text(robot).c_str(),
-                ms_text(robot.force_delay_ms).c_str(), wrapped(text).c_str());
+                ms_text(robot.force_delay_ms).c_str(), in_column(text).c_str());
 }
 
 } // namespace

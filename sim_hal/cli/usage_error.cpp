@@ -99,17 +99,47 @@ std::string did_you_mean_option(const std::vector<std::string> &options, const s
     return near.empty() ? "" : "; did you mean --" + near + "?";
 }
 
-/* In the order in which they were written, which CLI11 turns round. */
+/* "; berth eigen has it", of an option of other subcommands; empty: none has it. */
+std::string who_has(const CLI::App &app, const std::string &option)
+{
+    std::string list;
+    for (const CLI::App *const command : app.get_subcommands(nullptr)) {
+        if (is_one_of(options_of(*command), option)) {
+            list += (list.empty() ? "" : ", ") + command->get_name();
+        }
+    }
+    return list.empty() ? "" : "; these have it: " + list;
+}
+
+/* "RIG", or "nothing": the words that a subcommand takes beside its options. */
+std::string words_taken(const CLI::App &command)
+{
+    std::string names;
+    for (const CLI::Option *const option : command.get_options()) {
+        if (option->get_positional()) {
+            names += (names.empty() ? "" : " ") + option->get_name(true);
+        }
+    }
+    return names.empty() ? "nothing" : names;
+}
+
+/* An option that the subcommand does not have, or words beyond those that it takes. */
 std::string unexpected(const CLI::App &app)
 {
-    const std::vector<std::string> words = app.remaining(true);
+    const CLI::App &command = *app.get_subcommands().front();
+    const std::string called = "berth " + command.get_name();
+    const std::vector<std::string> words = app.remaining(true); /* the first of them is what is wrong */
+    if (words[0][0] == '-') {
+        const std::string option = name_of(words[0]);
+        const std::string near = did_you_mean_option(options_of(command), option);
+        return option + ": " + called + " has no such option" + (near.empty() ? who_has(app, option) : near);
+    }
     std::string message;
     for (const std::string &word : words) {
         message += (message.empty() ? "" : " ") + word;
     }
-    message += std::string(words.size() > 1 ? ": are" : ": is") + " not expected";
-    const bool is_option = !words.empty() && words[0][0] == '-';
-    return message + (is_option ? did_you_mean_option(options_of(*app.get_subcommands().front()), words[0]) : "");
+    return message + (words.size() > 1 ? ": too many words; " : ": one word too many; ") + called + " takes " +
+           words_taken(command);
 }
 
 /* An option where the subcommand has to be. */
@@ -121,13 +151,13 @@ std::string option_comes_first(const CLI::App &app, const std::vector<std::strin
         std::find_if(words.begin(), words.end(), [&](const auto &word) { return is_one_of(names, word); });
     std::vector<std::string> known = options_of(app);
     if (subcommand == words.end()) {
-        return words[0] + ": is not expected; a subcommand comes first, as berth run ess" +
+        return option + ": there is no such option; a subcommand comes first, as berth run ess" +
                did_you_mean_option(known, words[0]);
     }
     const std::vector<std::string> of_subcommand = options_of(*app.get_subcommand(*subcommand));
     if (!is_one_of(of_subcommand, option)) {
         known.insert(known.end(), of_subcommand.begin(), of_subcommand.end());
-        return words[0] + ": is not expected" + did_you_mean_option(known, words[0]);
+        return option + ": there is no such option" + did_you_mean_option(known, words[0]);
     }
     return words[0] + ": options stand behind the subcommand, as berth " + *subcommand + " ... " + words[0];
 }

@@ -111,20 +111,8 @@ std::string exponent_sentence(const growth_prediction &exponent, std::int64_t se
 
 void print_margin(const stability_margin &margin)
 {
-    std::vector<std::string> parts;
-    if (margin.dead_time_ms) {
-        const char *const format =
-            margin.is_dead_time_open ? "at least %.4g ms of dead time" : "%.4g ms of dead time";
-        parts.push_back(with_numbers(format, *margin.dead_time_ms));
-    }
-    if (margin.modulus) {
-        parts.push_back(with_numbers("modulus %.4f", *margin.modulus));
-    }
-    if (!margin.note.empty()) {
-        parts.push_back((parts.empty() && !margin.is_unlimited ? "not known: " : "") + margin.note);
-    }
-    if (!parts.empty()) {
-        std::printf("  %-14s %s\n", "margin", list_of(parts).c_str());
+    if (const std::string words = margin_words(margin); !words.empty()) {
+        std::printf(line_format, "margin", words.c_str());
     }
 }
 
@@ -218,10 +206,12 @@ nlohmann::json tracking_json(const motion_evidence &motion)
 
 nlohmann::json margin_json(const stability_margin &margin)
 {
+    const std::string words = margin_words(margin);
     return {{"dead_time_margin_ms", or_null(margin.dead_time_ms)},
             {"dead_time_margin_is_open", margin.is_dead_time_open},
             {"unlimited", margin.is_unlimited},
             {"modulus", or_null(margin.modulus)},
+            {"sentence", words.empty() ? nlohmann::json() : nlohmann::json(words)},
             {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};
 }
 

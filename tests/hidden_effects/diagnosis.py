@@ -36,9 +36,10 @@ def effect_name(entry):
 
 def parameter(entry):
     """(name, (value, low, high)); a gain's error from 1 becomes the gain."""
-    if entry["name"] == "gain_error":
+    name = entry["key"].split(".")[1]
+    if name == "gain_error":
         return "gain", tuple(1.0 + value for value in (entry["value"], *entry["ci95"]))
-    return entry["name"], (entry["value"], *entry["ci95"])
+    return name, (entry["value"], *entry["ci95"])
 
 
 def parse(content):

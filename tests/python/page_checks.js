@@ -3,6 +3,10 @@
   const wrong = [];
   const wide = document.documentElement.scrollWidth - innerWidth;
   if (wide > 0) wrong.push(`the page is ${wide} px wider than the screen`);
+  for (const table of document.querySelectorAll(".cards")) {
+    const hidden = table.scrollWidth - table.clientWidth;
+    if (hidden > 1) wrong.push(`${hidden} px of the table ${table.firstElementChild.id || table.firstElementChild.className} are hidden`);
+  }
 
   // Where a text is cut by a box that scrolls sideways, only what is inside of it is seen.
   function seen(element, box) {

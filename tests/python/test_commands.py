@@ -269,9 +269,25 @@ def test_without_its_python_the_report_says_what_to_do(kept, tmp_path):
     (["eigen", "concept_foam"], "did you mean concept-foam?"),
     (["run", "ess", "--with", "preduction"], "did you mean prediction?"),
     (["run", "ess", "--set", "robot.dead_tme_ms=3"], "the nearest known one is robot.dead_time_ms"),
-    (["eigen", "ess", "--amplitud", "3"], "--amplitud 3: are not expected; did you mean --amplitude?"),
-    (["run", "ess", "a", "b", "c"], "berth: a b c: are not expected"),
-    (["run", "ess", "a"], "berth: a: is not expected"),
+    (["eigen", "ess", "--amplitud", "3"], "berth: --amplitud: berth eigen has no such option; did you mean --amplitude?"),
+    (["eigen", "ess", "--ampl=3"], "berth: --ampl: berth eigen has no such option; did you mean --amplitude?"),
+    (["run", "ess", "--sett", "x"], "berth: --sett: berth run has no such option; did you mean --set?; see berth run"),
+    (["run", "ess", "--set", "x", "--rob", "abb-egm"], "--rob: berth run has no such option; did you mean --robot?"),
+    (["run", "ess", "--amplitude", "3"], "--amplitude: berth run has no such option; these have it: eigen, map, limits"),
+    (["rigs", "--object", "beam"], "--object: berth rigs has no such option; these have it: init"),
+    (["run", "ess", "--quick"], "berth: --quick: berth run has no such option; see berth run --help"),
+    (["run", "ess", "a", "b", "c"], "berth: a b c: too many words; berth run takes RIG; see"),
+    (["run", "ess", "a"], "berth: a: one word too many; berth run takes RIG; see"),
+    (["compare", "a", "b", "c"], "berth: c: one word too many; berth compare takes A B; see"),
+    (["rigs", "ess"], "berth: ess: one word too many; berth rigs takes nothing; see"),
+    (["map", "ess", "--vary", "mas"], "must be elasticity or mass (is \"mas\"); did you mean mass?"),
+    (["map", "ess", "--x", "object.mas_kg=1:2:3", "--y", "robot.dead_time_ms=1:2:3"], "one is object.mass_kg"),
+    (["diagnose", "x.ulg", "--rig", "ess", "--without", "robot.backlas"], "did you mean robot.backlash? berth effects"),
+    (["diagnose", "x.ulg", "--rig", "es"], "did you mean ess?"),
+    (["run", "ess", "--set", "object.kind=contct"], "did you mean contact?"),
+    (["run", "ess", "--set", "compensation.method=tank"], "unknown key, and none is near; `berth schema` lists all"),
+    (["rths", "data", "--earthquake", "kob"], "did you mean kobe?"),
+    (["init", "x.toml", "--robot", "ur10"], "the nearest is ur10e-servoj"),
     (["arm", "es"], "did you mean ess?"),
     (["--verison"], "did you mean --version?"),
     (["-v"], "did you mean --version?"),
@@ -328,13 +344,118 @@ def on_terminal(words, **environment):
     return shown
 
 
-@pytest.mark.parametrize("words", [["eigen", "ess"], ["check", "ess"], ["eigen", "nothing"]])
-def test_colours_are_on_a_terminal_only(words):
-    assert ESCAPE in on_terminal(words, NO_COLOR=None)
+RED, GREEN, YELLOW = (f"\033[{number}m{{}}\033[0m".format for number in (31, 32, 33))
+
+
+@pytest.mark.parametrize("words, shown", [
+    (["eigen", "ess"], GREEN("stable")),
+    (["check", "ess"], GREEN("values")),
+    (["check", "ess", *settings({"object.stiffness_N_per_m": 5e7})], YELLOW("implausible")),
+    (["check", "ess", *settings({"limits.position_min_m": -0.002})], RED("stops")),
+    (["compare", "LOG", "UNSTABLE"], f"{GREEN('stable')}                   {RED('unstable')}"),
+    (["map", "ess", "--vary", "mass", "--grid", "4x4", "--out", "FOLDER"], GREEN("stable")),
+    (["eigen", "nothing"], RED("berth:")),
+    (["eigen"], RED("berth:")),
+    (["eigne"], RED("berth:")),
+])
+def test_colours_are_on_a_terminal_only(words, shown, kept, tmp_path):
+    folder, runs = kept
+    if "UNSTABLE" in words:
+        unstable = berth(tmp_path, "run", "ess", "--out", ".", *settings({**SHORT, "object.mass_kg": 210}))
+        assert unstable.returncode == EXIT_DONE
+    names = {"LOG": folder / runs[0]["log"], "UNSTABLE": tmp_path / "ess.ulg", "FOLDER": tmp_path}
+    words = [names.get(word, word) for word in words]
+    assert shown in on_terminal(words, NO_COLOR=None).decode()
     assert ESCAPE not in on_terminal(words, NO_COLOR="1")
     assert ESCAPE not in on_terminal(words, NO_COLOR=None, TERM="dumb")
     piped = command(*words)
     assert ESCAPE not in piped.stdout + piped.stderr
+
+
+# --- width --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("words", [
+    ["run", "ess", "--no-log", *settings(SHORT)], ["check", "ess", "--robot", "ur10e-servoj"], ["limits", "ess", "--help"],
+    ["--help"], ["eigen", "ess", "--robot", "abb-egm"], ["effects"], ["robots"], ["rigs"], ["eigne"], ["check", "es"],
+], ids=" ".join)
+@pytest.mark.parametrize("width", [80, 100])
+def test_lines_of_prose_fit_the_terminal(words, width):
+    """Each line of a pipe is there whole, in lines of the terminal that end at blanks; rows of tables stay."""
+    shown = re.sub(rb"\033\[[0-9;]*[mK]", b"", on_terminal(words, COLUMNS=str(width))).decode().replace("\r\n", "\n")
+    shown = re.sub(r"\r[^\n]*\r", "", shown)
+    piped = command(*words)
+    whole = (piped.stdout + piped.stderr).decode()
+    long = [line for line in shown.splitlines() if len(line) > width]
+    assert all(re.search(r"\S  +\S.*  +\S", line) or line in whole.splitlines() and " " not in line.strip()
+               for line in long), long
+    assert len(shown.splitlines()) > len(whole.splitlines()) or max(map(len, whole.splitlines())) <= width
+
+    def same(text):
+        return re.sub(r"\d+ times real time \([\d.]+ ms\)", "", " ".join(text.split()))
+
+    assert same(shown) == same(whole)
+
+
+def test_a_wrapped_line_goes_on_under_its_text():
+    shown = on_terminal(["check", "ess"], COLUMNS="80", NO_COLOR="1").decode().splitlines()
+    at = next(i for i, line in enumerate(shown) if line.startswith("  delay"))
+    assert re.match(r" {17}\S", shown[at + 1]), shown[at:at + 2]
+
+
+def test_json_on_a_terminal_is_one_line():
+    assert len(on_terminal(["eigen", "ess", "--json"], COLUMNS="80").splitlines()) == 1
+
+
+# --- the margin ---------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("rig, sentence", [
+    ("ess", "the dead time may grow by at least 157.5 ms before the loop is unstable; modulus 0.5389 (0: unstable)"),
+    ("ess-50hz", r"the dead time may grow by 170.9 ms before the loop is unstable; modulus 0.7320 (0: unstable)"),
+])
+def test_the_margin_is_the_same_sentence_everywhere(rig, sentence, tmp_path):
+    """The page of a run prints the sentence of the JSON: see test_pages.py."""
+    for words in (["run", rig, "--no-log", *settings(SHORT)], ["check", rig], ["eigen", rig], ["limits", rig],
+                  ["map", rig, "--vary", "mass", "--grid", "4x4", "--out", tmp_path]):
+        lines = command(*words).stdout.decode().splitlines()
+        assert [line for line in lines if "margin  " in line][:1] == [f"  margin         {sentence}"], words
+        assert one_json_object(command(*words, "--json").stdout)["margin"]["sentence"] == sentence
+
+
+def test_a_loop_that_grows_has_no_margin(tmp_path):
+    heavy = settings({"object.mass_kg": 210})
+    for words in (["eigen", "ess"], ["limits", "ess"], ["map", "ess", "--vary", "mass", "--grid", "4x4", "--out", tmp_path]):
+        done = command(*words, *heavy)
+        assert done.returncode == EXIT_DONE and "  margin   " not in done.stdout.decode().split("most margin")[0]
+        assert one_json_object(command(*words, *heavy, "--json").stdout)["margin"]["sentence"] is None
+
+
+# --- a log of somebody else ---------------------------------------------------------------------------------------
+AS_NOBODY = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
+
+
+@pytest.mark.long
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can act for another user")
+def test_the_log_of_another_user_gets_its_page_elsewhere(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("theirs")
+    assert berth(folder, "run", "ess", "--out", ".", *settings(SHORT)).returncode == EXIT_DONE
+    mine = folder / "mine"
+    mine.mkdir()
+    os.chown(mine, 65534, 65534)
+    for parent in (folder, folder.parent, folder.parent.parent):  # tmp_path is for its owner alone
+        parent.chmod(0o755)
+
+    def report(*words):
+        return subprocess.run([*AS_NOBODY, BERTH, "report", folder / "ess.ulg", *words], capture_output=True, text=True,
+                              cwd="/", env={**os.environ, "HOME": "/nonexistent"})
+
+    refused = report()
+    assert refused.returncode == EXIT_INPUT
+    assert f"{folder}: you may not write there" in refused.stderr and "--out" in refused.stderr
+    assert refused.stderr.count("\n") == 1 and not list(folder.glob("*.html"))
+    done = report("--out", mine / "page.html")
+    assert done.returncode == EXIT_DONE and done.stderr == "", done.stderr
+    assert {path.name for path in mine.iterdir()} == {"page.html", "page.png", "assets"}
+    missing = report("--out", folder / "none" / "page.html")
+    assert missing.returncode == EXIT_INPUT and "mkdir -p" in missing.stderr
+    assert report("--out", mine / "page.txt").returncode == EXIT_INPUT
 
 
 @pytest.mark.long

@@ -155,10 +155,12 @@ def test_a_manual_page_opens_without_warnings(name, tmp_path):
                            env={**os.environ, "MANWIDTH": "100", "LC_ALL": "C.UTF-8", "PAGER": "cat"})
     assert shown.returncode == 0 and shown.stderr == "", shown.stderr
     text = re.sub(r".\x08", "", shown.stdout)
-    assert "SYNOPSIS" in text and "EXIT STATUS" in text
+    assert "SYNOPSIS" in text and "EXIT STATUS" in text and "\u2010\n" not in text  # no name is broken by a hyphen
     if name:
         options = re.findall(r"(--[a-z][a-z-]*)", command(name, "--help").stdout.decode().split("Options:")[-1])
         assert options and all(option in text for option in options)
+        defaults = re.findall(r"^  --[a-z-]+ [^ =]*=(\S+)", command(name, "--help").stdout.decode(), re.MULTILINE)
+        assert all(f"Default: {default}." in text for default in defaults)
     else:
         assert all(f"berth {one}" in text for one in subcommands())
 

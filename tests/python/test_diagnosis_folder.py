@@ -109,8 +109,8 @@ def changed(found, place, value):
     return found
 
 
-DAMAGES = [("verdict", "certain"), ("verdict", None), ("blocks", []), ("period_s", 0), ("period_s", "0.0025"),
-           ("versions.schema", 3), ("versions.schema", True), ("inputs.0.hash", "xyz"), ("inputs.0.role", "other"),
+DAMAGES = [("verdict", "certain"), ("verdict", None), ("blocks", []), ("period_ms", 0), ("period_ms", "2.5"),
+           ("schema", 2), ("schema", True), ("inputs.0.hash", "xyz"), ("inputs.0.role", "other"),
            ("block", "sensor"), ("surprise", 1), ("residual.robot_position_m.fit.after", -1.0),
            ("residual.robot_position_m.fit.floor", None), ("residual.wheel", {}), ("blocks.0.left.share", 1.5),
            ("blocks.0.base.0.value", "many"), ("blocks.0.floor_noise.ar", [None]), ("notes", "none")]

@@ -77,8 +77,8 @@ def test_the_diagnosis_names_what_the_rig_ran_with(effect, excited, tmp_path):
     assert diagnosis["verdict"] == "named"
     assert [cause["effect"] for cause in diagnosis["causes"]] == [effect]
     for parameter in diagnosis["causes"][0]["parameters"]:
-        truth = next((value for key, value in EFFECTS[effect].items() if key.endswith(parameter["name"])), None)
-        if truth is not None and "probability" not in parameter["name"]:
+        truth = next((value for key, value in EFFECTS[effect].items() if key == parameter["key"]), None)
+        if truth is not None and "probability" not in parameter["key"]:
             assert parameter["value"] == pytest.approx(truth, rel=0.15), parameter
 
 

@@ -138,6 +138,7 @@ def test_the_page_fetches_nothing_and_is_not_too_large(folder):
 def test_each_claim_stands_under_its_figure_with_its_number(folder):
     sys.path.insert(0, str(ROOT / "scripts"))
     import claims
+    from report_words import typeset
     from berth_program import Berth
     from paper_data import PaperData
     text = (folder / "figures.html").read_text(encoding="utf-8")
@@ -151,7 +152,7 @@ def test_each_claim_stands_under_its_figure_with_its_number(folder):
         assert len(own) == 1, claim
         kind, line = own[0]
         assert kind == ("met" if claim.met else "missed") and f"<strong>{claim.verdict.lower()}</strong>" in line
-        assert html.escape(claim.measured) in line and html.escape(claim.remark) in line
+        assert html.escape(typeset(claim.measured)) in line and html.escape(claim.remark) in line
     assert sum(section.count("<li class=") for section in sections.values()) == len(found)
     assert f"{sum(claim.met for claim in found)} of {len(found)} claims are met" in text
 

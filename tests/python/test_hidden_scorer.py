@@ -31,7 +31,7 @@ def truth(*names, visible=True, richer=False, parameters=None):
 def said(verdict, *names, value=1e-4, half=1e-5, name="backlash_m", **more):
     """A diagnosis with these causes."""
     causes = [{"effect": effect, "parameters": [
-        {"name": name, "value": value, "ci95": [value - half, value + half], "unit": "m"}]} for effect in names]
+        {"key": f"{effect.split('.')[0]}.{name}", "value": value, "ci95": [value - half, value + half], "unit": "m"}]} for effect in names]
     residual = {"force_N": {"held_out": {"before": 1.0, "after": 0.105, "floor": 0.1}}}
     return diagnosis.parse({"verdict": verdict, "causes": causes, "residual": residual, **more})
 
@@ -109,7 +109,7 @@ def test_fault_free_and_left_out(found, nothing, ignorance):
 
 @pytest.mark.parametrize("content", [
     {}, {"verdict": "sure"}, {"verdict": "named", "causes": []}, {"verdict": "named", "causes": [{}]},
-    {"verdict": "named", "causes": [{"effect": BACKLASH, "parameters": [{"name": "backlash_m", "value": 1}]}]},
+    {"verdict": "named", "causes": [{"effect": BACKLASH, "parameters": [{"key": "robot.backlash_m", "value": 1}]}]},
 ])
 def test_a_file_against_the_schema_is_refused(content):
     with pytest.raises(diagnosis.BadDiagnosis):
@@ -137,7 +137,7 @@ truth = json.loads((record.parent / record.name.replace("record", "truth") / "tr
 left_out = "--without" in arguments
 shown = [e for e in truth["effects"] if e["detectability"]["detectable"] and not e["effect"].startswith("outside.")]
 causes = [{{"effect": e["effect"], "parameters": [
-    {{"name": n, "value": v, "ci95": [v, v], "unit": ""}} for n, v in e["parameters"].items()]}} for e in shown]
+    {{"key": "robot." + n, "value": v, "ci95": [v, v], "unit": ""}} for n, v in e["parameters"].items()]}} for e in shown]
 held_out = {{c: {{"held_out": {{"before": 1.0, "after": f, "floor": f}}}} for c, f in truth["floor_rms"].items()}}
 answer = {{"verdict": "named" if causes else "nothing_detectable", "causes": causes, "residual": held_out}}
 if how == "silent" or left_out or truth["kind"] == "outside":

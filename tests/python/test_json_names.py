@@ -1,13 +1,14 @@
 """scripts/docs/reference/json.md against what the commands print: each key stands there, and none that no command
-prints; one quantity has one name."""
+prints; one quantity has one name. Of `diagnose` its schema, against which its tests validate what it prints."""
 
 import json
 import re
 
 import pytest
-from conftest import ROOT, command, settings
+from conftest import ROOT, command, data_folder, settings
 
 PAGE = ROOT / "scripts" / "docs" / "reference" / "json.md"
+SCHEMA = json.loads((ROOT / "scripts" / "diagnosis.schema.json").read_text())
 SHORT = settings({"run.duration_s": 2.0})
 RUNS = {
     "run": ("ess",),
@@ -64,6 +65,8 @@ def outputs(tmp_path_factory):
     found["summary"] = printed("summary", folder / "ess.ulg")
     found["compare"] = printed("compare", log, folder / str(list(RUNS).index("run, inverse filter")) / "ess.ulg")
     found["map"] = printed("map", "ess", "--vary", "mass", "--grid", "4x4", "--out", folder)
+    if data_folder() is not None:
+        found["rths"] = printed("rths", data_folder() / "rths", "--perturbed", "1")
     return found | {name: printed(name, *words) for name, words in ASKED.items()}
 
 
@@ -78,6 +81,19 @@ def names_in(value):
             yield from names_in(inner)
 
 
+def names_of_schema(schema):
+    """Every key that it describes, at any depth."""
+    if isinstance(schema, dict):
+        yield from schema.get("properties", {})
+        for inner in schema.values():
+            yield from names_of_schema(inner)
+
+
+def all_names(outputs):
+    """None of `rths` where its data are missing."""
+    return {name for output in outputs.values() for name in names_in(output)} | set(names_of_schema(SCHEMA))
+
+
 def rows(title):
     """The cells of a table of the page, without back quotes."""
     text = PAGE.read_text().split(f"\n## {title}\n")[1].split("\n## ")[0]
@@ -86,17 +102,33 @@ def rows(title):
 
 
 def test_every_name_is_explained_and_every_explained_name_is_printed(outputs):
-    names = {name for output in outputs.values() for name in names_in(output) if "." not in name}
-    explained = [name for name, *_ in rows("Names")]
+    names = {name for name in all_names(outputs) if "." not in name}
+    explained = [name for name, _, meaning in rows("Names") if "rths" in outputs or not meaning.startswith("rths:")]
     assert len(explained) == len(set(explained))
     assert names - set(explained) == set()
     assert set(explained) - names == set()
 
 
 def test_one_quantity_has_one_name(outputs):
-    names = {name for output in outputs.values() for name in names_in(output)}
+    names = all_names(outputs)
     assert "frequency_Hz" in names
     assert len({name.lower() for name in names}) == len(names)
+
+
+UNITS_OF_ONE_QUANTITY = (("s", "ms", "us", "ns"), ("m", "mm"), ("Hz", "rad_per_s"))
+
+
+def test_one_quantity_has_one_unit(outputs):
+    """No name stands there in two units, such as period_s and period_ms."""
+    names = all_names(outputs)
+    for units in UNITS_OF_ONE_QUANTITY:
+        stems = [name.removesuffix("_" + unit) for unit in units for name in names if name.endswith("_" + unit)]
+        assert len(stems) == len(set(stems)), {stem for stem in stems if stems.count(stem) > 1}
+
+
+def test_a_diagnosis_names_a_parameter_by_its_key_alone():
+    for one in ("parameter", "detectable"):
+        assert "key" in SCHEMA["$defs"][one]["required"] and "name" not in SCHEMA["$defs"][one]["properties"]
 
 
 def test_the_unit_of_a_name_is_the_one_that_it_ends_in():
@@ -111,4 +143,7 @@ def test_the_keys_of_each_command_are_listed(outputs):
     top = {}
     for name, output in outputs.items():
         top.setdefault(name.split(",")[0], set()).update(output[0] if isinstance(output, list) else output)
+    top["diagnose"] = set(SCHEMA["properties"])
+    if data_folder() is None:
+        del listed["rths"]
     assert listed == top

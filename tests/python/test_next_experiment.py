@@ -47,7 +47,7 @@ def test_the_proposed_experiment_decides(tmp_path, seed):
     assert found["verdict"] == "one_of" and set(names(found["causes"] + found["alternatives"])) == rivals, seed
     proposed = found["next_experiment"]
     assert set(proposed["rivals"]) == rivals and proposed["calibration"] is None
-    assert proposed["predicted_gap"] > 1000.0 and proposed["excitation"] in terminal
+    assert proposed["predicted_delta_bic"] > 1000.0 and proposed["excitation"] in terminal
     # The profile starts and stays within six times the way that the record went.
     profile = tmp_path / "first" / proposed["file"]
     columns = np.genfromtxt(profile, delimiter=",", names=True)
@@ -63,7 +63,7 @@ def test_the_proposed_experiment_decides(tmp_path, seed):
     # The rivals' distance is what was predicted, by the new record's own ranking, within a factor of 2.
     ranking = {one["effect"]: one["delta_bic"] for one in decided["blocks"][-1]["ranking"] if one["round"] == 1}
     gap = ranking["object.cubic_stiffness"] - ranking["object.quadratic_stiffness"]
-    assert 0.5 < gap / proposed["predicted_gap"] < 2.0, (gap, proposed["predicted_gap"])
+    assert 0.5 < gap / proposed["predicted_delta_bic"] < 2.0, (gap, proposed["predicted_delta_bic"])
 
 
 @pytest.mark.long
@@ -91,7 +91,7 @@ def test_where_no_experiment_can_a_calibration_is_named(tmp_path):
     assert found["verdict"] == "one_of"
     assert set(names(found["causes"] + found["alternatives"])) == {"sensor.gain", "object.parameters"}
     proposed = found["next_experiment"]
-    assert proposed["file"] is None and proposed["predicted_gap"] < 60.0
+    assert proposed["file"] is None and proposed["predicted_delta_bic"] < 60.0
     assert "known mass" in proposed["calibration"] and proposed["calibration"] in terminal
     assert not (tmp_path / "out" / "next_experiment.csv").exists()
 

@@ -224,8 +224,8 @@ def test_the_summary_of_a_map_tells_both_ends(tmp_path):
     what = ["map", "ess", "--vary", "elasticity", "--grid", "60x40", "--robot", "abb-egm", "--out", tmp_path]
     told = ask(*what)
     text = command(*what).stdout.decode()
-    assert f"{100 * told['stable_share']:.1f} % of the possible stable" in text
-    assert f"at the lower end, 40 ms, {100 * told['lower_end']['stable_share']:.1f} % of the possible stable" in text
+    assert f"stable at {100 * told['stable_share']:.1f} % of {told['points_possible']} points" in text
+    assert f"at the lower end, 40 ms, stable at {100 * told['lower_end']['stable_share']:.1f} % of the points" in text
 
 
 def test_no_band_where_the_dead_time_is_an_axis(tmp_path):

@@ -23,6 +23,11 @@ class Between:
         return self.low < value < self.high
 
 
+def name_of(parameter):
+    """Of {key, value, ...}: its key without the section."""
+    return parameter["key"].split(".")[1]
+
+
 @dataclass
 class Told:
     """A diagnosis with all that it left, and the truth of the record."""
@@ -61,7 +66,7 @@ class Told:
         one, which was fitted beside the others."""
         effect, _, name = name.rpartition(".")
         return [one for cause in self.found["causes"] if effect in ("", cause["effect"])
-                for one in cause["parameters"] if one["name"] == name][-1]
+                for one in cause["parameters"] if name_of(one) == name][-1]
 
     def at(self, path):
         """What stands at a path such as residual.force_N.fit.after or blocks.robot.verdict: a block by its name."""
@@ -75,7 +80,7 @@ class Told:
         for one in self.found["blocks"]:
             lines.append(f"  {one['block']}: {one['verdict']} {one['residual']['fit']} {one['doubts']}")
         for cause in self.found["causes"]:
-            lines += [f"  {cause['effect']}.{p['name']} = {p['value']} {p['ci95']}" for p in cause["parameters"]]
+            lines += [f"  {cause['effect']}.{name_of(p)} = {p['value']} {p['ci95']}" for p in cause["parameters"]]
         return "\n".join(lines + [f"  note: {note}" for note in self.found["notes"]])
 
 
@@ -231,7 +236,7 @@ def hidden_value(told, name):
 @check
 def sizes_as_hidden(told, rel, *names):
     """The parameters `names`, or all of every cause, within `rel` of the hidden ones."""
-    for name in names or [one["name"] for cause in told.found["causes"] for one in cause["parameters"]]:
+    for name in names or [name_of(one) for cause in told.found["causes"] for one in cause["parameters"]]:
         assert told.parameter(name)["value"] == near(hidden_value(told, name), rel), name
 
 
@@ -242,7 +247,7 @@ def intervals_hold_what_is_hidden(told, twice=False):
         [truth] = [one["parameters"] for one in told.truth["effects"] if one["effect"] == cause["effect"]]
         for parameter in cause["parameters"]:
             low, high = parameter["ci95"]
-            true = truth[parameter["name"]]
+            true = truth[name_of(parameter)]
             if twice:
                 assert abs(parameter["value"] - true) < high - low, parameter
             else:

@@ -8,7 +8,7 @@ import json
 
 import numpy as np
 import pytest
-from checks import (block, causes, check, doubt, finds_what_is_hidden, has_cause, hidden_value,
+from checks import (block, causes, check, doubt, finds_what_is_hidden, has_cause, hidden_value, name_of,
                     intervals_hold_what_is_hidden, leaves_noise, named, near, no_cause, not_verdict, sizes_as_hidden,
                     verdict)
 from conftest import command
@@ -186,7 +186,7 @@ def friction_is_exact(told):
     """Its interval is not of the noise alone: the replay is a little off, however small that is. Steps of the replay are
     off by 3e-4 of what friction does at most; here both those of the fit and of the unseen record."""
     [friction] = [one for one in told.truth["effects"] if one["effect"].startswith("manipulator.")]
-    [dry] = [one for one in told.cause(friction["effect"])["parameters"] if one["name"] == "coulomb_friction_N"]
+    [dry] = [one for one in told.cause(friction["effect"])["parameters"] if name_of(one) == "coulomb_friction_N"]
     true_N = friction["parameters"]["coulomb_friction_N"]
     low, high = dry["ci95"]
     assert abs(dry["value"] - true_N) < 1e-3 * true_N and low < true_N < high
@@ -206,7 +206,7 @@ def causes_in_the_order_of_the_truth(told):
 
 @check
 def interval_holds_hidden(told, effect, name):
-    [one] = [one for one in told.cause(effect)["parameters"] if one["name"] == name]
+    [one] = [one for one in told.cause(effect)["parameters"] if name_of(one) == name]
     low, high = one["ci95"]
     assert low < hidden_value(told, name) < high
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from checks import (Between, at, causes, causes_in_order, check, doubt, has_cause, near, no_cause, note, offers, offers_only, size,
+from checks import (Between, at, causes, causes_in_order, check, doubt, has_cause, name_of, near, no_cause, note, offers, offers_only, size,
                     verdict)
 from recipes import measured
 from table import Row, each
@@ -136,7 +136,7 @@ operator_force_N = "gravity_Nm"
 def rubs_with(told, low_N, high_N):
     """Dry friction, whichever of its two models says it: what builds up over a way is both."""
     [name] = [name for name in ("hysteresis_force_N", "coulomb_friction_N")
-              if any(one["name"] == name for cause in told.found["causes"] for one in cause["parameters"])]
+              if any(name_of(one) == name for cause in told.found["causes"] for one in cause["parameters"])]
     assert low_N < told.parameter(name)["value"] < high_N, name
 
 

@@ -6,7 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from checks import (Between, at, causes, check, doubt, has_cause, interval, named, near, no_note, note, nothing, prints, size,
+from checks import (Between, at, causes, check, doubt, has_cause, interval, named, name_of, near, no_note, note, nothing, prints, size,
                     verdict)
 from conftest import EXIT_DONE, command, one_json_object, run_json, settings
 from make_run import MOVING, NOISE_m, NOISE_N, NOISY
@@ -34,7 +34,7 @@ def has_no_block(told, name):
 @check
 def fits(told, **expected):
     """Which parameters of the cause were fitted."""
-    assert {one["name"]: one["fitted"] for one in told.found["causes"][0]["parameters"]} == expected
+    assert {name_of(one): one["fitted"] for one in told.found["causes"][0]["parameters"]} == expected
 
 
 # --- with the rig that made them, and with a wrong one ------------------------------------------------------------
