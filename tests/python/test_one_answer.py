@@ -225,7 +225,7 @@ def test_a_loop_that_never_runs_has_one_answer_and_no_margin(write_rig):
     told, safe = answers_of(write_rig(BASE), {"sensor.loss_probability": 1.0})
     for subcommand, one in told.items():
         assert one["verdict"] == "undetermined" and not safe[subcommand], (subcommand, one["because"])
-        assert one["margin"]["dead_time_ms"] is None and one["margin"]["modulus"] is None, subcommand
+        assert one["margin"]["dead_time_margin_ms"] is None and one["margin"]["modulus"] is None, subcommand
 
 
 @pytest.mark.parametrize("subcommand", ["run", "eigen", "limits", "check"])
