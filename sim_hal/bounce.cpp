@@ -25,6 +25,29 @@ constexpr double flight_s = 0.3;       /* of a thrown tool: its shock on the sen
 constexpr double release_s = 0.05;
 constexpr double settled_delays = 3.0; /* of the loop, until the last force has gone from it */
 
+/* A bounce that takes longer is not played: a second of CPU in a search of limits, which plays hundreds. A contact
+ * that slow is thousands of delays long, and the eigenvalues in contact say whether it gains. */
+constexpr double longest_ticks = 20000.0;
+constexpr double longest_s = 10.0; /* or this, if it is more */
+
+double half_period_s(double mass_kg, double stiffness_N_per_m)
+{
+    return stiffness_N_per_m > 0.0 ? pi * std::sqrt(mass_kg / stiffness_N_per_m) : 0.0;
+}
+
+double longest_bounce_s(const rig &rig)
+{
+    return std::max(longest_s, longest_ticks * config_period_s(&rig.firmware));
+}
+
+/* Of the way to the surface, where a spring sends the tool off, or of the stay in the material. */
+bool is_too_slow(const rig &rig)
+{
+    const double moving_kg = rig.firmware.manipulator.mass_kg + rig.object.mass_kg;
+    return half_period_s(moving_kg, rig.firmware.manipulator.stiffness_N_per_m) > longest_bounce_s(rig) ||
+           half_period_s(moving_kg, rig.object.stiffness_N_per_m) > longest_bounce_s(rig);
+}
+
 /* Nothing but the impact: the operator rests at the surface, the bus loses nothing, no limit acts. */
 rig impact_of(const rig &original)
 {
@@ -47,10 +70,19 @@ rig impact_of(const rig &original)
     made.run = {};
     made.run.release_s = release_s;
     const double moving_kg = own.mass_kg + original.object.mass_kg;
-    const double approach_s = has_spring ? pi * std::sqrt(moving_kg / own.stiffness_N_per_m) : 2.0 * flight_s;
-    const double contact_s = 4.0 * pi * std::sqrt(moving_kg / std::max(1.0, original.object.stiffness_N_per_m));
-    made.run.duration_s = release_s + approach_s + contact_s + 2e-2 * delay_budget_of(original).total_ms();
+    const double approach_s = has_spring ? half_period_s(moving_kg, own.stiffness_N_per_m) : 2.0 * flight_s;
+    const double contact_s = 4.0 * half_period_s(moving_kg, std::max(1.0, original.object.stiffness_N_per_m));
+    made.run.duration_s = release_s + approach_s + std::min(contact_s, longest_bounce_s(original)) +
+                          2e-2 * delay_budget_of(original).total_ms();
     return made;
+}
+
+/* Damped material lets the tool go before that is back at the surface. */
+bool pushes(const rig &rig, const rig_truth &now)
+{
+    const double depth_m = now.object_position_m - rig.object.surface_position_m;
+    return depth_m > 0.0 &&
+           rig.object.stiffness_N_per_m * depth_m + rig.object.damping_N_s_per_m * now.object_velocity_m_per_s > 0.0;
 }
 
 struct hal_closer {
@@ -84,6 +116,9 @@ std::optional<played_bounce> play_bounce(const rig &original)
         throw input_error("object.kind: a bounce needs a tool in contact, object.kind = \"contact\"");
     }
     refuse_arm(original);
+    if (is_too_slow(original)) {
+        return {};
+    }
     rig made = impact_of(original);
     if (const auto error = complete_and_check(made)) {
         throw input_error(error->key + ": " + error->message);
@@ -97,7 +132,7 @@ std::optional<played_bounce> play_bounce(const rig &original)
     std::optional<played_bounce> found;
     std::int64_t touched = -1;
     std::int64_t left = -1;
-    while (loop_tick(hal.get(), app.get()) == HAL_OK) {
+    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
         const tick_record &record = app->recorder.tick;
         const bool touches = record.robot_position_m > made.object.surface_position_m;
         if (app->supervisor.state != SUPERVISOR_RUNNING) {
@@ -107,9 +142,11 @@ std::optional<played_bounce> play_bounce(const rig &original)
             touched = record.index;
             found = played_bounce{0.0, std::abs(speed_at_surface_m_per_s(made, record)), 0.0};
         }
+        if (touched >= 0 && left < 0 && pushes(made, sim_rig(hal.get()).truth())) {
+            found->contact_s = period_s * static_cast<double>(record.index + 1 - touched);
+        }
         if (!touches && touched >= 0 && left < 0) {
             left = record.index;
-            found->contact_s = period_s * static_cast<double>(left - touched);
         }
         if (left >= 0 && record.index >= left + settle_ticks) {
             found->restitution = std::abs(speed_at_surface_m_per_s(made, record)) / found->speed_in_m_per_s;

@@ -18,12 +18,13 @@ namespace berth
 struct played_bounce {
     double restitution;      /* speed after over speed before; 0: it does not come off again */
     double speed_in_m_per_s; /* at the surface */
-    double contact_s;        /* from touch to leave */
+    double contact_s;        /* in which the material pushes */
     double energy_share() const { return restitution * restitution - 1.0; } /* gained, of the energy before */
 };
 
 /* Of a rig with object.kind = "contact" and a manipulator of one degree of freedom; nothing where the tool never
- * reaches the surface. Throws input_error. */
+ * reaches the surface, or takes longer than 20000 ticks, and than 10 s, to it or in the material. Throws
+ * input_error. */
 std::optional<played_bounce> play_bounce(const rig &rig);
 
 /* Whether the rig's own run, without noise, brings the tool to the surface. Throws input_error. */

@@ -9,6 +9,29 @@
 namespace berth
 {
 
+namespace
+{
+
+double median(std::vector<double> values)
+{
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/* The interval of the median, of 95 %, by the ranks that bound it; fewer than six bounces have none. */
+bool holds_1(const std::vector<double> &rising)
+{
+    const auto count = static_cast<double>(rising.size());
+    const double half = 0.5 * 1.96 * std::sqrt(count);
+    const double low = std::floor(0.5 * count - half);
+    const double high = std::ceil(0.5 * count + half);
+    return low >= 0.0 && high < count && rising[static_cast<std::size_t>(low)] <= 1.0 &&
+           rising[static_cast<std::size_t>(high)] >= 1.0;
+}
+
+} // namespace
+
 std::optional<bounce_finding> bounces_of(const motion_evidence &motion, double manipulator_mass_kg)
 {
     const std::vector<bounce> &all = motion.bounces;
@@ -17,16 +40,22 @@ std::optional<bounce_finding> bounces_of(const motion_evidence &motion, double m
     }
     std::vector<double> restitutions;
     std::vector<double> energies_J;
+    std::vector<double> differences_m_per_s;
+    std::vector<double> noises_m_per_s;
     for (const bounce &one : all) {
         restitutions.push_back(one.restitution());
         energies_J.push_back(
             0.5 * manipulator_mass_kg *
             (one.speed_out_m_per_s * one.speed_out_m_per_s - one.speed_in_m_per_s * one.speed_in_m_per_s));
+        differences_m_per_s.push_back(std::abs(one.speed_out_m_per_s - one.speed_in_m_per_s));
+        noises_m_per_s.push_back(one.speed_noise_m_per_s);
     }
     std::sort(restitutions.begin(), restitutions.end());
     std::sort(energies_J.begin(), energies_J.end());
-    return bounce_finding{all.size(), restitutions[all.size() / 2], restitutions.front(), restitutions.back(),
-                          energies_J[all.size() / 2]};
+    constexpr double ci95 = 1.96;
+    const bool is_noise = median(differences_m_per_s) <= ci95 * median(noises_m_per_s);
+    return bounce_finding{all.size(),          restitutions[all.size() / 2], restitutions.front(),
+                          restitutions.back(), energies_J[all.size() / 2],   is_noise || holds_1(restitutions)};
 }
 
 bool is_bouncing(const motion_evidence &motion)
@@ -43,8 +72,10 @@ std::string bounce_words(const bounce_finding &bounces, const motion_evidence &m
                                                        bounces.restitution_lowest, bounces.restitution_highest);
     std::string words = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
                         ", restitution " + restitution +
-                        (bounces.restitution > 1.0 ? ": a bounce gains " : ": a bounce loses ") +
-                        with_numbers("%.3g J", std::abs(bounces.energy_J));
+                        (bounces.is_even   ? ": whether a bounce gains or loses energy does not show"
+                         : bounces.gains() ? ": a bounce gains "
+                                           : ": a bounce loses ") +
+                        (bounces.is_even ? "" : with_numbers("%.3g J", std::abs(bounces.energy_J)));
     if (!motion.touches_now) {
         const bounce &last = motion.bounces.back();
         words += with_numbers("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",

@@ -18,6 +18,9 @@ struct bounce_finding {
     double restitution_lowest;
     double restitution_highest;
     double energy_J; /* that a bounce adds to the manipulator's motion: median */
+    bool is_even;    /* the interval of the median holds 1, or the sensor's noise makes as large a difference */
+
+    bool gains() const { return restitution > 1.0 && !is_even; }
 };
 
 /* Nothing: there was none. */

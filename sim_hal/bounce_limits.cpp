@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "bounce.h"
 
@@ -14,6 +15,7 @@ namespace
 constexpr double step = 1.25;
 constexpr double near_enough = 1e-4;
 constexpr double lowest_share = 1e-3; /* of the upper end, where an interval begins at 0 */
+constexpr double next_to_zero = 1e-6; /* of the first value above 0: a limit nearer to 0 is one at 0 */
 
 struct bounces_along {
     const rig &original;
@@ -24,10 +26,26 @@ struct bounces_along {
         const auto changed = with_value(original, key, value);
         return changed ? play_bounce(*changed) : std::nullopt;
     }
-    bool gains(double value) const
+    std::optional<bool> gains(double value) const
     {
         const auto bounce = at(value);
-        return bounce && bounce->energy_share() > 0.0;
+        return bounce ? std::optional<bool>(bounce->energy_share() > 0.0) : std::nullopt;
+    }
+
+    /* A value without a bounce is on the side of the one before it, at the start on that of the next one. */
+    std::vector<bool> gain_along(const std::vector<double> &grid) const
+    {
+        std::vector<std::optional<bool>> seen;
+        std::transform(grid.begin(), grid.end(), std::back_inserter(seen),
+                       [this](double value) { return gains(value); });
+        const auto first = std::find_if(seen.begin(), seen.end(), [](const auto &one) { return one.has_value(); });
+        bool before = first != seen.end() && **first;
+        std::vector<bool> found;
+        for (const std::optional<bool> &one : seen) {
+            before = one.value_or(before);
+            found.push_back(before);
+        }
+        return found;
     }
 };
 
@@ -50,9 +68,10 @@ std::vector<double> grid_of(const stable_interval &interval, double own)
 /* The last value that loses before, or behind, one that gains; not the rig's own, which has to lie on one side. */
 stability_limit limit_between(const bounces_along &bounces, double own, double loses, double gains)
 {
-    while (std::abs(gains - loses) > near_enough * std::max(std::abs(gains), std::abs(loses))) {
+    const double least = gains == 0.0 || loses == 0.0 ? next_to_zero * std::abs(gains - loses) : 0.0;
+    while (std::abs(gains - loses) > std::max(least, near_enough * std::max(std::abs(gains), std::abs(loses)))) {
         const double middle = 0.5 * (gains + loses);
-        (bounces.gains(middle) ? gains : loses) = middle;
+        (bounces.gains(middle).value_or(false) ? gains : loses) = middle;
     }
     const double value = loses == own ? 0.5 * (loses + gains) : loses;
     stability_limit limit{value, loses > gains, "", {}, "a bounce gains energy"};
@@ -68,21 +87,19 @@ std::vector<stable_interval> losing_parts(const bounces_along &bounces, const st
 {
     const std::vector<double> grid = grid_of(interval, own);
     std::vector<stable_interval> parts;
-    bool gains_before = bounces.gains(grid.front());
+    const std::vector<bool> gains = bounces.gain_along(grid);
     double from = grid.front();
     for (std::size_t i = 1; i < grid.size(); i++) {
-        const bool gains = bounces.gains(grid[i]);
-        if (gains != gains_before) {
-            found.push_back(gains ? limit_between(bounces, own, grid[i - 1], grid[i])
-                                  : limit_between(bounces, own, grid[i], grid[i - 1]));
-            if (gains) {
+        if (gains[i] != gains[i - 1]) {
+            found.push_back(gains[i] ? limit_between(bounces, own, grid[i - 1], grid[i])
+                                     : limit_between(bounces, own, grid[i], grid[i - 1]));
+            if (gains[i]) {
                 parts.push_back({from, found.back().value});
             }
             from = found.back().value;
         }
-        gains_before = gains;
     }
-    if (!gains_before) {
+    if (!gains.back()) {
         parts.push_back({from, grid.back()});
     }
     return parts;

@@ -232,16 +232,24 @@ void motion_recorder::note_bounce(const tick_record &record)
     }
     const double now_s = period_s_ * static_cast<double>(record.index);
     const double speed_m_per_s = speed_at_surface_m_per_s(rig_, record);
+    const double robot_m_per_s = (record.robot_position_m - robot_before_m_) / period_s_;
+    const double depth_m = record.robot_position_m - rig_.object.surface_position_m;
+    const bool pushes =
+        rig_.object.stiffness_N_per_m * depth_m + rig_.object.damping_N_s_per_m * robot_m_per_s > 0.0;
     if (holds_ && !open_bounce_) {
-        open_bounce_ = bounce{now_s, 0.0, speed_m_per_s, 0.0};
+        open_bounce_ = bounce{now_s, now_s, speed_m_per_s, 0.0};
+    }
+    if (holds_ && pushes) {
+        open_bounce_->left_s = now_s + period_s_;
     }
     if (holds_) {
         settled_in_tick_ = -1;
     } else if (open_bounce_ && settled_in_tick_ < 0) {
-        open_bounce_->left_s = now_s;
         settled_in_tick_ = record.index + settle_ticks_;
     } else if (open_bounce_ && record.index >= settled_in_tick_) {
         open_bounce_->speed_out_m_per_s = -speed_m_per_s;
+        open_bounce_->speed_noise_m_per_s = rig_.sensor.noise_N / rig_.firmware.manipulator.mass_kg *
+                                            std::sqrt(period_s_ * (now_s - open_bounce_->touched_s));
         if (open_bounce_->speed_in_m_per_s > 0.0 && open_bounce_->speed_out_m_per_s > 0.0) {
             evidence_.bounces.push_back(*open_bounce_);
         }
@@ -255,6 +263,7 @@ void motion_recorder::note_running(const tick_record &record)
     holds_ = is_held(rig_, record);
     held_ticks_ += holds_;
     note_bounce(record);
+    robot_before_m_ = record.robot_position_m;
     const double error_m = record.robot_position_m - record.manipulator_position_m;
     tracking_square_sum_m2_ += error_m * error_m;
     evidence_.tracking.peak_m = std::max(evidence_.tracking.peak_m, std::abs(error_m));

@@ -43,9 +43,11 @@ struct force_peak {
 /* One stay of a tool in the material. Speeds of the manipulator, once the force of the stay has reached the loop. */
 struct bounce {
     double touched_s;
-    double left_s;
+    double
+        left_s; /* when the material pushes no more: where it has damping, before the tool is back at the surface */
     double speed_in_m_per_s;
     double speed_out_m_per_s;
+    double speed_noise_m_per_s = 0.0; /* what the sensor's noise makes of it, standard deviation */
 
     double restitution() const { return speed_out_m_per_s / speed_in_m_per_s; }
 };
@@ -128,6 +130,7 @@ class motion_recorder
     free_motion newest_;
     free_motion longest_;
     std::optional<bounce> open_bounce_;
+    double robot_before_m_ = 0.0;       /* in the last tick of running */
     std::int64_t settled_in_tick_ = -1; /* when the last stay's force has gone */
     double tracking_square_sum_m2_ = 0.0;
     double lowest_m_ = 0.0;

@@ -44,7 +44,7 @@ run_answer answer_of_run(const rig &rig, const motion_evidence &evidence, const 
     if (model.by_runs) {
         made.verdict = told_by_a_run_without_noise(made.verdict, evidence, *model.by_runs);
     }
-    if (made.verdict.is_stable == std::optional<bool>(false)) {
+    if (!evidence.has_run || made.verdict.is_stable == std::optional<bool>(false)) {
         made.margin = {};
     }
     return made;

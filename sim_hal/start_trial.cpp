@@ -6,6 +6,7 @@
 #include "../firmware/loop.h"
 #include "../firmware/supervisor.h"
 #include "hil/sim_hal.h"
+#include "stability/loop_timeline.h"
 
 namespace berth
 {
@@ -67,6 +68,11 @@ start_trial try_start(const rig &rig, double running_s)
         found.obstacles = obstacles_of(last);
     }
     return found;
+}
+
+bool never_runs(const rig &rig, const growth_prediction &prediction)
+{
+    return !prediction.growth_per_s && is_time_varying(rig) && !try_start(rig).has_run;
 }
 
 std::string trial_words(const start_trial &trial)

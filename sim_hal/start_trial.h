@@ -9,6 +9,7 @@
 #include "../firmware/recorder.h"
 #include "../hal/rig/rig.h"
 #include "motion.h"
+#include "prediction.h"
 
 namespace berth
 {
@@ -23,6 +24,10 @@ struct start_trial {
 
 /* The rig as it is, with its noise, up to `running_s` of running or to the end of its run. Throws input_error. */
 start_trial try_start(const rig &rig, double running_s = 2.0);
+
+/* Of a rig that no exponent can be computed of: whether the supervisor never comes to running, so that there is no
+ * loop and no margin of it. */
+bool never_runs(const rig &rig, const growth_prediction &prediction);
 
 /* In one sentence; empty of a good one. */
 std::string trial_words(const start_trial &trial);

@@ -15,6 +15,9 @@ constexpr const char *never_touched_advice = "move the tool beyond object.surfac
                                              "(run.duration_s); a manipulator without spring and "
                                              "damper needs manipulator.initial_velocity_m_per_s";
 
+constexpr const char *neutral_advice = "on balance nothing takes energy out: give it damping, as "
+                                       "manipulator.damping_N_s_per_m; a longer run shows no more";
+
 enum class tendency { unknown, decays, grows };
 
 tendency tendency_of(double growth_per_s, double ci95_per_s)
@@ -66,6 +69,19 @@ stability_verdict undetermined(std::string because, std::string advice)
     return found;
 }
 
+/* Its eigenvalues lie on the unit circle, but for rounding. */
+bool is_neutral(const growth_prediction &prediction)
+{
+    const bool is_exact =
+        prediction.source == prediction_source::eigenvalues || prediction.source == prediction_source::contact;
+    return is_exact && prediction.growth_per_s && !is_stable_in_contact(prediction);
+}
+
+std::string neutral_words(const growth_prediction &prediction)
+{
+    return predicted_words(prediction) + ": no more than rounding, so that it neither decays nor grows";
+}
+
 /* A bounce that loses leaves the tool in the material in the end: there the eigenvalues rule. */
 stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bounces)
 {
@@ -73,7 +89,7 @@ stability_verdict judge_bounces(const verdict_case &of, const bounce_finding &bo
     found.kind = verdict_kind::bouncing;
     found.bounces = bounces;
     const tendency held = held_tendency_of(of.prediction);
-    const bool gains = bounces.restitution > 1.0 || of.prediction.gains_by_bounces();
+    const bool gains = bounces.gains() || of.prediction.gains_by_bounces();
     if (gains || held != tendency::unknown) {
         found.is_stable = !gains && held == tendency::decays;
     }
@@ -247,6 +263,10 @@ stability_verdict not_told(const verdict_case &of)
         return undetermined("nothing moved: there is no motion to judge" + why,
                             "move it: manipulator.initial_position_m or [profile]");
     }
+    if (motion.growth && is_neutral(of.prediction)) {
+        return undetermined("the swing keeps its height; " + neutral_words(of.prediction) + motor_words(motion),
+                            neutral_advice);
+    }
     if (motion.growth) {
         return undetermined(
             "whether it grows or decays is not known: the rate measured is smaller than its interval" +
@@ -271,8 +291,7 @@ stability_verdict neither(const growth_prediction &prediction)
         return undetermined(predicted_words(prediction) + ": its interval holds 0",
                             "ask `berth eigen` for more --ticks, or `berth run`");
     default:
-        return undetermined(predicted_words(prediction) + ": no more than rounding",
-                            "the loop is at its limit: a little more or less damping decides");
+        return undetermined(neutral_words(prediction), neutral_advice);
     }
 }
 
@@ -290,6 +309,12 @@ bool swings_for_ever(const verdict_case &of)
     const bool holds_height = motion.falls == std::optional<bool>(false) && motion.height_m > 0.0;
     const bool may_be_held = motion.limits_acted_late || (motion.has_effects_of_size && is_predicted);
     return holds_height && may_be_held && !motion.is_driven;
+}
+
+/* The tool left the material for good and came to a limit in free flight: the bounces had ended by then. */
+bool has_drifted_off(const motion_evidence &motion)
+{
+    return motion.stop.cause == STOP_POSITION_LIMIT && !motion.touches_now;
 }
 
 /* Too large in the end, though nobody moved it, and larger than at first. */
@@ -311,7 +336,7 @@ stability_verdict judge_motion(const verdict_case &of)
         return unstable(of);
     }
     if (const auto bounces = bounces_of(of.motion, of.manipulator_mass_kg);
-        bounces && is_bouncing(motion) && !motion.stop.is_of_motion()) {
+        bounces && is_bouncing(motion) && (!motion.stop.is_of_motion() || has_drifted_off(motion))) {
         return judge_bounces(of, *bounces);
     }
     if (swings_for_ever(of)) {

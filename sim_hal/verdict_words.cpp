@@ -85,7 +85,7 @@ std::string gaining_words(const growth_prediction &prediction)
 
 std::string relaxed_words(const bounce_finding &seen, const growth_prediction &prediction)
 {
-    return seen.restitution > 1.0 || !prediction.gains_by_bounces()
+    return seen.gains() || !prediction.gains_by_bounces()
                ? ""
                : "; with the operator's spring relaxed at the surface " + gaining_words(prediction);
 }

@@ -174,6 +174,13 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
     if (key == nullptr && path.substr(0, 7) == "orders.") {
         return rig_error{"orders", "orders are a list: each begins with [[orders]], in two brackets"};
     }
+    if (key == nullptr && path.find('.') == std::string_view::npos && nearest_section(path) == path) {
+        const bool is_robot = path == "robot" && !text.empty();
+        return rig_error{std::string(path),
+                         "is a section: name one of its keys, as " +
+                             std::string(nearest_key(std::string(path) + ".")) +
+                             (is_robot ? "; a preset is chosen by --robot " + std::string(text) : "")};
+    }
     if (key == nullptr) {
         return rig_error{std::string(path), unknown_key_words(path)};
     }

@@ -1,8 +1,10 @@
 #include "other_files.h"
 
 #include <algorithm>
+#include <sstream>
 #include <string_view>
 
+#include "keys.h"
 #include "rig_file.h"
 #include "toml_file.h"
 
@@ -28,6 +30,34 @@ bool is_table_of_values(const std::string &text)
     const std::string first = text.substr(0, text.find('\n'));
     return first.find_first_of(",;\t") != std::string::npos && first.find_first_of("=[]{}#") == std::string::npos &&
            first.find_first_not_of(" \t") == 0 && first.front() != ';';
+}
+
+/* A line that begins a section of a rig file. */
+bool has_section(const std::string &text)
+{
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t from = line.find_first_not_of(" \t[");
+        const std::size_t end = line.find_first_of(".] \t\r", from);
+        const bool is_header = from != std::string::npos && line.find('[') < from;
+        if (is_header && nearest_section(line.substr(from, end - from)) == line.substr(from, end - from)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* What cannot be read and has no section of one may be any other file. */
+toml::table parse_rig_text(const std::string &text, const std::string &path)
+try {
+    return parse_toml(text, path);
+} catch (const input_error &error) {
+    if (has_section(text)) {
+        throw;
+    }
+    throw input_error(error.what() +
+                      std::string("; no line begins a section, as [loop]: is it a rig file? `berth run ess "
+                                  "--print-config` shows one"));
 }
 
 } // namespace
@@ -56,7 +86,7 @@ void refuse_other_file(const std::string &path, const std::string &bytes)
             ": is XML, as URDF is, and no rig file; make an arm of it with `berth arm ROBOT.urdf --tool "
             "LINK > ARM.toml`, and put that into a rig: --set manipulator.arm=ARM.toml");
     }
-    const toml::table table = parse_toml(bytes, path);
+    const toml::table table = parse_rig_text(bytes, path);
     if (table.empty()) {
         refuse("is empty: it states nothing; `berth run ess --print-config` shows a rig file");
     }

@@ -104,8 +104,13 @@ std::optional<rig_error> check_sensor(const rig &rig)
     const auto frames = std::int64_t{sensor_layouts[rig.firmware.sensor_channel.layout].frame_count};
     const std::int64_t sample_ns = config_sample_period_ns(&rig.firmware);
     if (ns_from_ms(sensor.delay_ms) < frames * frame_time_ns(rig.bus, 8)) {
-        return rig_error{"sensor.delay_ms",
-                         "is shorter than the sample's time on the bus, which it includes; set bus.ideal = true"};
+        char text[200];
+        std::snprintf(
+            text, sizeof text,
+            "is shorter than the sample's time on the bus, which it includes (is %g ms, the bus takes %.3g "
+            "ms); give it in milliseconds, or set bus.ideal = true",
+            sensor.delay_ms, 1e-6 * static_cast<double>(frames * frame_time_ns(rig.bus, 8)));
+        return rig_error{"sensor.delay_ms", text};
     }
     const sensor_channel_config &channel = rig.firmware.sensor_channel;
     if (!sensor_layout_is_numbered(&sensor_layouts[channel.layout]) &&
@@ -164,6 +169,19 @@ std::optional<rig_error> check_sizes(const rig &rig)
         }
     }
     return {};
+}
+
+/* What is wrong with a start beyond the limits: mostly millimetres. */
+std::string start_text(const rig &rig, std::string_view key)
+{
+    if (key != "manipulator.initial_position_m") {
+        return "";
+    }
+    const double start_m = rig.firmware.manipulator.initial_position_m;
+    char text[160];
+    std::snprintf(text, sizeof text, " (is %g m, they are %g and %g m); positions are in metres: 5 mm are 0.005",
+                  start_m, rig.firmware.limits.position_min_m, rig.firmware.limits.position_max_m);
+    return text;
 }
 
 std::optional<rig_error> check_target(const rig &rig)
@@ -360,7 +378,8 @@ std::optional<rig_error> complete_and_check(rig &rig)
     if (error.key != nullptr) {
         const bool is_rate = std::string(error.key) == "loop.rate_Hz" && rig.firmware.loop.rate_Hz >= 1.0 &&
                              rig.firmware.loop.rate_Hz <= 1e6;
-        return rig_error{error.key, error.message + (is_rate ? near_rates(rig.firmware) : "")};
+        return rig_error{error.key,
+                         error.message + (is_rate ? near_rates(rig.firmware) : start_text(rig, error.key))};
     }
     if (auto beam_error = complete_beam(rig)) {
         return beam_error;

@@ -95,6 +95,37 @@ std::string value_remedy(std::string_view value)
     return number_remedy(value);
 }
 
+/* Of a section, or of a key: before its =. */
+std::string_view name_in(std::string_view line)
+{
+    return trimmed(starts_with(line, "[") ? line.substr(0, line.find(']')) : line.substr(0, line.find('=')));
+}
+
+/* Where the section, or the key within its section, of a line stands first. */
+std::string stated_before(std::string_view text, std::size_t line)
+{
+    const std::string_view name = name_in(line_of(text, line));
+    const bool is_section = starts_with(name, "[");
+    std::size_t first = 0;
+    for (std::size_t i = 1; i < line; i++) {
+        const std::string_view above = line_of(text, i);
+        if (!is_section && starts_with(above, "[")) {
+            first = 0; /* another section */
+        }
+        if (first == 0 && name_in(above) == name) {
+            first = i;
+        }
+    }
+    const std::string where = first == 0 ? "before" : "in line " + std::to_string(first);
+    return "it stands " + where +
+           " already: " + (is_section ? "put all of its keys under that one" : "leave one of the two out");
+}
+
+bool has_open_quote(std::string_view line)
+{
+    return std::count(line.begin(), line.end(), '"') % 2 == 1 || std::count(line.begin(), line.end(), '\'') % 2 == 1;
+}
+
 } // namespace
 
 std::string number_remedy(std::string_view value)
@@ -137,6 +168,12 @@ std::string toml_remedy(std::string_view text, std::size_t line, std::string_vie
         return "save the file as UTF-8 text";
     }
     const std::string_view wrong = line_of(text, line);
+    if (problem.find("redefine existing") != std::string_view::npos) {
+        return stated_before(text, line);
+    }
+    if (problem.find("while parsing string") != std::string_view::npos && has_open_quote(wrong)) {
+        return "a text ends with a quote: put \" behind it";
+    }
     if (starts_with(trimmed(text), "{")) {
         return "this is JSON; write TOML: [loop] in one line, rate_Hz = 500 in the next";
     }
@@ -147,11 +184,13 @@ std::string toml_remedy(std::string_view text, std::size_t line, std::string_vie
     if (!is_ascii(wrong.substr(0, std::min(equals, wrong.find_first_of("\"'#"))))) {
         return "write keys and sections in the letters a to z; texts in quotes may have any";
     }
-    if (equals != std::string_view::npos) {
+    const bool has_equals =
+        equals != std::string_view::npos && problem.find("expected '='") == std::string_view::npos;
+    if (has_equals) {
         return value_remedy(trimmed(wrong.substr(equals + 1)));
     }
     if (starts_with(wrong, "[")) {
-        return "";
+        return wrong.find(']') == std::string_view::npos ? "close the section's name, as [robot]" : "";
     }
     return wrong.find(':') == std::string_view::npos
                ? "write key = value"

@@ -7,6 +7,7 @@
 #include "../stability/compensation_states.h"
 #include "../stability/lyapunov.h"
 #include "../stability/spectrum.h"
+#include "../start_trial.h"
 #include "amplitude.h"
 #include "bounce_report.h"
 #include "colour.h"
@@ -125,6 +126,9 @@ question ask(const varying_arguments &arguments, chosen_rig chosen, double ampli
         is_stable(found.worst.prediction) != std::optional<bool>(false)) {
         found.margin = margin_of(linear_at(chosen.rig, amplitude_m));
     }
+    if (never_runs(chosen.rig, found.worst.prediction)) {
+        found.margin = {};
+    }
     const stability_verdict verdict = found.verdict();
     return {chosen, stated, amplitude_m, found, verdict};
 }
@@ -219,6 +223,26 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
     return check_exit_code(arguments, verdict, found.margin);
 }
 
+/* Neither eigenvalues nor an exponent: as of a loop that never runs. */
+int answer_without_exponent(const question &asked, const varying_arguments &arguments)
+{
+    if (arguments.json) {
+        nlohmann::json json = as_json(asked);
+        json.update({{"rig", asked.chosen.rig.name},
+                     {"eigenvalues", nullptr},
+                     {"spectral_radius", nullptr},
+                     {"growth_per_s", nullptr},
+                     {"growth_ci95_per_s", nullptr}});
+        print_json(json);
+    } else {
+        print_assumptions(asked.chosen.rig);
+        std::printf("%s: %s\n", asked.chosen.rig.name.c_str(),
+                    exponent_sentence(asked.found.worst.prediction, asked.chosen.rig.run.seed).c_str());
+        print_answer(asked);
+    }
+    return check_exit_code(arguments, asked.verdict, asked.found.margin);
+}
+
 /* No eigenvalues, but an exponent; for comparison those of the loop without what makes it change. */
 int varying_eigen(const question &asked, const varying_arguments &arguments)
 {
@@ -230,7 +254,7 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
     const settled_rig own = settle_at(rig, amplitude_m);
     const growth_prediction &predicted = found.worst.prediction;
     if (own.has_settled && !predicted.growth_per_s) {
-        throw input_error(predicted.why_not);
+        return answer_without_exponent(asked, arguments);
     }
     const lyapunov_exponent exponent =
         own.has_settled ? lyapunov_exponent{*predicted.growth_per_s, predicted.ci95_per_s, predicted.ticks}

@@ -9,6 +9,7 @@
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/physical_parameter.h"
+#include "../start_trial.h"
 #include "../verdict_words.h"
 #include "amplitude.h"
 #include "bounce_report.h"
@@ -83,6 +84,7 @@ struct loop_verdict {
     double growth_per_s;
     bool is_stable;
     std::optional<double> margin_ms;
+    bool has_no_loop = false; /* it never runs */
     double loop_delay_ms;
     double damping_ratio;
     double first_order_damping_limit;
@@ -143,7 +145,8 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const sta
     }
     print_describing_function(verdict.describing_function);
     print_band(verdict.band);
-    if (margin.is_unlimited || (is_run ? margin.dead_time_ms.has_value() : verdict.is_stable)) {
+    if (margin.is_unlimited ||
+        (is_run ? margin.dead_time_ms.has_value() : verdict.is_stable && !verdict.has_no_loop)) {
         print_margin(margin);
     }
     std::printf("  first-order formula: the loop's delay of %s ms takes %s off the coupled damping ratio %s\n",
@@ -220,6 +223,10 @@ int limits_command(const limits_arguments &arguments)
 
     const bool varies = !verdict.left_out.empty();
     const bool is_run = answer.by_runs.has_value();
+    if (never_runs(stated, answer.worst.prediction)) {
+        answer.margin = {};
+        verdict.has_no_loop = true;
+    }
     if (!varies && !is_run && !touches_nothing(rig)) {
         const bool is_open = verdict.is_stable && !verdict.margin_ms;
         answer.margin = {is_open ? searched_ms : verdict.margin_ms,

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../../hal/rig/given.h"
 #include "../arm/linear_arm.h"
 #include "../effects/active.h"
+#include "../effects/effect.h"
 #include "commands.h"
 #include "compensation_choice.h"
 #include "short_number.h"
@@ -31,6 +33,30 @@ void tell_left_out(const rig &rig, double amplitude_m)
 
 namespace
 {
+
+/* Keys that somebody stated, and that change nothing: one line for each reason. */
+void tell_without_effect(const rig &rig)
+{
+    const auto tell = [&](const std::vector<const char *> &keys, const char *why) {
+        std::string stated;
+        for (const char *const key : keys) {
+            if (is_given(rig, key) && value_of(rig, key) != 0.0) {
+                stated += (stated.empty() ? "" : ", ") + std::string(key);
+            }
+        }
+        if (!stated.empty()) {
+            std::fprintf(stderr, "berth: %s: without effect, because %s\n", stated.c_str(), why);
+        }
+    };
+    if (touches_nothing(rig)) {
+        tell({"object.mass_kg", "object.stiffness_N_per_m", "object.damping_N_s_per_m"},
+             "object.kind = \"none\": the robot touches nothing");
+    }
+    if (rig.robot.clock == robot_clock::locked) {
+        tell({"robot.clock_phase_ms", "robot.clock_drift_ppm"},
+             "robot.clock = \"locked\"; a clock of its own is robot.clock = \"free\"");
+    }
+}
 
 std::string range_text(const nlohmann::json &range_ms)
 {
@@ -69,12 +95,14 @@ chosen_rig choose_rig(const rig_arguments &arguments)
     overrides.insert(overrides.end(), arguments.overrides.begin(), arguments.overrides.end());
     if (arguments.robot.empty()) {
         chosen.rig = load_rig(arguments.rig, overrides);
+        tell_without_effect(chosen.rig);
         return chosen;
     }
     chosen.robot = load_robot(arguments.robot);
     chosen.rig = load_rig(arguments.rig, overrides, &*chosen.robot);
     chosen.dead_time_band = dead_time_band(*chosen.robot, arguments.overrides);
     refuse_model_of_another_robot(chosen, arguments.overrides);
+    tell_without_effect(chosen.rig);
     return chosen;
 }
 

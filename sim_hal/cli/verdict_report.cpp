@@ -79,6 +79,9 @@ void print_assumptions(const rig &rig)
 
 void print_delay_budget(const rig &rig)
 {
+    if (touches_nothing(rig)) {
+        return; /* no force comes back */
+    }
     const delay_budget budget = delay_budget_of(rig);
     std::string line;
     for (const delay_part &part : budget.parts()) {

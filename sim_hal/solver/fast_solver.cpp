@@ -33,7 +33,8 @@ class exact_steps
   public:
     exact_steps(const plant &plant, contact_mode mode) : generator_(smallest_generator(plant, mode)) {}
 
-    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns)
+    template <typename state_type>
+    void advance(state_type &state, const reference_line &line, std::int64_t duration_ns)
     {
         const transition<rows> &step = for_duration(duration_ns);
         double in[rows + plant_input_count];
@@ -126,8 +127,10 @@ class contact_solver final : public solver
     {
     }
 
-    void advance(beam_state &state, const reference_line &line, std::int64_t duration_ns) override
+    void advance(beam_state &full, const reference_line &line, std::int64_t duration_ns) override
     {
+        rows_in_use state =
+            full.template head<rows>(); /* a tick has a hundred steps: to copy what is not in use takes long */
         reference_line here = line;
         std::int64_t left_ns = duration_ns;
         while (left_ns > 0) {
@@ -137,15 +140,18 @@ class contact_solver final : public solver
             here.position_m =
                 line.position_m + line.velocity_m_per_s * static_cast<double>(duration_ns - left_ns) * 1e-9;
         }
+        full.template head<rows>() = state;
     }
 
   private:
+    using rows_in_use = Eigen::Matrix<double, rows, 1>;
+
     /* Exact within a mode. A step in which the mode changes is halved until the change lies in the last nanosecond:
      * what is left of it there, the wrong mode for so short a time, is all the error there is. */
-    void substep(beam_state &state, const reference_line &line, std::int64_t step_ns)
+    void substep(rows_in_use &state, const reference_line &line, std::int64_t step_ns)
     {
         const contact_mode before = plant_.mode(state);
-        beam_state tried = state;
+        rows_in_use tried = state;
         (before == contact_mode::free ? free_ : attached_).advance(tried, line, step_ns);
         if (step_ns == 1 || plant_.mode(tried) == before) {
             state = tried;

@@ -489,3 +489,19 @@ def test_a_terminal_that_only_prints_has_no_line_to_erase():
 def test_an_empty_no_color_counts_as_unset():
     """As https://no-color.org has it."""
     assert ESCAPE in on_terminal(["eigen", "ess"], NO_COLOR="")
+
+
+@pytest.mark.parametrize("changes, says", [
+    ({"object.kind": "none", "object.mass_kg": 30}, "object.mass_kg"),
+    ({"robot.clock_drift_ppm": 100}, 'robot.clock_drift_ppm: without effect, because robot.clock = "locked"'),
+    ({"robot.clock_drift_ppm": 100, "robot.clock": "free"}, ""),
+    ({}, ""),
+], ids=str)
+def test_a_key_without_effect_is_told_in_one_line(changes, says):
+    done = command("check", "ess", "--json", *settings(changes))
+    told = [line for line in done.stderr.decode().splitlines() if "without effect" in line]
+    assert len(told) == bool(says) and says in "".join(told)
+
+
+def test_a_robot_that_touches_nothing_has_no_delay_of_a_force():
+    assert b"low-pass" not in command("run", "ess", "--no-log", "--set", "object.kind=none").stdout

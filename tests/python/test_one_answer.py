@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from answers import ask
 from conftest import EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, command, one_json_object, run_json, settings, topic
 
 BASE = """
@@ -218,3 +219,20 @@ def test_an_exponent_whose_interval_holds_0_does_not_pass_check(write_rig):
     told = one_json_object(done.stdout)
     assert told["verdict"] == "undetermined" and "its interval holds 0" in told["because"] and "--ticks" in told["advice"]
     assert done.returncode == EXIT_DIFFERENT
+
+
+def test_a_loop_that_never_runs_has_one_answer_and_no_margin(write_rig):
+    told, safe = answers_of(write_rig(BASE), {"sensor.loss_probability": 1.0})
+    for subcommand, one in told.items():
+        assert one["verdict"] == "undetermined" and not safe[subcommand], (subcommand, one["because"])
+        assert one["margin"]["dead_time_margin_ms"] is None and one["margin"]["modulus"] is None, subcommand
+
+
+@pytest.mark.parametrize("subcommand", ["run", "eigen", "limits", "check"])
+def test_what_nothing_damps_neither_decays_nor_grows(subcommand, write_rig):
+    """A longer run shows no more of it."""
+    text = "[manipulator]\nmass_kg = 120\nstiffness_N_per_m = 8000\ndamping_N_s_per_m = 0\ninitial_position_m = 0.005\n" \
+           "[robot]\ndead_time_ms = 34\n[object]\nkind = \"none\"\n"
+    told, _ = ask(subcommand, write_rig(text))
+    assert told["verdict"] == "undetermined" and "neither decays nor grows" in told["because"]
+    assert "give it damping" in told["advice"] and "less noise" not in told["advice"]
