@@ -60,6 +60,20 @@ std::string did_you_mean(const std::vector<std::string> &names, std::string_view
     return near.empty() ? "" : "; did you mean " + near + "?";
 }
 
+/* "[loop] has rate_Hz, phase_ms; "; of a section that has many, or none: nothing. */
+static std::string keys_of_section(std::string_view section)
+{
+    constexpr std::size_t listed_max = 8;
+    std::string names;
+    std::size_t count = 0;
+    for (const rig_key &key : rig_keys()) {
+        if (key.path.substr(0, key.path.find('.')) == section) {
+            names += (count++ > 0 ? ", " : "") + std::string(key.path.substr(section.size() + 1));
+        }
+    }
+    return count > 0 && count <= listed_max ? "[" + std::string(section) + "] has " + names + "; " : "";
+}
+
 std::string unknown_key_words(std::string_view path)
 {
     const std::string_view nearest = nearest_key(path);
@@ -69,7 +83,8 @@ std::string unknown_key_words(std::string_view path)
     const std::size_t far_off = known.size() / 2 + 1;
     return is_beginning || edit_distance(path, known) < far_off
                ? "unknown key; the nearest known one is " + std::string(nearest)
-               : "unknown key, and none is near; `berth schema` lists all";
+               : "unknown key, and none is near; " + keys_of_section(path.substr(0, path.find('.'))) +
+                     "`berth schema` lists all";
 }
 
 } // namespace berth

@@ -44,8 +44,8 @@ std::string title(ink colour, const std::string &name)
 void print_implausible(const std::vector<implausible_value> &found)
 {
     for (const implausible_value &one : found) {
-        std::printf("  %s %s: %s\n  %-14s %s\n  %-14s %s\n", title(ink::yellow, "implausible").c_str(), one.key.c_str(),
-                    one.what.c_str(), "", one.why.c_str(), "", one.advice.c_str());
+        std::printf("  %s %s: %s\n  %-14s %s\n  %-14s %s\n", title(ink::yellow, "implausible").c_str(),
+                    one.key.c_str(), one.what.c_str(), "", one.why.c_str(), "", one.advice.c_str());
     }
     if (found.empty()) {
         std::printf("  %s no value is implausible\n", title(ink::green, "values").c_str());

@@ -347,8 +347,9 @@ int diagnose_command(const diagnose_arguments &arguments)
     refuse_beam(request.rig);
     for (const std::string &name : arguments.without) {
         if (find_effect(name) == nullptr) {
-            throw input_error("--without " + name + ": there is no such effect" +
-                              did_you_mean(names_of_effects(), name) + "; berth effects lists them");
+            const std::string meant = did_you_mean(names_of_effects(), name);
+            throw input_error("--without " + name + ": there is no such effect" + (meant.empty() ? ";" : meant) +
+                              " berth effects lists them");
         }
         request.options.without.push_back(name);
     }

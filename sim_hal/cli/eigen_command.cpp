@@ -254,6 +254,9 @@ int varying_eigen(const question &asked, const varying_arguments &arguments)
     const settled_rig own = settle_at(rig, amplitude_m);
     const growth_prediction &predicted = found.worst.prediction;
     if (own.has_settled && !predicted.growth_per_s) {
+        if (!never_runs(rig, predicted)) {
+            throw input_error(predicted.why_not);
+        }
         return answer_without_exponent(asked, arguments);
     }
     const lyapunov_exponent exponent =

@@ -68,7 +68,7 @@ LINES = [
     # units
     ("rate_kHz = 0.5", "rate_Hz = 500", 3, "loop.rate_kHz", "loop.rate_Hz"),
     ("rate_hz = 500", "rate_Hz = 500", 3, "loop.rate_hz", "loop.rate_Hz"),
-    ("period_ms = 2", "rate_Hz = 500", 3, "loop.period_ms", "loop.rate_Hz"),
+    ("period_ms = 2", "rate_Hz = 500", 3, "loop.period_ms", "[loop] has rate_Hz"),
     ("initial_position_mm = 5", "initial_position_m = 0.005", 8, "manipulator.initial_position_m"),
     ("stiffness_N_per_mm = 8", "stiffness_N_per_m = 8000.0", 6, "manipulator.stiffness_N_per_m"),
     ("mass_g = 120000", "mass_kg = 120.0", 5, "manipulator.mass_kg"),
