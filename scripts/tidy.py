@@ -14,6 +14,7 @@ import os
 import re
 import subprocess
 import sys
+import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -21,6 +22,10 @@ from batches import batches
 
 FLAGS = ["-I.", "-isystem", "/usr/include/eigen3", "-DEIGEN_DONT_VECTORIZE", "-DEIGEN_RUNTIME_NO_MALLOC",
          "-DBERTH_WITH_SUNDIALS", "-DBERTH_WITH_ZLIB", "-DBERTH_WITH_URDF", '-DBERTH_COMMIT="lint"', "-D_GNU_SOURCE"]
+PACKAGE = "sim_hal/python/"  # of Python's and nanobind's headers
+PACKAGE_FLAGS = [word for folder in (sysconfig.get_paths()["include"],
+                                     *Path(".venv").glob("lib/python3*/site-packages/nanobind/include"))
+                 for word in ("-isystem", str(folder))]
 FOLDER = Path("build/lint")
 AT_ONCE = 40  # most of the time goes to headers: of the diagnosis, 26 files take as long as 8
 AT_ONCE_OF_TESTS = 8  # their names go together no further
@@ -55,7 +60,8 @@ def place_if_clean(source, text, flags):
 def tidy(source, text=None):
     """(something was found, what clang-tidy printed, it was looked at now) of one source, whose text that file has,
     if not the source itself."""
-    flags = ["-std=c11" if source.endswith(".c") else "-std=c++17", *FLAGS]
+    flags = ["-std=c11" if source.endswith(".c") else "-std=c++17", *FLAGS,
+             *(PACKAGE_FLAGS if source.startswith(PACKAGE) else [])]
     clean = place_if_clean(source, text or source, flags) if CLEAN else None
     if clean and clean.exists():
         return False, "", False

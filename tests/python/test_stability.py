@@ -172,8 +172,8 @@ def test_no_narrow_band_of_the_dead_time_is_stepped_over():
            "object.stiffness_N_per_m=5641", "--set", "sensor.low_pass_frequency_Hz=19", "--set",
            "manipulator.damping_N_s_per_m=119"]
     own_ms = 31.52
-    told = command("limits", *rig, "--set", f"robot.dead_time_ms={own_ms}").stdout.decode()
-    margin_ms = float(told.split("the dead time may grow by ")[1].split(" ms")[0])
+    told = one_json_object(command("limits", *rig, "--set", f"robot.dead_time_ms={own_ms}", "--json").stdout)
+    margin_ms = told["margin"]["dead_time_margin_ms"]
     # More than a period below the next wider band, at 68.08 ms.
     assert 60.0 < margin_ms < 66.0
 
@@ -358,8 +358,11 @@ def test_a_rough_limit_is_no_advice_on_how_to_make_a_loop_stable():
     limits = [limit for parameter in told["parameters"].values() for limit in parameter["limits"]]
     assert {limit["rough"] for limit in limits} == {True, False}
     assert all(limit["rough"] == ("rough" in (limit["jump_reason"] or "")) for limit in limits)
-    assert told["stable"] is False and told["nearest_limit"] is None  # what is not rough starts from 0: no factor
-    assert "smallest change" not in command("limits", "ess", *settings(undamped)).stdout.decode()
+    nearest = told["nearest_limit"]
+    assert told["stable"] is False and not nearest["rough"] and nearest["factor"] is None  # it starts from 0
+    assert f"makes it stable: {nearest['key']} from 0 to " in command("limits", "ess", *settings(undamped)).stdout.decode()
+    beyond = {**undamped, nearest["key"]: 1.01 * nearest["value"]}
+    assert ask("eigen", "ess", beyond)["stable"] is True
 
 
 def test_a_map_tells_of_a_rig_that_no_spring_holds_what_its_eigenvalues_tell(tmp_path):
