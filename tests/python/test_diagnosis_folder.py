@@ -120,7 +120,7 @@ OF_CAUSES = [("causes", []), ("causes.0.effect", "backlash"), ("causes.0.paramet
              ("blocks.0.ranking.0.round", 0.5)]
 
 
-OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.name", None), ("detectable.0.key", "backlash"),
+OF_NOTHING = [("detectable.0.value", "much"), ("detectable.0.unit", None), ("detectable.0.key", "backlash"),
               ("detectable.0.others", [{"name": "pitch_m"}]), ("verdict", "unknown"), ("detectable", None)]
 
 
