@@ -49,7 +49,7 @@ std::vector<std::string> what_moves(const map_request &request)
     return lines;
 }
 
-double value_of(const rig &rig, const std::string &name)
+double own_value(const rig &rig, const std::string &name)
 {
     if (const rig_key *const key = find_key(name)) {
         void *const member = key->member(const_cast<berth::rig &>(rig));
@@ -74,7 +74,7 @@ rig worst_rig(const map_request &request)
 nlohmann::json own_as_json(const map_request &request, double run_s)
 {
     const double period_s = config_period_s(&request.rig.firmware);
-    nlohmann::json own{{"x", value_of(request.rig, request.x.name)}, {"y", value_of(request.rig, request.y.name)}};
+    nlohmann::json own{{"x", own_value(request.rig, request.x.name)}, {"y", own_value(request.rig, request.y.name)}};
     if (run_s > 0.0) {
         const measured_point found = measure(request.rig, run_s);
         own.update({{"spectral_radius", std::exp(found.growth_per_s * period_s)},

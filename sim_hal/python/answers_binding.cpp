@@ -26,7 +26,7 @@ namespace
  * size the equivalent at the usual amplitude. */
 nb::dict spectrum_of(const rig_handle &handle)
 {
-    const rig rig = handle.get();
+    const rig rig = handle.snapshot();
     std::vector<std::complex<double>> z;
     std::vector<double> growth_per_s;
     std::vector<double> frequency_Hz;
@@ -61,7 +61,7 @@ nb::dict spectrum_of(const rig_handle &handle)
 /* As `berth eigen`. */
 nb::dict answer(const rig_handle &handle, bool whole)
 {
-    const rig rig = handle.get();
+    const rig rig = handle.snapshot();
     std::optional<model_answer> found;
     {
         const nb::gil_scoped_release released;
@@ -109,7 +109,7 @@ std::vector<limit_row> rows_of(const rig &original)
 
 nb::dict limits(const rig_handle &handle)
 {
-    const rig rig = handle.get();
+    const rig rig = handle.snapshot();
     std::vector<limit_row> rows;
     {
         const nb::gil_scoped_release released;
@@ -148,7 +148,7 @@ map_axis axis_of(const std::string &key, double from, double to, int count)
 
 nb::dict map(const rig_handle &handle, const map_axis &x, const map_axis &y, int threads)
 {
-    const rig rig = handle.get();
+    const rig rig = handle.snapshot();
     std::vector<double> radius;
     std::vector<double> growth_per_s;
     bool is_measured = false;
@@ -281,6 +281,7 @@ void bind_answers(nb::module_ &module)
         .def_ro("key", &map_axis::name)
         .def_prop_ro("values", [](const map_axis &axis) {
             std::vector<double> values;
+            values.reserve(static_cast<std::size_t>(axis.count));
             for (int i = 0; i < axis.count; i++) {
                 values.push_back(axis.value(i));
             }

@@ -30,6 +30,9 @@ class rig_handle
     /* "section.key=value", in place of an earlier one of the same key. Throws input_error and stays as it was. */
     void set(const std::string &setting);
     const berth::rig &get() const { return resolved_; }
+
+    /* To work on without Python's lock: another thread may change this one meanwhile. */
+    berth::rig snapshot() const { return resolved_; }
     const std::vector<std::string> &settings() const { return settings_; }
     const std::string &origin() const { return origin_; }
 

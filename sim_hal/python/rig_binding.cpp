@@ -66,6 +66,7 @@ nb::object value_of_key(const rig &of, const std::string &path)
 std::vector<std::string> names_of(const std::vector<shipped_file> &files)
 {
     std::vector<std::string> names;
+    names.reserve(files.size());
     for (const shipped_file &file : files) {
         names.emplace_back(file.name);
     }

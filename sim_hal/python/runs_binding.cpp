@@ -23,7 +23,7 @@ nb::object peak_or_none(const std::optional<force_peak> &peak)
 /* As `berth run`. "ticks": the bytes of the records, as `tick_format` describes them. */
 nb::dict run(const rig_handle &handle, const std::string &log_path, bool whole)
 {
-    const rig rig = handle.get();
+    const rig rig = handle.snapshot();
     played_run made;
     {
         const nb::gil_scoped_release released;
