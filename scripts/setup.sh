@@ -18,7 +18,7 @@ if grep -q '^VERSION_ID="13"' /etc/os-release; then
     packages+=(mpi-default-dev)
 fi
 if [ "$task" != run ]; then
-    packages+=(cmake python3-dev)
+    packages+=(cmake ninja-build python3-dev)
 fi
 if [ "$task" = test ] || [ "$task" = target ]; then
     packages+=(doctest-dev ccache clang clang-format clang-tidy libclang-rt-dev gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static
