@@ -20,7 +20,7 @@ linear_view linear_view_at(double amplitude_m);
 scan scan_at(const rig &rig, double amplitude_m);
 
 /* Of a loop without compensation that does not change from tick to tick, nor on schedule; bounces that gain energy
- * are unstable, too. `next`: is told each key before it is searched; may be empty. Throws input_error. */
+ * are unstable, too. `next` gets each key before its search; may be empty. Throws input_error. */
 std::vector<parameter_limits> limits_of(const rig &rig, double amplitude_m,
                                         const std::function<void(std::string_view)> &next = {});
 

@@ -170,7 +170,7 @@ std::vector<block> driven_by(const column &one)
 }
 
 /* Moves the column row by row while the blocks that it drives get better. The base is fitted anew each time. A base
- * that is not fitted can hide a shift of a few rows; one that was fitted to the late column makes up for it. */
+ * that is not fitted can hide a shift of a few rows; one that was fitted to the late column hides it. */
 int most_promising(const pair_of_records &data, const column &one, const rig &given)
 {
     std::vector<look> as_logged;

@@ -4,6 +4,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "../../hal/rig/keys.h"
+#include "../../hal/rig/names.h"
 #include "../../hal/rig/robot_file.h"
 #include "../../hal/rig/units.h"
 #include "../berth.h"
@@ -61,16 +62,6 @@ nb::object value_of_key(const rig &of, const std::string &path)
         break;
     }
     return nb::cast(*static_cast<std::string *>(member));
-}
-
-std::vector<std::string> names_of(const std::vector<shipped_file> &files)
-{
-    std::vector<std::string> names;
-    names.reserve(files.size());
-    for (const shipped_file &file : files) {
-        names.emplace_back(file.name);
-    }
-    return names;
 }
 
 } // namespace
@@ -168,8 +159,8 @@ void bind_rig(nb::module_ &module)
         "meaning", [](const std::string &key) { return std::string(known_key(key).meaning); }, nb::arg("key"));
     module.def(
         "unit", [](const std::string &key) { return unit_text(known_key(key).path); }, nb::arg("key"));
-    module.def("shipped_rigs", [] { return names_of(shipped_rigs()); });
-    module.def("shipped_robots", [] { return names_of(shipped_robots()); });
+    module.def("shipped_rigs", [] { return names_of_files(shipped_rigs()); });
+    module.def("shipped_robots", [] { return names_of_files(shipped_robots()); });
 }
 
 } // namespace berth
