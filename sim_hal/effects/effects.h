@@ -21,6 +21,7 @@
     EFFECT(manipulator_parameters)                                                                                  \
     EFFECT(manipulator_coulomb_friction)                                                                            \
     EFFECT(manipulator_asymmetric_friction)                                                                         \
+    EFFECT(manipulator_stribeck_friction)                                                                           \
     EFFECT(manipulator_cubic_stiffness)                                                                             \
     EFFECT(manipulator_quadratic_stiffness)                                                                         \
     EFFECT(manipulator_backlash)                                                                                    \
@@ -32,12 +33,15 @@
     EFFECT(object_backlash)                                                                                         \
     EFFECT(object_second_mode)                                                                                      \
     EFFECT(object_hysteresis)                                                                                       \
+    EFFECT(object_relaxation)                                                                                       \
     EFFECT(object_stiffness_drift)                                                                                  \
     EFFECT(object_loss_of_contact)                                                                                  \
     EFFECT(object_impact_damping)                                                                                   \
     EFFECT(sensor_bias)                                                                                             \
     EFFECT(sensor_drift)                                                                                            \
     EFFECT(sensor_gain)                                                                                             \
+    EFFECT(sensor_curvature)                                                                                        \
+    EFFECT(sensor_tool_inertia)                                                                                     \
     EFFECT(sensor_lag)                                                                                              \
     EFFECT(sensor_delay)                                                                                            \
     EFFECT(sensor_saturation)                                                                                       \

@@ -236,6 +236,31 @@ def impact_damping(rng, s, scale, rig, richer):
     return same("impact_damping_s_per_m", c, "impact_damping_s_per_m")
 
 
+def relaxation(rng, s, scale, rig, richer):
+    """Its spring as strong as the object's at s = 1; it settles within the periods of the motion."""
+    stiffness, time_s = s * rig.values["object.stiffness_N_per_m"], log_uniform(rng, 0.05, 1.0)
+    return Change({"relaxation_N_per_m": stiffness, "relaxation_s": time_s},
+                  {"relaxation_stiffness_N_per_m": stiffness, "relaxation_time_ms": 1e3 * time_s})
+
+
+def stribeck_friction(rng, s, scale, rig, richer):
+    """Beside dry friction of its own size."""
+    s = s**1.5
+    Fc, Fs = 0.5 * s * scale.drive_rms_N, 0.5 * s * scale.drive_rms_N
+    v = scale.velocity_m_per_s * rng.uniform(0.05, 0.2)
+    return Change({"manipulator_friction_up_N": Fc, "manipulator_friction_down_N": Fc, "manipulator_presliding_m": 1e-7,
+                   "manipulator_stribeck_N": Fs, "manipulator_stribeck_m_per_s": v},
+                  {"coulomb_friction_N": Fc, "stribeck_friction_N": Fs, "stribeck_velocity_m_per_s": v})
+
+
+def tool_inertia(rng, s, scale, rig, richer):
+    return same("tool_mass_kg", s * rig.values["object.mass_kg"], "tool_mass_kg")
+
+
+def even_term(rng, s, scale, rig, richer):
+    return same("sensor_even_per_N", sign(rng) * 0.6 * s / scale.force_peak_N, "curvature_per_N")
+
+
 # --- sensor, loop -----------------------------------------------------------------------------------------------
 
 
@@ -340,4 +365,12 @@ LIBRARY = {
     "sensor.periodic_disturbance": periodic_disturbance,
     "loop.lost_samples": lost_samples,
     "loop.clock_drift": clock_drift,
+}
+
+# Drawn on request only. Every other seed keeps its draw.
+ASKED_FOR = {
+    "manipulator.stribeck_friction": stribeck_friction,
+    "object.relaxation": relaxation,
+    "sensor.curvature": even_term,
+    "sensor.tool_inertia": tool_inertia,
 }

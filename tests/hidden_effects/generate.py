@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import detectability  # noqa: E402
-from effects import LIBRARY, SIZES  # noqa: E402
+from effects import ASKED_FOR, LIBRARY, SIZES  # noqa: E402
 from noise import LEVELS  # noqa: E402
 from outside import OUTSIDE  # noqa: E402
 from scenario import KINDS, PAIRS, draw  # noqa: E402
@@ -73,7 +73,7 @@ def arguments(words=None):
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--out", required=True, help="folder of the record")
     parser.add_argument("--truth", required=True, help="folder of truth.json")
-    parser.add_argument("--effect", help="'none', a name, or two with a comma: " + ", ".join([*LIBRARY, *OUTSIDE]))
+    parser.add_argument("--effect", help="'none', a name, or two with a comma: " + ", ".join([*LIBRARY, *ASKED_FOR, *OUTSIDE]))
     parser.add_argument("--size", choices=SIZES)
     parser.add_argument("--noise", choices=LEVELS)
     parser.add_argument("--kind", choices=sorted({*KINDS, *PAIRS}))

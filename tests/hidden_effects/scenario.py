@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from effects import LIBRARY, SIZES, Scale
+from effects import ASKED_FOR, LIBRARY, SIZES, Scale
 from excitation import operator_force
 from noise import LEVELS, draw_disturbance, draw_noise
 from outside import OUTSIDE
@@ -17,7 +17,7 @@ ONE_AS_A_PAIR = (
     {"robot.lag", "robot.velocity_limit"},  # a lag that saturates, which the engine does not have
 )
 CONTACT_ONLY = {"object.impact_damping"}
-GRIPPED_ONLY = {name for name in [*LIBRARY, *OUTSIDE] if ".object" in "." + name.removeprefix("outside.")} - {
+GRIPPED_ONLY = {name for name in [*LIBRARY, *ASKED_FOR, *OUTSIDE] if ".object" in "." + name.removeprefix("outside.")} - {
     "object.parameters", "object.impact_damping"}
 SETTLE_s = 8.0  # a measured manipulator has come to rest before the record starts
 ATTEMPTS = 60
@@ -65,7 +65,7 @@ def choose(seed, effect=None, size=None, kind=None, noise=None):
     kind = kind or str(rng.choice(list(KINDS), p=list(KINDS.values())))
     if effect:
         names = [] if effect == "none" else effect.split(",")
-        assert set(names) <= {*LIBRARY, *OUTSIDE}, f"no such effect: {effect}"
+        assert set(names) <= {*LIBRARY, *ASKED_FOR, *OUTSIDE}, f"no such effect: {effect}"
         kind = {0: "fault_free", 1: "single", 2: "two"}[len(names)]
         kind = "outside" if any(name in OUTSIDE for name in names) else kind
     elif kind in PAIRS:
@@ -166,7 +166,7 @@ def attempt_draw(seed, attempt, kind, names, size, noise_level):
     effects = []
     for name in names:
         s = SIZES[size] * rng.uniform(0.75, 1.3)
-        effects.append((name, size, {**LIBRARY, **OUTSIDE}[name](rng, s, scale, rig, richer)))
+        effects.append((name, size, {**LIBRARY, **ASKED_FOR, **OUTSIDE}[name](rng, s, scale, rig, richer)))
     true, chances = apply(base, [change for _, _, change in effects])
     if not is_stable(true, peak_N) and not true["sensor_periodic_N"]:
         return None

@@ -1,5 +1,7 @@
 /* Effects of the library in the closed loop and in the rig alone, against closed forms. */
+#include <array>
 #include <cmath>
+#include <complex>
 #include <doctest/doctest.h>
 #include <vector>
 
@@ -7,6 +9,7 @@
 #include "../../firmware/pi.h"
 #include "../../sim_hal/effects/active.h"
 #include "../../sim_hal/hil/virtual_rig.h"
+#include "../../sim_hal/solver/manipulator_steps.h"
 #include "../../sim_hal/stability/spectrum.h"
 #include "../support/closed_loop.h"
 
@@ -44,6 +47,7 @@ struct driven_motion {
     std::vector<double> time_s;
     std::vector<double> command_m; /* where the base robot would be, one dead time later */
     std::vector<double> robot_m;
+    std::vector<double> low_pass_N; /* as the force leaves it */
 };
 
 /* The rig by itself, with a sine for setpoints. */
@@ -62,6 +66,7 @@ driven_motion drive(const rig &rig, double amplitude_m, double frequency_Hz, dou
         motion.time_s.push_back(now_s);
         motion.command_m.push_back(command_m(now_s - dead_time_s));
         motion.robot_m.push_back(hardware.truth().robot_position_m);
+        motion.low_pass_N.push_back(hardware.state()(filter_output));
         hardware.receive_from_loop(setpoint(command_m(now_s), now_ns));
     }
     return motion;
@@ -100,7 +105,7 @@ std::vector<double> free_object(const std::vector<std::string> &overrides, doubl
     virtual_rig hardware(ideal_ess(all));
     beam_state state = hardware.state();
     state(object_position) = 0.1;
-    state(second_position) = 0.1;
+    state(second_position) = state(relaxed_position) = 0.1;
     hardware.set_state(state);
     std::vector<double> positions_m;
     for (int i = 0; i * step_s <= duration_s; i++) {
@@ -251,6 +256,86 @@ TEST_CASE("effects: a second mass swings with the two frequencies of the coupled
     }
     MESSAGE("largest difference " << worst_m << " m of 0.1 m over 20 s");
     CHECK(worst_m < 1e-6);
+}
+
+TEST_CASE("effects: a manipulator with Stribeck friction sticks below Fc + Fs, and slides as fast as its law says")
+{
+    /* A constant force, no spring: D v + Fc + Fs exp(-(v/vs)^2) = F. */
+    const auto velocity_m_per_s = [](double force_N, double presliding_m) {
+        rig rig = ideal_ess({"manipulator.stiffness_N_per_m=0", "manipulator.damping_N_s_per_m=100",
+                             "manipulator.mass_kg=50", "manipulator.coulomb_friction_N=6",
+                             "manipulator.stribeck_friction_N=4", "manipulator.stribeck_velocity_m_per_s=0.05"});
+        set_number(rig, "manipulator.coulomb_presliding_m", presliding_m);
+        manipulator_steps body(rig, 2.5e-3, 4);
+        body.start(Eigen::Vector2d::Zero());
+        for (int tick = 0; tick < 4000; tick++) {
+            body.advance({0.0, 0.0, force_N, 0.0});
+        }
+        return body.state()(1);
+    };
+    for (const double presliding_m : {0.0, 1e-6}) {
+        CAPTURE(presliding_m);
+        CHECK(std::abs(velocity_m_per_s(9.8, presliding_m)) < 1e-6);
+        for (const double force_N : {10.5, 15.0}) {
+            const double v = velocity_m_per_s(force_N, presliding_m);
+            CHECK(v > 0.005);
+            const double law_N = 100.0 * v + 6.0 + 4.0 * std::exp(-v * v / (0.05 * 0.05));
+            CHECK(law_N == doctest::Approx(force_N).epsilon(1e-6));
+        }
+    }
+}
+
+TEST_CASE("effects: an object that relaxes swings as its cubic says, by each solver")
+{
+    /* m x'' + k x + z = 0, z' = kR x' - z/tau: m s^3 + m/tau s^2 + (k + kR) s + k/tau = 0, from rest at 0.1 m with z
+     * = 0. The roots by their own residues: X(s) = 0.1 (m s^2 + m/tau s + kR) / (cubic). */
+    using complex = std::complex<double>;
+    const double m = 100.0, k = 3947.8417604357432, k_R = 1500.0, tau = 0.08;
+    const auto cubic = [&](complex s) { return m * s * s * s + m / tau * s * s + (k + k_R) * s + k / tau; };
+    std::array<complex, 3> roots{complex(-10.0, 0.0), complex(-0.5, 6.5), complex(-0.5, -6.5)};
+    for (int round = 0; round < 200; round++) { /* Durand and Kerner */
+        for (std::size_t i = 0; i < 3; i++) {
+            roots[i] -= cubic(roots[i]) / m / ((roots[i] - roots[(i + 1) % 3]) * (roots[i] - roots[(i + 2) % 3]));
+        }
+    }
+    const std::vector<std::string> relaxing{"object.relaxation_stiffness_N_per_m=1500",
+                                            "object.relaxation_time_ms=80"};
+    const std::vector<std::string> with_stages{relaxing[0], relaxing[1], "object.cubic_stiffness_N_per_m3=1e-9"};
+    for (const auto &overrides : {relaxing, with_stages}) {
+        const std::vector<double> motion = free_object(overrides, 5.0, 2.5e-3);
+        double worst_m = 0.0;
+        for (std::size_t n = 0; n < motion.size(); n++) {
+            const double t = 2.5e-3 * static_cast<double>(n);
+            complex x = 0.0;
+            for (const complex &s : roots) {
+                const complex slope = 3.0 * m * s * s + 2.0 * m / tau * s + k + k_R;
+                x += 0.1 * (m * s * s + m / tau * s + k_R) / slope * std::exp(s * t);
+            }
+            worst_m = std::max(worst_m, std::abs(motion[n] - x.real()));
+        }
+        MESSAGE("largest difference " << worst_m << " m of 0.1 m over 5 s");
+        CHECK(worst_m < 2e-6);
+    }
+}
+
+TEST_CASE("effects: a tool behind the sensor adds its mass to the force of an even swing")
+{
+    /* mT s^2 times the low-pass, in N per m of the robot. */
+    const double frequency_Hz = 2.0;
+    const double w = two_pi * frequency_Hz;
+    const std::string smooth = "robot.transfer_frequency_Hz=30"; /* no corners that the samples would see */
+    const rig rig = ideal_ess({smooth});
+    const auto swing = [&](const berth::rig &of) {
+        const driven_motion motion = drive(of, 0.01, frequency_Hz, 20.0);
+        return line_of(motion.time_s, motion.low_pass_N, frequency_Hz, 8.0) /
+               line_of(motion.time_s, motion.robot_m, frequency_Hz, 8.0);
+    };
+    const std::complex<double> added = swing(ideal_ess({smooth, "sensor.tool_mass_kg=30"})) - swing(rig);
+    const double w_L = two_pi * rig.sensor.low_pass_frequency_Hz;
+    const std::complex<double> s(0.0, w);
+    const std::complex<double> low_pass =
+        w_L * w_L / (s * s + 2.0 * rig.sensor.low_pass_damping_ratio * w_L * s + w_L * w_L);
+    CHECK(std::abs(added / (30.0 * s * s * low_pass) - 1.0) < 1e-3);
 }
 
 TEST_CASE("effects: hysteresis loses 4 Fh A a cycle where the way is long")

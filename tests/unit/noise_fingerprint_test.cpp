@@ -153,6 +153,25 @@ TEST_CASE("noise fingerprint: stairs that a dead band makes twice are no noise, 
     }
 }
 
+TEST_CASE("noise fingerprint: stairs that a command makes again, turned over and for most of the way, are no noise")
+{
+    SEEDED(random, "noise fingerprint: stairs that a command*");
+    series command(record_rows);
+    series other_command(record_rows);
+    for (std::size_t n = 0; n < record_rows; n++) {
+        const double time_s = sample_period_s * static_cast<double>(n);
+        command[n] = 0.01 * std::sin(berth::two_pi * (0.1 + 0.05 * time_s) * time_s);
+        const bool goes_on_otherwise = n > record_rows * 17 / 20;
+        other_command[n] = goes_on_otherwise ? 0.01 * std::sin(berth::two_pi * 0.9 * time_s) : -command[n];
+    }
+    for (const double noise_N : {1.0, 2.0}) {
+        CAPTURE(noise_N);
+        const series first = noisy(felt_on_stairs(command), noise_N, random);
+        const series other = noisy(felt_on_stairs(other_command), noise_N, random);
+        CHECK_FALSE(berth::find_copy({{first, command, {}}}, {{other, other_command, {}}}));
+    }
+}
+
 TEST_CASE("noise fingerprint: rest, a limit and rows that were filled in are no noise")
 {
     SEEDED(random, "noise fingerprint: rest*");

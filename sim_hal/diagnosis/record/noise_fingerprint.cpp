@@ -155,7 +155,8 @@ bool share_news_of_own_past(measured_signal first, measured_signal other, const 
     return std::abs(shared_at(news_of(first), news_of(other), at)) >= shared_least;
 }
 
-/* In most rows both answer to the same command there. */
+/* In most rows both answer to the same command there, or to one turned over, as in the halves of a period that has
+ * odd harmonics alone. */
 bool is_same_cause(const measured_signal &first, const measured_signal &other, const lay &at)
 {
     constexpr double same = 0.1; /* of the largest change: in a closed loop the force's noise moves the command */
@@ -165,21 +166,27 @@ bool is_same_cause(const measured_signal &first, const measured_signal &other, c
         return false;
     }
     double largest = 0.0;
-    for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
-        largest = std::max(largest, std::abs(change(first.cause, static_cast<std::size_t>(n))));
-    }
-    std::ptrdiff_t rows = 0;
     double product = 0.0;
+    for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
+        const double here = change(first.cause, static_cast<std::size_t>(n));
+        largest = std::max(largest, std::abs(here));
+        product += here * change(other.cause, static_cast<std::size_t>(n - at.shift));
+    }
+    const double sign = product < 0.0 ? -1.0 : 1.0;
+    std::ptrdiff_t rows = 0;
+    double shared = 0.0; /* product and square over the rows that are the same */
     double square = 0.0;
     for (std::ptrdiff_t n = at.begin + 1; n < at.end; n++) {
         const double here = change(first.cause, static_cast<std::size_t>(n));
-        const double there = change(other.cause, static_cast<std::size_t>(n - at.shift));
-        rows += std::abs(here - there) <= same * largest;
-        product += here * there;
-        square += here * here;
+        const double there = sign * change(other.cause, static_cast<std::size_t>(n - at.shift));
+        if (std::abs(here - there) <= same * largest) {
+            rows++;
+            shared += here * there;
+            square += here * here;
+        }
     }
     return static_cast<double>(rows) > most * static_cast<double>(at.end - at.begin - 1) &&
-           std::abs(product - square) <= as_large * square;
+           std::abs(shared - square) <= as_large * square;
 }
 
 /* The mean squares of the news over stretches, sorted, and the signs that both share in the quietest of them. */

@@ -43,14 +43,16 @@ std::string bare_name(const signal_member &signal)
 }
 
 /* Columns that may be meant for a signal that is not there: the same name up to the unit, or without one, in small
- * letters or large ones; for t_s any name of a time. */
-std::vector<std::string> columns_like(const record_table &table, const signal_member &signal)
+ * letters or large ones; for t_s any name of a time. A column that is another signal's is not meant. */
+std::vector<std::string> columns_like(const record_table &table, const signal_member &signal, const rig &rig)
 {
     const std::string bare = bare_name(signal);
     std::vector<std::string> like;
     for (const table_column &column : table.columns) {
-        const bool is_other = std::any_of(std::begin(signal_members), std::end(signal_members),
-                                          [&](const signal_member &known) { return known.name == column.name; });
+        const bool is_other =
+            std::any_of(std::begin(signal_members), std::end(signal_members), [&](const signal_member &known) {
+                return known.name == column.name || source_of(rig, known.name).column == column.name;
+            });
         const std::string small = in_small_letters(column.name);
         const bool is_alike = small == bare || small.compare(0, bare.size() + 1, bare + "_") == 0 ||
                               in_small_letters(std::string(split_column_name(column.name).bare)) == bare ||
@@ -105,10 +107,11 @@ std::string that_may_be_meant(const std::string &column, const std::string &name
 
 /* A column with the right name but another unit is a mistake that would pass unseen. One with the right unit and
  * more of a name, or without a unit, may be meant, or may not: told. */
-std::string judge_absent(const record_table &table, const std::string &path, const signal_member &signal)
+std::string judge_absent(const record_table &table, const std::string &path, const signal_member &signal,
+                         const rig &rig)
 {
     const std::string name(signal.name);
-    const std::vector<std::string> like = columns_like(table, signal);
+    const std::vector<std::string> like = columns_like(table, signal, rig);
     for (const std::string &column : like) {
         const bool has_none = in_small_letters(column) == bare_name(signal) || is_name_of_time(column);
         const bool is_time_in_another = is_name_of_time(column) && unit_other_than("s", column, {});
@@ -217,7 +220,7 @@ void take_columns(record &made, const record_table &table, const rig &rig)
         const table_column *const column = table.find(source.column);
         const bool is_mapped = source.column != signal.name;
         if (column == nullptr) {
-            const std::string hint = is_mapped ? "" : judge_absent(table, made.path, signal);
+            const std::string hint = is_mapped ? "" : judge_absent(table, made.path, signal, rig);
             if (is_mapped || signal.name == "t_s") {
                 throw input_error(line_of(made.path, table.header_line) + "there is no column " + source.column +
                                   " for " + name + "; the columns are " + table.names() + "; " +

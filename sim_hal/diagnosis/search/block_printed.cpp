@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../../hal/rig/units.h"
+#include "../../effects/effect.h"
 #include "../decide/criteria.h"
 #include "../decide/printable.h"
 #include "../formatted.h"
@@ -142,6 +144,40 @@ void block_search::name_rivals_on_unseen(block_diagnosis &result)
         if (other.round == 1 && !is_known && other.share_explained > share_worthwhile &&
             unseen_mean_square(other.fitted.rig) - best < left) {
             result.alternatives.push_back({other.effect, result.causes[0].delta_bic - other.delta_bic});
+        }
+    }
+}
+
+void block_search::name_rivals_of_a_short_delay(block_diagnosis &result)
+{
+    if (found_.size() != 1 || input_.has_cause_upstream) {
+        return;
+    }
+    const effect &known = *found_[0];
+    const effect_parameter &delay = known.parameters[0];
+    const double found_ms = value_of(incumbent_.rig, delay.key);
+    const bool is_delay = delay.meaning.empty() && known.parameters.size() == 1 && unit_of(delay.key) == "ms";
+    if (!is_delay || found_ms >= 1e3 * model_.data().period_s) {
+        return;
+    }
+    const double best = unseen_mean_square(incumbent_.rig);
+    const double left = best - noise_.rms * noise_.rms;
+    for (const effect &other : effect_library()) {
+        if (other.look_alike != known.name || other.block() != known.block()) {
+            continue;
+        }
+        fit_result start = incumbent_;
+        set_number(start.rig, delay.key, 0.0);
+        set_number(start.rig, other.parameters[0].key, found_ms);
+        start.parameters.erase(std::remove_if(start.parameters.begin(), start.parameters.end(),
+                                              [&](const auto &free) { return free.key->path == delay.key; }),
+                               start.parameters.end());
+        const fit_result instead =
+            fit(model_, noise_, start.rig, joined(start.parameters, effect_parameters(other, start.rig)),
+                input_.options.replays_max);
+        if (unseen_mean_square(instead.rig) - best < left) {
+            result.alternatives.push_back(
+                {&other, bic_of(instead.cost, incumbent_.rows, instead.parameters.size()) - bic_better_by(0.0)});
         }
     }
 }

@@ -325,6 +325,9 @@ class block_search
     void admit_failure_on_unseen(block_diagnosis &result);
     /* Where the one cause leaves that much, those that predict the unseen data worse by less than it leaves. */
     void name_rivals_on_unseen(block_diagnosis &result);
+
+    /* A delay of less than a row may be none at all, with what looks like it in its place: the lag of a drive. */
+    void name_rivals_of_a_short_delay(block_diagnosis &result);
     double unseen_mean_square(const rig &rig);
 
     /* --- how well the parameters are known: block_intervals.cpp --- */

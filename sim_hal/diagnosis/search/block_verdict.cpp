@@ -58,6 +58,7 @@ void block_search::judge(block_diagnosis &result)
     withdraw_what_follows_nothing(result);
     withdraw_gain_of_scaled_object(result);
     keep_dead_time_possible();
+    name_rivals_of_a_short_delay(result);
     result.verdict = verdict_of(result);
     if (incumbent_.rig.robot.clock == robot_clock::free) {
         wrap_clock_phase(incumbent_.rig, model_.data().period_s);
@@ -297,6 +298,9 @@ bool block_search::may_hide_in_noise(const remains &left)
     constexpr double slow_alone = 2.0; /* where nothing was found: chosen well above, not measured */
     if ((!left.has_causes && input_.has_cause_upstream) || is_of_our_steps(model_)) {
         return false;
+    }
+    if (left.has_causes && left.share < left_by_library) {
+        return false; /* whatever it is, next to what is explained it is nothing */
     }
     return !has_floor_ && noise_.rows_per_fact == 1.0 &&
            rms_of(error_left(), model_.uses(), row_use::fit) > (left.has_causes ? slow : slow_alone) * noise_.sigma;

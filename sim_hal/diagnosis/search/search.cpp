@@ -182,6 +182,21 @@ bool is_refining(const effect &effect, const std::vector<const berth::effect *> 
            std::find(found.begin(), found.end(), find_effect(effect.refines)) != found.end();
 }
 
+namespace
+{
+
+/* What was found has its size among its own parameters. */
+bool is_contained(const effect &effect, const std::vector<const berth::effect *> &found)
+{
+    const auto has_its_size = [&](const berth::effect *one) {
+        return std::any_of(one->parameters.begin(), one->parameters.end(),
+                           [&](const effect_parameter &own) { return own.key == effect.parameters.front().key; });
+    };
+    return std::any_of(found.begin(), found.end(), has_its_size);
+}
+
+} // namespace
+
 bool is_tried(const effect &effect, block_model &model, const rig &given,
               const std::vector<const berth::effect *> &found, const search_options &options)
 {
@@ -189,7 +204,7 @@ bool is_tried(const effect &effect, block_model &model, const rig &given,
     return !effect.is_of_single_samples && effect.starts != nullptr &&
            (options.decider == nullptr || effect.is_of_time_alone || effect.block() == "sensor") &&
            (is_hidden_robot || acts_in(effect, model.which(), model.data(), given)) &&
-           std::find(found.begin(), found.end(), &effect) == found.end() &&
+           !is_contained(effect, found) &&
            std::find(options.without.begin(), options.without.end(), effect.name) == options.without.end();
 }
 

@@ -73,6 +73,10 @@ static void rates(const struct loop *l, const struct line *line, double x_start,
         rate[X2] = s[V2];
         rate[V2] = -hang_N / p->second_mass_kg;
     }
+    if (p->relaxation_N_per_m > 0.0) {
+        net_N -= s[Z_RELAX];
+        rate[Z_RELAX] = p->relaxation_N_per_m * s[V] - s[Z_RELAX] / p->relaxation_s;
+    }
     rate[X] = s[V];
     rate[V] = net_N / p->object_mass_kg;
     if (p->object_hysteresis_exponent > 0.0) {
@@ -131,6 +135,9 @@ static struct modes step(struct loop *l, double h)
     if (p->grip_N < 1e11 && !held.is_loose && spring_N(p, l->state, line.r, line.r_rate) < -p->grip_N) {
         held.is_loose = l->modes.is_loose = 1; /* at a corner of the robot's way the damper's force jumps */
     }
+    /* The tool's velocity jumps with the robot's: an impulse on the low-pass. */
+    l->state[Y_RATE] +=
+        p->low_pass_rad_per_s * p->low_pass_rad_per_s * p->tool_mass_kg * (line.r_rate - l->robot_m_per_s);
     const double x_start = l->state[X];
     double k[4][STATES], s[STATES];
     rates(l, &line, x_start, l->state, 0.0, k[0]);

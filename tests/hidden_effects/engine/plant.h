@@ -11,7 +11,7 @@
 
 #include "truth.h"
 
-enum { X, V, Y, Y_RATE, Y_LAG, X2, V2, Z_WEN, STATES };
+enum { X, V, Y, Y_RATE, Y_LAG, X2, V2, Z_WEN, Z_RELAX, STATES };
 
 /* What rate-independent parts remember, and where the robot is. */
 struct memory {

@@ -35,7 +35,9 @@ static double manipulator_force_N(const struct truth *p, const struct manipulato
     const int d = start->direction;
     const double D = p->manipulator_damping_N_s_per_m + d * p->manipulator_damping_asymmetry_N_s_per_m;
     const double friction = dahl(start->friction, x - start->x, p->manipulator_presliding_m, d);
-    const double level = friction >= 0.0 ? p->manipulator_friction_up_N : p->manipulator_friction_down_N;
+    const double slow = v / p->manipulator_stribeck_m_per_s;
+    const double level = (friction >= 0.0 ? p->manipulator_friction_up_N : p->manipulator_friction_down_N) +
+                         p->manipulator_stribeck_N * exp(-slow * slow);
     return net_N - D * v - p->manipulator_stiffness_N_per_m * dead_zone(x, 0.5 * p->manipulator_gap_m) -
            p->manipulator_cubic_N_per_m3 * x * x * x - p->manipulator_quadratic_N_per_m2 * x * x -
            p->manipulator_gravity_N - level * friction;
@@ -148,8 +150,9 @@ static double read_N(const struct truth *p, double sensed, double operator_N, do
 {
     const double F = sensed * (1.0 + p->sensor_curvature_per_N * fabs(sensed));
     const double read =
-        p->sensor_gain * F + p->sensor_bias_N + p->sensor_drift_N_per_s * since_start(t) +
-        p->sensor_crosstalk * operator_N + p->sensor_warming_N * (1.0 - exp(-since_start(t) / p->sensor_warming_s)) +
+        p->sensor_gain * F + p->sensor_even_per_N * F * F + p->sensor_bias_N +
+        p->sensor_drift_N_per_s * since_start(t) + p->sensor_crosstalk * operator_N +
+        p->sensor_warming_N * (1.0 - exp(-since_start(t) / p->sensor_warming_s)) +
         p->sensor_periodic_N * sin(p->sensor_periodic_rad_per_s * (t - p->sensor_delay_s) + p->sensor_periodic_rad) +
         noise_N; /* it hums into the sample, which is read a delay later */
     return rounded(clamp(read, -p->sensor_saturation_N, p->sensor_saturation_N), p->sensor_step_N);

@@ -151,6 +151,8 @@ TAKEN = [
                                                       't_s = { column = "t_us", scale = 1e-6 }\n'), NOTHING),
     Row("a mapped column beside one of the signal's own name", table_of(change=encoder, both=True, rig=MAPPED),
         note("encoder, as the rig file says")),
+    Row("a mapped column whose name is like another signal's",
+        table_of(change=renamed, robot_position_m="force_V", rig=MAPPED.replace("encoder", "force_V").replace("1.0", "1.0000001")), NOTHING),
     Row("columns that nobody asks for may have any name", table_of(change=with_more, names=["", ""], of=[0, 0])),
     Row("a force of 0 in every row", table_of(change=still_operator, force_N=0.0, has_force=True),
         note("operator_force_N is 0 in every row")),
