@@ -17,6 +17,10 @@
 
 #define CANOPEN_NODE_ID_MAX 127
 
+/* Node guarding: a node answers a remote frame of its heartbeat's identifier with its state and this bit, which is 0
+ * in the first answer after booting and changes with each. */
+#define CANOPEN_GUARD_TOGGLE 0x80u
+
 enum canopen_nmt_command {
     NMT_COMMAND_START = 0x01,
     NMT_COMMAND_RESET_COMMUNICATION = 0x82,

@@ -62,6 +62,9 @@ static const char *const trouble_names[] = {
     [DRIVE_TROUBLE_STRANGE_ANSWER] = "the drive answers its set-up in a way that CiA 301 does not have",
     [DRIVE_TROUBLE_NO_PERIOD] = "the drive cannot take the loop's period",
     [DRIVE_TROUBLE_UNWATCHED] = "the drive would not stop when the loop dies: it cannot watch the loop's heartbeat",
+    [DRIVE_TROUBLE_NO_PDO] =
+        "the drive's PDO mapping is fixed, and none of its PDOs 1 to 4 carries what the loop needs",
+    [DRIVE_TROUBLE_HOMING] = "the drive's homing has failed",
 };
 _Static_assert(sizeof trouble_names / sizeof trouble_names[0] == DRIVE_TROUBLE_COUNT, "one name per trouble");
 
@@ -73,6 +76,7 @@ _Static_assert(sizeof trouble_names / sizeof trouble_names[0] == DRIVE_TROUBLE_C
 static const struct transmission_row sync_row = {CANOPEN_SYNC_ID, 0, ~0u};
 static const struct transmission_row setpoint_row = {CANOPEN_RPDO1_ID, 6, ~0u};
 static const struct transmission_row heartbeat_row = {CANOPEN_HEARTBEAT_ID, 1, ALIVE};
+static const struct transmission_row guard_row = {CANOPEN_HEARTBEAT_ID, 0, ALIVE};
 static const struct transmission_row farewell_row = {CANOPEN_NMT_ID, 2, STATE_BIT(SUPERVISOR_STOPPED)};
 
 /* In which states of the supervisor the drive is led to operation enabled, and kept there if it is. */
@@ -82,8 +86,11 @@ static const struct transmission_row farewell_row = {CANOPEN_NMT_ID, 2, STATE_BI
 void cia402_start(struct cia402 *drive, const struct app_config *config)
 {
     const int64_t heartbeat_ticks = ns_from_ms(config->cia402.heartbeat_ms) / config_period_ns(config);
+    const double tolerance_counts = config->robot_channel.start_tolerance_m * config->cia402.counts_per_m;
+    const double step_counts = tolerance_counts * config_period_s(config);
     *drive = (struct cia402){.config = config,
                              .state = DRIVE_UNKNOWN,
+                             .bridge_step_counts = step_counts < 1.0 ? 1 : (int64_t)step_counts,
                              .heartbeat_period_ticks = heartbeat_ticks < 1 ? 1u : (uint32_t)heartbeat_ticks};
     cia402_setup_start(&drive->setup, config);
 }
@@ -123,24 +130,37 @@ static int receive_status(struct cia402 *drive, const uint8_t data[8])
         return 0;
     }
     drive->position_m = position_m;
+    drive->position_counts = counts;
     drive->statusword = statusword;
     drive->state = (uint8_t)state;
     return 1;
 }
 
-static int receive_heartbeat(struct cia402 *drive, uint8_t nmt_state)
+/* An answer to a poll whose bit has not changed is an old one, and counts as none. */
+static int toggle_fits(struct cia402 *drive, uint8_t toggle)
 {
-    switch (nmt_state) {
-    case NMT_STATE_BOOT_UP:
+    if (!drive->setup.is_guarding) {
+        return toggle == 0;
+    }
+    if (toggle != drive->guard_toggle) {
+        return 0;
+    }
+    drive->guard_toggle ^= CANOPEN_GUARD_TOGGLE;
+    return 1;
+}
+
+/* A heartbeat, the answer to a poll, or a boot-up message. */
+static int receive_heartbeat(struct cia402 *drive, uint8_t byte)
+{
+    const uint8_t nmt_state = byte & (uint8_t)~CANOPEN_GUARD_TOGGLE;
+    if (byte == NMT_STATE_BOOT_UP) {
         cia402_setup_booted(&drive->setup);
         drive->state = DRIVE_UNKNOWN;
         drive->error_code = 0;
-        break;
-    case NMT_STATE_STOPPED:
-    case NMT_STATE_OPERATIONAL:
-    case NMT_STATE_PRE_OPERATIONAL:
-        break;
-    default:
+        drive->guard_toggle = 0;
+    } else if ((nmt_state != NMT_STATE_STOPPED && nmt_state != NMT_STATE_OPERATIONAL &&
+                nmt_state != NMT_STATE_PRE_OPERATIONAL) ||
+               !toggle_fits(drive, byte & CANOPEN_GUARD_TOGGLE)) {
         return 0;
     }
     drive->nmt_state = nmt_state;
@@ -179,6 +199,10 @@ static enum cia402_trouble setup_trouble(const struct cia402_setup *setup)
         return DRIVE_TROUBLE_NO_PERIOD;
     case SETUP_UNWATCHED:
         return DRIVE_TROUBLE_UNWATCHED;
+    case SETUP_NO_PDO:
+        return DRIVE_TROUBLE_NO_PDO;
+    case SETUP_HOMING:
+        return DRIVE_TROUBLE_HOMING;
     case SETUP_FINE:
         break;
     }
@@ -189,7 +213,7 @@ static enum cia402_trouble setup_trouble(const struct cia402_setup *setup)
  */
 static enum cia402_trouble trouble_of(const struct cia402 *drive, int heartbeat_is_stale)
 {
-    if (!cia402_setup_is_done(&drive->setup)) {
+    if (!cia402_setup_is_done(&drive->setup) || drive->setup.trouble != SETUP_FINE) {
         return setup_trouble(&drive->setup);
     }
     const int is_faulty = drive->state == DRIVE_FAULT || drive->state == DRIVE_FAULT_REACTION_ACTIVE;
@@ -201,7 +225,7 @@ static enum cia402_trouble trouble_of(const struct cia402 *drive, int heartbeat_
         {is_faulty, DRIVE_TROUBLE_FAULT},
         {heartbeat_is_stale, DRIVE_TROUBLE_HEARTBEAT},
         {drive->nmt_state != NMT_STATE_OPERATIONAL, DRIVE_TROUBLE_NOT_OPERATIONAL},
-        {drive->was_enabled && !cia402_follows(drive), DRIVE_TROUBLE_DROPPED_OUT},
+        {drive->was_enabled && !cia402_is_enabled(drive), DRIVE_TROUBLE_DROPPED_OUT},
         {drive->enabling_ticks > drive->setup.state_timeout_ticks, DRIVE_TROUBLE_NOT_ENABLED},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
@@ -219,6 +243,8 @@ static uint32_t error_of(const struct cia402 *drive)
         return 0;
     case DRIVE_TROUBLE_SDO_ABORT:
         return drive->setup.abort_code;
+    case DRIVE_TROUBLE_WRONG_VALUE:
+        return drive->setup.answer_value;
     case DRIVE_TROUBLE_NO_PERIOD:
         return cia402_period_error(drive->setup.period_value, drive->setup.period_index);
     default:
@@ -234,7 +260,7 @@ void cia402_judge(struct cia402 *drive, int heartbeat_is_stale)
     if (drive->error == 0) {
         drive->error = error_of(drive);
     }
-    drive->was_enabled = drive->was_enabled || (cia402_setup_is_done(&drive->setup) && cia402_follows(drive));
+    drive->was_enabled = drive->was_enabled || (cia402_setup_is_done(&drive->setup) && cia402_is_enabled(drive));
 }
 
 /* A person has asked for it: the trouble is forgotten, and a drive that has lost its set-up gets it again. */
@@ -242,7 +268,11 @@ static void reset(struct cia402 *drive)
 {
     const int has_lost_setup = drive->trouble == DRIVE_TROUBLE_HEARTBEAT ||
                                drive->trouble == DRIVE_TROUBLE_NOT_OPERATIONAL || drive->setup.trouble != SETUP_FINE;
+    const int may_have_lost_power = drive->trouble == DRIVE_TROUBLE_HEARTBEAT;
     forget_trouble(drive);
+    if (may_have_lost_power) {
+        cia402_setup_forget_home(&drive->setup);
+    }
     if (has_lost_setup) {
         cia402_restart(drive);
     }
@@ -251,9 +281,9 @@ static void reset(struct cia402 *drive)
 static uint16_t controlword(struct cia402 *drive, const struct supervisor *supervisor, int reset_is_wanted)
 {
     const uint32_t state = STATE_BIT(supervisor->state);
-    const int is_following = cia402_follows(drive);
+    const int is_enabled = cia402_is_enabled(drive);
     if (state & ENABLING_STATES) {
-        drive->enabling_ticks = is_following ? 0 : drive->enabling_ticks + 1;
+        drive->enabling_ticks = is_enabled ? 0 : drive->enabling_ticks + 1;
         return state_rows[drive->state].towards_enabled;
     }
     if (state & KEEPING_STATES) {
@@ -261,7 +291,7 @@ static uint16_t controlword(struct cia402 *drive, const struct supervisor *super
             reset(drive);
             return CONTROL_FAULT_RESET;
         }
-        return is_following ? CONTROL_ENABLE_OPERATION : CONTROL_DISABLE_VOLTAGE;
+        return is_enabled ? CONTROL_ENABLE_OPERATION : CONTROL_DISABLE_VOLTAGE;
     }
     return CONTROL_DISABLE_VOLTAGE;
 }
@@ -276,6 +306,53 @@ static int32_t counts_of(struct cia402 *drive, double position_m, int may_count)
     return (int32_t)(int64_t)codec_round(counts, saturated ? 0.0 : 1.0);
 }
 
+/* A drive without torque is sent its own position, so that nothing jumps when it is enabled. In ready it is led to
+ * the loop's setpoint, over robot_channel.start_tolerance_m in a second. */
+static void bridge(struct cia402 *drive, const struct supervisor *supervisor, int32_t command_counts)
+{
+    const int64_t step = drive->bridge_step_counts;
+    if (!cia402_is_enabled(drive)) {
+        drive->bridge_counts = drive->state == DRIVE_UNKNOWN ? 0 : (int64_t)drive->position_counts - command_counts;
+    } else if (supervisor->state != SUPERVISOR_READY) {
+        return;
+    } else if (drive->bridge_counts > step) {
+        drive->bridge_counts -= step;
+    } else if (drive->bridge_counts < -step) {
+        drive->bridge_counts += step;
+    } else {
+        drive->bridge_counts = 0;
+    }
+}
+
+/* The set-up's frames of this tick. */
+static void send_setup(struct cia402 *drive, const struct supervisor *supervisor, const struct hal_tick *tick,
+                       struct tick_output *out)
+{
+    const int is_off = !cia402_is_enabled(drive) && drive->state != DRIVE_QUICK_STOP_ACTIVE;
+    const int is_late = supervisor->state == SUPERVISOR_READY && cia402_setup_is_done(&drive->setup) && !is_off;
+    if (supervisor->state == SUPERVISOR_START || is_late) {
+        cia402_setup_step(&drive->setup, supervisor, tick, drive->nmt_state, is_off, out);
+    } else {
+        cia402_setup_hold(&drive->setup, supervisor, tick, out);
+    }
+}
+
+/* Sends our heartbeat. A drive that sends none is polled. */
+static void send_heartbeat(const struct cia402 *drive, const struct supervisor *supervisor,
+                           const struct hal_tick *tick, struct tick_output *out)
+{
+    const struct cia402_config *config = &drive->config->cia402;
+    const uint8_t heartbeat[8] = {NMT_STATE_OPERATIONAL};
+    if (tick->index % drive->heartbeat_period_ticks != 0) {
+        return;
+    }
+    transmit(out, &heartbeat_row, (uint32_t)config->master_node_id, supervisor, tick, heartbeat);
+    if (drive->setup.is_guarding &&
+        transmit(out, &guard_row, (uint32_t)config->node_id, supervisor, tick, (const uint8_t[8]){0})) {
+        out->frames[out->frame_count - 1].flags = HAL_FRAME_REMOTE;
+    }
+}
+
 double cia402_send(struct cia402 *drive, const struct supervisor *supervisor, const struct hal_tick *tick,
                    double command_position_m, int reset_is_wanted, struct tick_output *out)
 {
@@ -283,7 +360,9 @@ double cia402_send(struct cia402 *drive, const struct supervisor *supervisor, co
     const int is_last = supervisor->state == SUPERVISOR_STOPPED;
     const uint8_t nothing[8] = {0};
     const uint8_t farewell[8] = {NMT_COMMAND_RESET_COMMUNICATION, (uint8_t)config->node_id};
-    const int32_t counts = counts_of(drive, command_position_m, cia402_follows(drive));
+    const int32_t command_counts = counts_of(drive, command_position_m, cia402_follows(drive));
+    bridge(drive, supervisor, command_counts);
+    const int32_t counts = (int32_t)(command_counts + drive->bridge_counts);
     uint8_t setpoint[8] = {0};
     canopen_put(setpoint, controlword(drive, supervisor, reset_is_wanted), 2);
     canopen_put(setpoint + 2, (uint32_t)counts, 4);
@@ -295,16 +374,9 @@ double cia402_send(struct cia402 *drive, const struct supervisor *supervisor, co
     if (is_last) { /* no tick follows whose SYNC could switch the drive off */
         transmit(out, &sync_row, 0, supervisor, tick, nothing);
     }
+    send_setup(drive, supervisor, tick, out);
     transmit(out, &farewell_row, 0, supervisor, tick, farewell);
-
-    const int is_off = drive->state != DRIVE_OPERATION_ENABLED && drive->state != DRIVE_QUICK_STOP_ACTIVE;
-    if (supervisor->state == SUPERVISOR_START) {
-        cia402_setup_step(&drive->setup, supervisor, tick, drive->nmt_state, is_off, out);
-    }
-    if (tick->index % drive->heartbeat_period_ticks == 0) {
-        const uint8_t heartbeat[8] = {NMT_STATE_OPERATIONAL};
-        transmit(out, &heartbeat_row, (uint32_t)config->master_node_id, supervisor, tick, heartbeat);
-    }
+    send_heartbeat(drive, supervisor, tick, out);
     return (double)counts / config->counts_per_m;
 }
 

@@ -41,6 +41,8 @@ enum cia402_trouble {
     DRIVE_TROUBLE_STRANGE_ANSWER,  /* answers its set-up, and not as the standard has it */
     DRIVE_TROUBLE_NO_PERIOD,       /* cannot tell the loop's period */
     DRIVE_TROUBLE_UNWATCHED,       /* would not stop when the loop dies */
+    DRIVE_TROUBLE_NO_PDO,          /* none of its fixed PDOs fits */
+    DRIVE_TROUBLE_HOMING,
     DRIVE_TROUBLE_COUNT
 };
 
@@ -48,14 +50,18 @@ struct cia402 {
     const struct app_config *config;
     struct cia402_setup setup;
     double position_m;
+    int64_t bridge_counts; /* from the setpoint of the loop to the one that is sent, see bridge() */
+    int64_t bridge_step_counts;
+    int32_t position_counts;
     uint16_t statusword;
     uint16_t error_code; /* of the newest EMCY; 0: taken back, or none */
     uint8_t state;       /* enum cia402_state */
     uint8_t nmt_state;
-    uint8_t trouble;     /* enum cia402_trouble: the first that came, until a reset */
-    uint8_t was_enabled; /* since the set-up */
-    uint32_t error; /* SDO abort code or EMCY error code that came with the trouble, or the period that the drive
-                       knows, see cia402_period_error(); 0: none */
+    uint8_t trouble;      /* enum cia402_trouble: the first that came, until a reset */
+    uint8_t was_enabled;  /* since the set-up */
+    uint8_t guard_toggle; /* that the next answer to a poll has to carry */
+    uint32_t error; /* SDO abort code or EMCY error code that came with the trouble, the value that the drive holds,
+                       or the period that it knows, see cia402_period_error(); 0: none */
     uint32_t enabling_ticks;
     uint32_t heartbeat_period_ticks;
     uint32_t saturated_setpoints;
@@ -78,10 +84,15 @@ static inline int cia402_is_ready(const struct cia402 *drive)
     return cia402_setup_is_done(&drive->setup) && drive->state != DRIVE_UNKNOWN;
 }
 
-/* It follows setpoints. */
-static inline int cia402_follows(const struct cia402 *drive)
+static inline int cia402_is_enabled(const struct cia402 *drive)
 {
     return drive->state == DRIVE_OPERATION_ENABLED;
+}
+
+/* It follows the loop's setpoints: enabled, in the right mode, and led from where it was to where they are. */
+static inline int cia402_follows(const struct cia402 *drive)
+{
+    return cia402_is_enabled(drive) && cia402_setup_is_whole(&drive->setup) && drive->bridge_counts == 0;
 }
 
 /* Appends the frames of this tick and returns the position that the setpoint frame carries, in m. */

@@ -92,6 +92,44 @@ static void append_rates(char text[CIA402_TEXT_BYTES_MAX], size_t *used, uint32_
     }
 }
 
+struct loss_row {
+    uint16_t object;
+    const char *text;
+};
+
+/* What a drive that refuses an object cannot do. */
+static const struct loss_row loss_rows[] = {
+    {0x100c, "it has neither heartbeat (0x1017) nor node guarding, so nobody would see that it has gone"},
+    {0x1400, "it takes no setpoint with SYNC"},
+    {0x1800, "it reports no position with SYNC"},
+    {0x6060, "it has no cyclic synchronous position"},
+    {0x607e,
+     "the sign of its positions cannot be set: set it with the maker's tool, and cia402.polarity to as_it_is"},
+    {0x608f, "set it with the maker's tool, and cia402.encoder_counts to 0"},
+    {0x6091, "set it with the maker's tool, and cia402.gear_motor_revolutions to 0"},
+    {0x6092, "set it with the maker's tool, and cia402.feed_counts to 0"},
+    {0x6098, "it does not do this homing: home it with the maker's tool, and set cia402.homing_method to 0"},
+    {0x60c2, "it does not know how far apart the setpoints are"},
+};
+
+static void append_loss(char text[CIA402_TEXT_BYTES_MAX], size_t *used, uint32_t object)
+{
+    for (size_t i = 0; i < sizeof loss_rows / sizeof loss_rows[0]; i++) {
+        if (loss_rows[i].object == object >> 8) {
+            append(text, used, "; %s", loss_rows[i].text);
+        }
+    }
+}
+
+static void append_wrong_value(char text[CIA402_TEXT_BYTES_MAX], size_t *used, uint32_t setup_step, uint32_t value)
+{
+    append(text, used, "; it holds 0x%X", value);
+    if (setup_step < cia402_all_steps && cia402_steps[setup_step].configured == NULL) {
+        append(text, used, ", of which the bits 0x%X have to be 0x%X", cia402_steps[setup_step].mask,
+               cia402_steps[setup_step].value);
+    }
+}
+
 void cia402_trouble_text(enum cia402_trouble trouble, uint32_t setup_step, uint32_t error,
                          char text[CIA402_TEXT_BYTES_MAX])
 {
@@ -108,6 +146,13 @@ void cia402_trouble_text(enum cia402_trouble trouble, uint32_t setup_step, uint3
     switch (trouble) {
     case DRIVE_TROUBLE_SDO_ABORT:
         append(text, &used, ", SDO abort code 0x%08X (%s)", error, canopen_abort_text(error));
+        append_loss(text, &used, object);
+        break;
+    case DRIVE_TROUBLE_WRONG_VALUE:
+        append_wrong_value(text, &used, setup_step, error);
+        break;
+    case DRIVE_TROUBLE_HOMING:
+        append(text, &used, ", or the enable line was taken away while it moved");
         break;
     case DRIVE_TROUBLE_NO_PERIOD:
         append_rates(text, &used, error);

@@ -15,6 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PEER = ROOT / "build" / "peer"
 FRAME = struct.Struct("<IB3x8s")
 MARK = 0xFFFFFFFF
+REMOTE = 0x40000000  # CAN_RTR_FLAG
 
 
 class Periodic:
@@ -35,7 +36,7 @@ class PeerBus:
 
     def __init__(self, role, rig, *overrides, period_s=0.0025):
         self.process = subprocess.Popen([PEER, role, rig, *overrides], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                        cwd=ROOT)
+                                        stderr=subprocess.PIPE, cwd=ROOT)
         self.period_s = period_s
         self.now_s = 0.0
         self.request = 0  # to the other side, with each mark
@@ -46,6 +47,8 @@ class PeerBus:
         self.heard = []  # (tick, identifier, data) of all that came
         self.sent = []
         self.ticks = 0
+        self.on_remote = lambda identifier: None  # a request for that frame
+        self.words = ""  # what was wrong with the drive, once closed
         self.network = canopen.Network()
         self.network.bus = self
 
@@ -62,12 +65,15 @@ class PeerBus:
         stdout, stdin = self.process.stdout, self.process.stdin
         while True:
             record = stdout.read(FRAME.size)
-            assert len(record) == FRAME.size, f"{PEER} ended with {self.process.wait()}"
+            assert len(record) == FRAME.size, f"{PEER} ended: {self.process.stderr.read().decode()}"
             identifier, length, data = FRAME.unpack(record)
             if identifier == MARK:
                 self.state = data
                 break
             self.heard.append((self.ticks, identifier, data[:length]))
+            if identifier & REMOTE:
+                self.on_remote(identifier & ~REMOTE)
+                continue
             self.network.notify(identifier, bytearray(data[:length]), self.now_s)
         for task in self.periodic:
             while task.due_s <= self.now_s:
@@ -100,53 +106,6 @@ class PeerBus:
         self.process.stdin.close()
         self.process.stdout.read()
         self.process.stdout.close()
+        self.words = self.process.stderr.read().decode()
+        self.process.stderr.close()
         assert self.process.wait(timeout=30) == 0
-
-
-def variable(dictionary, index, name, kind, default, subindex=None, access="rw", record=None):
-    """Adds a variable to an object dictionary, or to one of its records."""
-    made = canopen.objectdictionary.ODVariable(name, index, subindex or 0)
-    made.data_type = kind
-    made.access_type = access
-    made.default = default
-    made.pdo_mappable = True
-    if record is None:
-        dictionary.add_object(made)
-    else:
-        record.add_member(made)
-    return made
-
-
-def servo_dictionary(node_id):
-    """The objects of a CiA 402 servo drive that a master in cyclic synchronous position needs."""
-    types = canopen.objectdictionary
-    od = types.ObjectDictionary()
-    od.node_id = node_id
-
-    def record(index, name, members):
-        made = types.ODRecord(name, index)
-        od.add_object(made)
-        for subindex, (member, kind, default) in enumerate(members):
-            variable(od, index, member, kind, default, subindex, record=made)
-
-    variable(od, 0x1000, "Device type", types.UNSIGNED32, 0x00020192, access="ro")
-    variable(od, 0x1001, "Error register", types.UNSIGNED8, 0, access="ro")
-    variable(od, 0x1006, "Communication cycle period", types.UNSIGNED32, 0)
-    variable(od, 0x1017, "Producer heartbeat time", types.UNSIGNED16, 0)
-    record(0x1016, "Consumer heartbeat time", [("Entries", types.UNSIGNED8, 1), ("Consumer 1", types.UNSIGNED32, 0)])
-    for index, name, cob_id in ((0x1400, "RPDO 1", 0x200), (0x1800, "TPDO 1", 0x180)):
-        record(index, name, [(f"{name} entries", types.UNSIGNED8, 2), ("COB-ID", types.UNSIGNED32, cob_id + node_id),
-                             ("Transmission type", types.UNSIGNED8, 255)])
-    for index, name in ((0x1600, "RPDO 1 mapping"), (0x1A00, "TPDO 1 mapping")):
-        record(index, name, [(f"{name} entries", types.UNSIGNED8, 0)] +
-               [(f"Object {i}", types.UNSIGNED32, 0) for i in range(1, 9)])
-    variable(od, 0x6040, "Controlword", types.UNSIGNED16, 0)
-    variable(od, 0x6041, "Statusword", types.UNSIGNED16, 0, access="ro")
-    variable(od, 0x6060, "Modes of operation", types.INTEGER8, 0)
-    variable(od, 0x6061, "Modes of operation display", types.INTEGER8, 0, access="ro")
-    variable(od, 0x6064, "Position actual value", types.INTEGER32, 0, access="ro")
-    variable(od, 0x607A, "Target position", types.INTEGER32, 0)
-    record(0x60C2, "Interpolation time period", [("Entries", types.UNSIGNED8, 2), ("Value", types.UNSIGNED8, 1),
-                                                 ("Index", types.INTEGER8, -3)])
-    variable(od, 0x6502, "Supported drive modes", types.UNSIGNED32, 1 << 7, access="ro")
-    return od

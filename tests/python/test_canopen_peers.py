@@ -4,107 +4,22 @@ master that commands our simulated drive, and as a listener to a run's recorded 
 import struct
 import threading
 import time
+from pathlib import Path
 
 import can
 import canopen
 import pytest
-from canopen.profiles.p402 import BaseNode402, State402
-from conftest import command, one_json_object, run_json, settings, topic
-from peer_bus import PeerBus, servo_dictionary
+from canopen.profiles.p402 import BaseNode402
+from conftest import command, one_json_object, run_json, settings, topic, without_checksums
+from peer_bus import PeerBus
+from servo_drive import COUNTS_PER_M, MASTER, NMT, NODE, SYNC, ServoDrive, servo_dictionary
 
-NODE, MASTER = 1, 127
-COUNTS_PER_M = 1e8
 PROFILE = {"robot_channel.profile": "cia402", "run.release_s": 0.3}
 START, READY, RUNNING, HOLDING, FAULT, STOPPED = range(6)
 ROBOT_FAULT = 7  # stop cause
 SDO_ABORT, NO_ANSWER, WRONG_VALUE, EMERGENCY, HEARTBEAT, NOT_OPERATIONAL, IN_FAULT = range(1, 8)  # trouble
 STRANGE_ANSWER, NO_PERIOD, UNWATCHED = range(10, 13)
 REQUEST_NONE, REQUEST_RUN, REQUEST_RESET = 0, 2, 3
-SYNC, NMT = 0x080, 0x000
-
-
-class ServoDrive:
-    """A CiA 402 drive of python canopen: its SDO server, NMT slave, heartbeat, emergency producer, PDO mapping and
-    table of transitions. What is written here: PDOs by SYNC, and that it is always where it was sent."""
-
-    def __init__(self, bus, **changed):
-        self.bus = bus
-        self.node = canopen.LocalNode(NODE, servo_dictionary(NODE))
-        bus.network.add_node(self.node)
-        self.state = "SWITCH ON DISABLED"
-        self.states = [self.state]
-        self.controlword = 0
-        self.waiting = None
-        self.targets = []
-        self.heartbeats = []  # ticks at which the master's came
-        for name, value in changed.items():
-            self.node.object_dictionary[int(name, 16)].default = value
-        bus.network.subscribe(NMT, self.on_nmt)
-        bus.network.subscribe(SYNC, self.on_sync)
-        bus.network.subscribe(0x700 + MASTER, lambda *_: self.heartbeats.append(bus.ticks))
-        self.node.add_write_callback(self.on_write)
-        self.boot()
-
-    def boot(self):
-        self.node.nmt.stop_heartbeat()
-        self.node.nmt.state = "INITIALISING"  # sends the boot-up message
-        self.node.nmt.state = "PRE-OPERATIONAL"
-
-    def on_nmt(self, _, data, __):
-        if data[0] in (0x81, 0x82) and data[1] in (0, NODE):
-            assert self.state != "OPERATION ENABLED", "reset while it moves"
-            self.boot()
-        elif data[0] == 0x01:
-            self.node.pdo.read()
-            for pdo in (*self.node.rpdo.values(),):
-                pdo.callbacks = []
-                pdo.add_callback(self.on_rpdo)
-
-    def on_write(self, index, data, **_):
-        if index == 0x6060:
-            self.node.data_store.setdefault(0x6061, {})[0] = bytes(data)
-
-    def on_rpdo(self, pdo):
-        if self.node.nmt.state == "OPERATIONAL":
-            self.waiting = {variable.index: variable.raw for variable in pdo}
-
-    def command_of(self, controlword):
-        """The command that the bits make, as the table of transitions names it."""
-        if not controlword & 0x2:
-            return State402.CW_DISABLE_VOLTAGE
-        if not controlword & 0x4:
-            return State402.CW_QUICK_STOP
-        if not controlword & 0x1:
-            return State402.CW_SHUTDOWN
-        return State402.CW_OPERATION_ENABLED if controlword & 0x8 else State402.CW_SWITCH_ON
-
-    def obey(self, controlword):
-        resets = controlword & ~self.controlword & 0x80
-        self.controlword = controlword
-        command = self.command_of(controlword)
-        for (before, after), code in State402.TRANSITIONTABLE.items():
-            wanted = resets if before == "FAULT" else code == command
-            if before == self.state and wanted:
-                self.enter(after)
-                return
-
-    def enter(self, state):
-        self.state = state
-        self.states.append(state)
-
-    def on_sync(self, *_):
-        if self.node.nmt.state != "OPERATIONAL":
-            return
-        if self.waiting is not None:
-            self.obey(self.waiting[0x6040])
-            if self.state == "OPERATION ENABLED":
-                self.node.sdo[0x607A].raw = self.waiting[0x607A]
-                self.targets.append((self.bus.ticks, self.waiting[0x607A]))
-        tpdo = self.node.tpdo[1]
-        position = self.targets[-1][1] if self.targets else round(0.01 * COUNTS_PER_M)
-        tpdo[0x6041].raw = State402.SW_MASK[self.state][1] | 0x210
-        tpdo[0x6064].raw = position
-        self.bus.network.send_message(tpdo.cob_id, tpdo.data)
 
 
 @pytest.fixture
@@ -485,3 +400,23 @@ def test_a_record_of_a_drive_holds_nothing_unexplained(tmp_path):
     done = command("diagnose", result["log"], "--rig", "ess-cia402", "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr.decode()
     assert one_json_object(done.stdout)["verdict"] == "nothing_detectable"
+
+
+def test_candump_text_tells_a_request_for_a_frame(tmp_path):
+    """The loop's log, with a SYNC in it made a remote frame: what is sent to a drive without heartbeat."""
+    result = run_json("ess", tmp_path, *settings({**PROFILE, "run.duration_s": 1}))
+    log = bytearray(without_checksums(Path(result["log"]).read_bytes()))
+    is_remote, record = 4, struct.Struct("<qqqIBBBB")
+    made, at = 0, 16
+    while at + 3 <= len(log) and made < 3:
+        size, kind = struct.unpack_from("<HB", log, at)
+        is_frame = kind == ord("D") and size == 2 + record.size and log[at + 3] == 1
+        if is_frame and record.unpack_from(log, at + 5)[3] == SYNC:
+            log[at + 5 + 30] = is_remote
+            made += 1
+        at += 3 + size
+    path = tmp_path / "remote.ulg"
+    path.write_bytes(log)
+    assert command("candump", path).returncode == 0
+    messages = list(can.CanutilsLogReader(tmp_path / "remote.robot.candump.log"))
+    assert [message.arbitration_id for message in messages if message.is_remote_frame] == [SYNC] * 3

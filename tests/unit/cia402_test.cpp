@@ -409,8 +409,10 @@ TEST_CASE("cia402: trouble in words")
         return std::string(text);
     };
     CHECK(said(DRIVE_TROUBLE_NONE, 0x6060, 0, 0).empty());
-    CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x6060, 0, 0x06090030) ==
-          "the drive refuses an object, object 0x6060:00, SDO abort code 0x06090030 (the value is invalid)");
+    CHECK(
+        said(DRIVE_TROUBLE_SDO_ABORT, 0x6060, 0, 0x06090030) ==
+        "the drive refuses an object, object 0x6060:00, SDO abort code 0x06090030 (the value is invalid); it has no "
+        "cyclic synchronous position");
     CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x1a00, 1, 0x06040041).find("cannot be mapped into a PDO") !=
           std::string::npos);
     CHECK(said(DRIVE_TROUBLE_SDO_ABORT, 0x6060, 0, 0x12345678).find("maker's own") != std::string::npos);

@@ -57,7 +57,7 @@ class drive_bench
         const std::int64_t now_ns = index_ * period_ns_;
         tick_input in{};
         in.tick = {index_, now_ns, now_ns, 0, stop};
-        in.enable = HAL_LEVEL_NOT_WIRED;
+        in.enable = enable;
         in.emergency_stop = emergency_stop;
         const auto counter = static_cast<std::uint8_t>(index_);
         in.frames[in.frame_count++] = force_frame(0.0, counter, now_ns);
@@ -130,8 +130,12 @@ class drive_bench
 
     patient_operator operator_;
     int request = OPERATOR_RUN;
-    std::uint8_t emergency_stop = 0;
+    std::uint8_t enable = HAL_LEVEL_NOT_WIRED, emergency_stop = 0;
     std::uint32_t stop = 0;
+    bool answers_polls = true, toggles = true;
+    std::vector<std::int64_t> polls; /* ticks at which the loop has asked for the state */
+    std::int32_t position = 100000;  /* in counts: where it was sent, once it is enabled */
+    std::uint16_t homing_bits = 0;   /* of the statusword, beside the state */
     bool heartbeats = true, boots = true, answers_sdo = true, sends_pdos = true, enables = true;
     std::uint8_t nmt = 0x7f;
     std::uint16_t statusword = 0x0250;   /* switch on disabled */
@@ -153,11 +157,20 @@ class drive_bench
         if (frame.id == 0x000 && frame.data[1] == node) {
             if (frame.data[0] == 0x82 && boots) {
                 nmt = 0x7f;
+                toggle_ = 0;
                 answers.push_back(frame_with(0x700 + node, {0x00}));
             } else if (frame.data[0] == 0x01) {
                 nmt = 0x05;
-                answers.push_back(frame_with(0x700 + node, {nmt}));
+                if (heartbeats) {
+                    answers.push_back(frame_with(0x700 + node, {nmt}));
+                }
             }
+        } else if (frame.id == 0x700 + node && (frame.flags & HAL_FRAME_REMOTE) != 0) {
+            polls.push_back(index_);
+            if (answers_polls) {
+                answers.push_back(frame_with(0x700 + node, {static_cast<std::uint8_t>(nmt | toggle_)}));
+            }
+            toggle_ ^= toggles ? 0x80 : 0;
         } else if (frame.id == 0x600 + node) {
             requests.emplace_back(frame.data, frame.data + 8);
             if (answers_sdo && frame.data[0] != 0x80) {
@@ -166,12 +179,13 @@ class drive_bench
             }
         } else if (frame.id == 0x200 + node) {
             waiting_ = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8);
-            std::memcpy(&position_, frame.data + 2, 4);
+            std::memcpy(&target_, frame.data + 2, 4);
         } else if (frame.id == 0x080 && nmt == 0x05 && sends_pdos) {
             obey(waiting_);
+            position = statusword == 0x1237 ? target_ : position;
             bytes data(6);
             std::memcpy(data.data(), &statusword, 2);
-            std::memcpy(data.data() + 2, &position_, 4);
+            std::memcpy(data.data() + 2, &position, 4);
             answers.push_back(frame_with(0x180 + node, data));
         }
     }
@@ -184,6 +198,8 @@ class drive_bench
             return {0x00020192, 4};
         case 0x650200:
             return {0x80, 4};
+        case 0x604100:
+            return {statusword | homing_bits, 2};
         case 0x60c201:
             return {fixed_period != 0 ? static_cast<std::uint8_t>(fixed_period) : period_value, 1};
         case 0x60c202:
@@ -212,6 +228,9 @@ class drive_bench
                 std::memcpy(answer.data() + 4, &told, 4);
             }
             return answer;
+        }
+        if (key == 0x604000) {
+            obey(static_cast<std::uint16_t>(asked[4] | asked[5] << 8));
         }
         const auto index = static_cast<std::int8_t>(asked[4]);
         const bool is_refused = (key == 0x60c202 && !indices.empty() && indices.count(index) == 0) ||
@@ -244,8 +263,9 @@ class drive_bench
     std::int64_t period_ns_;
     bytes segment_; /* the value that was asked for */
     std::int64_t index_ = 0;
+    std::uint8_t toggle_ = 0;
+    std::int32_t target_ = 0;
     std::uint16_t waiting_ = 0;
-    std::int32_t position_ = 0;
 };
 
 inline bytes sdo(std::uint8_t command, int object, std::uint8_t subindex, std::uint32_t value)
