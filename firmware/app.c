@@ -17,6 +17,7 @@ void app_start(struct app *app, const struct app_config *config)
     manipulator_start(&app->manipulator, &app->config);
     energy_account_start(&app->energy, &app->config, &app->manipulator);
     compensation_start(&app->compensation, &app->config, &app->manipulator);
+    force_feedback_start(&app->force_feedback, &app->config);
     inverse_filter_start(&app->inverse_filter, &app->config);
     limits_start(&app->limits, &app->config);
     side_axes_start(&app->side_axes, &app->config);
@@ -81,11 +82,13 @@ static void receive_frames(struct app *app, const struct tick_input *in)
     robot_channel_end_receive(&app->robot_channel, &app->reception, in->tick.scheduled_ns);
 }
 
+/* A loop that only watches takes the robot for one that is never there: it stays in start, where no setpoint is
+ * sent. */
 static int robot_at_place(const struct app *app)
 {
     const double distance_m = app->robot_channel.position_m - app->limits.position_m;
     const double tolerance_m = app->config.robot_channel.start_tolerance_m;
-    return distance_m >= -tolerance_m && distance_m <= tolerance_m &&
+    return !app->config.robot_channel.watch_only && distance_m >= -tolerance_m && distance_m <= tolerance_m &&
            side_axes_at_place(&app->side_axes, app->robot_channel.side_position);
 }
 
@@ -183,6 +186,9 @@ static void supervise(struct app *app, const struct tick_input *in)
     app->recorder.tick.conditions = supervisor_conditions(app, in);
     supervisor_step(&app->supervisor, app->recorder.tick.conditions);
     enter_state(app, before);
+    if (!app->force_feedback.is_whole) {
+        force_feedback_step(&app->force_feedback, supervisor_may_move(&app->supervisor));
+    }
 }
 
 /* Beside the loop's direction the measured load acts as it is: compensation is along that direction alone. */
@@ -200,6 +206,9 @@ static void load_sides(struct app *app, const double wanted[SIDE_AXIS_COUNT])
     }
     side_record_fill(&app->side_record, wanted, app->robot_channel.side_sent, sides.position, sides.force);
     energy_account_sides(&app->energy, &sides);
+    for (int i = 0; i < SIDE_AXIS_COUNT && !app->force_feedback.is_whole; i++) {
+        sides.force[i] *= app->force_feedback.gain;
+    }
     manipulator_load_sides(&app->manipulator, sides.force);
 }
 
@@ -208,6 +217,12 @@ static void command_sides(struct app *app, double wanted[SIDE_AXIS_COUNT], struc
 {
     manipulator_sides(&app->manipulator, wanted);
     side_axes_limit(&app->side_axes, wanted, command->side);
+}
+
+/* A loop that only watches sends its status in start, and nothing in fault, where others hold the robot. */
+static int is_mute(const struct app *app)
+{
+    return app->config.robot_channel.watch_only && app->supervisor.state != SUPERVISOR_START;
 }
 
 static void command_robot(struct app *app, const struct tick_input *in, struct tick_output *out)
@@ -226,11 +241,14 @@ static void command_robot(struct app *app, const struct tick_input *in, struct t
     command.missed_ticks = app->missed_ticks;
     command.torn_samples = app->sensor_channel.torn_samples;
     command.reset_is_wanted = supervisor_hears_reset(&app->supervisor, record->conditions);
+    command.enable_is_on = (record->conditions & (CONDITION_ENABLE | CONDITION_EMERGENCY_STOP)) == CONDITION_ENABLE;
     if (app->side_axes.any) {
         command_sides(app, side, &command);
     }
     command.limits = app->limits.active | app->side_axes.active;
-    record->command_position_m = robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
+    record->command_position_m =
+        is_mute(app) ? command.position_m
+                     : robot_channel_send(&app->robot_channel, &app->supervisor, &in->tick, &command, out);
     if (app->side_axes.any) {
         load_sides(app, side);
     }
@@ -250,6 +268,9 @@ static void prepare_force(struct app *app)
                         app->recorder.tick.displayed_position_m - app->manipulator.position_m, may_move);
     app->recorder.tick.used_force_N =
         compensation_force(&app->compensation, command, &app->energy.sums, &in, may_move);
+    if (!app->force_feedback.is_whole) {
+        app->recorder.tick.used_force_N *= app->force_feedback.gain;
+    }
     energy_account_announce(&app->energy, command, app->recorder.tick.used_force_N, in.measured_N, may_move);
 }
 

@@ -6,6 +6,7 @@
 #include "config.h"
 #include "delivery.h"
 #include "energy_account.h"
+#include "force_feedback.h"
 #include "inverse_filter.h"
 #include "limits.h"
 #include "manipulator.h"
@@ -34,6 +35,7 @@ struct app {
     struct manipulator manipulator;
     struct energy_account energy;
     struct compensation compensation;
+    struct force_feedback force_feedback;
     struct inverse_filter inverse_filter;
     struct limits limits;
     struct side_axes side_axes;

@@ -31,6 +31,7 @@ struct app_config config_default(void)
                    .dead_time_power_W = INFINITY,
                    .dead_time_power_window_s = 0.2,
                    .growth_J = INFINITY},
+        .feedback = {.gain = 1.0},
         /* Pairing window: at 1 Mbit/s a frame takes at most 0.135 ms. The second of two ends 0.135 ms after the
          * first, or 0.43 ms if one that was disturbed is sent again and another node's frame goes first. */
         .sensor_channel = {.layout = SENSOR_ONE_FRAME,
@@ -53,7 +54,8 @@ struct app_config config_default(void)
                    .stale_after_ms = 300.0,
                    .sdo_timeout_ms = 200.0,
                    .state_timeout_ms = 2000.0,
-                   .must_watch_loop = 1},
+                   .must_watch_loop = 1,
+                   .homing_timeout_ms = 60000.0},
         .limits = {.position_min_m = -1.0,
                    .position_max_m = 1.0,
                    .velocity_m_per_s = 2.0,
@@ -132,11 +134,23 @@ static bool pairs_within_sample(const struct app_config *config)
            2 * ns_from_ms(sensor->pairing_window_ms) <= config_sample_period_ns(config);
 }
 
+static bool is_uint32(int64_t value)
+{
+    return value >= 0 && value <= (int64_t)UINT32_MAX;
+}
+
+/* A ratio of two 32-bit objects, or nothing. */
+static bool is_ratio(int64_t numerator, int64_t denominator)
+{
+    return is_uint32(numerator) && is_uint32(denominator) && (numerator == 0) == (denominator == 0);
+}
+
 /* Of the profile "cia402"; looked at only if it is chosen. */
 static struct config_error validate_cia402(const struct app_config *config)
 {
     static const char *const must_be_node_id = "must be a node's number, from 1 to 127";
     static const char *const must_be_whole_ms = "must be a whole number of ms, from 1 to 65535";
+    static const char *const must_be_ratio = "must be a whole number of 32 bits; both of a pair, or both 0";
     static const char *const must_fit_counts =
         "times cia402.counts_per_m must fit into 32 bits, the range of the target position";
     const struct cia402_config *cia402 = &config->cia402;
@@ -159,6 +173,16 @@ static struct config_error validate_cia402(const struct app_config *config)
          {"cia402.stale_after_ms", "must be longer than cia402.heartbeat_ms"}},
         {!positive(cia402->sdo_timeout_ms), {"cia402.sdo_timeout_ms", "must be a finite number greater than 0"}},
         {!positive(cia402->state_timeout_ms), {"cia402.state_timeout_ms", "must be a finite number greater than 0"}},
+        {cia402->homing_method < INT8_MIN || cia402->homing_method > INT8_MAX,
+         {"cia402.homing_method", "must be from -128 to 127, as object 0x6098; 0: none"}},
+        {!positive(cia402->homing_timeout_ms),
+         {"cia402.homing_timeout_ms", "must be a finite number greater than 0"}},
+        {!is_ratio(cia402->encoder_counts, cia402->encoder_revolutions), {"cia402.encoder_counts", must_be_ratio}},
+        {!is_ratio(cia402->gear_motor_revolutions, cia402->gear_shaft_revolutions),
+         {"cia402.gear_motor_revolutions", must_be_ratio}},
+        {!is_ratio(cia402->feed_counts, cia402->feed_shaft_revolutions), {"cia402.feed_counts", must_be_ratio}},
+        {cia402->polarity < 0 || cia402->polarity >= POLARITY_COUNT,
+         {"cia402.polarity", "must be as_it_is, normal or reversed"}},
         {config_interpolation_period(config).value == 0,
          {"loop.rate_Hz", "gives a period that object 0x60C2 of CiA 402 cannot tell: it must be 1 to 255 times a "
                           "power of ten, in ns"}},
@@ -169,6 +193,15 @@ static struct config_error validate_cia402(const struct app_config *config)
         }
     }
     return (struct config_error){NULL, NULL};
+}
+
+static bool tare_is_finite(const struct tare_config *tare)
+{
+    bool all = true;
+    for (int i = 0; i < 3; i++) {
+        all = all && is_finite(tare->force_N[i]) && is_finite(tare->torque_N_m[i]);
+    }
+    return all;
 }
 
 struct config_error config_validate(const struct app_config *config)
@@ -207,6 +240,10 @@ struct config_error config_validate(const struct app_config *config)
          {"reflex.dead_time_power_W", "must be greater than 0; inf switches it off"}},
         {!positive(reflex->dead_time_power_window_s), {"reflex.dead_time_power_window_s", must_be_positive}},
         {!(reflex->growth_J > 0.0), {"reflex.growth_J", "must be greater than 0; inf switches it off"}},
+        {!(config->feedback.gain >= 0.0 && config->feedback.gain <= 1.0),
+         {"feedback.gain", "must be from 0 to 1; 0: the force is not fed back"}},
+        {!non_negative(config->feedback.ramp_s), {"feedback.ramp_s", must_not_be_negative}},
+        {!tare_is_finite(&config->tare), {"tare", "zero and weight of the tool must be finite numbers"}},
         {!positive(manipulator->mass_kg), {"manipulator.mass_kg", must_be_positive}},
         {!non_negative(manipulator->damping_N_s_per_m), {"manipulator.damping_N_s_per_m", must_not_be_negative}},
         {!non_negative(manipulator->stiffness_N_per_m), {"manipulator.stiffness_N_per_m", must_not_be_negative}},
@@ -251,6 +288,8 @@ struct config_error config_validate(const struct app_config *config)
         {!(config->robot_channel.setpoint_stale_after_ms > 0.0),
          {"robot_channel.setpoint_stale_after_ms", "must be greater than 0; inf where the robot does not echo"}},
         {!positive(config->robot_channel.start_tolerance_m), {"robot_channel.start_tolerance_m", must_be_positive}},
+        {config->robot_channel.watch_only && config->robot_channel.profile != ROBOT_PROFILE_BERTH,
+         {"robot_channel.watch_only", "needs the profile berth: setting up a drive sends it setpoints"}},
         {!within(limits->position_min_m, CAN_POSITION_MAX_m), {"limits.position_min_m", must_fit_frame}},
         {!within(limits->position_max_m, CAN_POSITION_MAX_m), {"limits.position_max_m", must_fit_frame}},
         {limits->position_min_m >= limits->position_max_m,

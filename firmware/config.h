@@ -110,7 +110,11 @@ struct robot_channel_config {
     double
         setpoint_stale_after_ms; /* age of the newest setpoint that the robot echoes; not finite: it does not echo */
     double start_tolerance_m;    /* largest distance between robot and first setpoint at which the loop gets ready */
+    int32_t watch_only;          /* no setpoint is ever sent: the loop does not get ready */
 };
+
+/* Sign of the drive's positions, 0x607E. */
+enum cia402_polarity { POLARITY_AS_IT_IS, POLARITY_NORMAL, POLARITY_REVERSED, POLARITY_COUNT };
 
 /* [cia402]: the drive, for the profile of that name */
 struct cia402_config {
@@ -121,7 +125,16 @@ struct cia402_config {
     double stale_after_ms;  /* age of a heartbeat, either way */
     double sdo_timeout_ms;
     double state_timeout_ms; /* for the drive to boot, and to be enabled */
-    int32_t must_watch_loop; /* flag: a drive that cannot watch our heartbeat (no object 0x1016) is refused */
+    int32_t must_watch_loop; /* flag: a drive that can watch neither our heartbeat nor node guarding is refused */
+    int64_t homing_method;   /* 0x6098; 0: none */
+    double homing_timeout_ms;
+    int64_t encoder_counts; /* 0x608F; of these and the next two pairs 0: the drive keeps what it has */
+    int64_t encoder_revolutions;
+    int64_t gear_motor_revolutions; /* 0x6091 */
+    int64_t gear_shaft_revolutions;
+    int64_t feed_counts; /* 0x6092 */
+    int64_t feed_shaft_revolutions;
+    int32_t polarity; /* enum cia402_polarity */
 };
 
 /* [inverse_filter]: takes away the amplitude error of a robot that is named by [robot] transfer_* */
@@ -227,6 +240,20 @@ struct dissipation_config {
     double damping_N_s_per_m;
 };
 
+/* [feedback]: how much of the measured force the manipulator feels */
+struct feedback_config {
+    double gain;   /* 0 to 1 */
+    double ramp_s; /* time in which it would rise from 0 to 1, since the loop began to run; 0: at once */
+};
+
+/* What the sensor shows with no force on the object: its zero and the tool's weight, in the sensor's axes. It is
+ * taken off every sample. In a rig file it follows from [tare] and [tool]. */
+struct tare_config {
+    int32_t enabled;
+    double force_N[3];
+    double torque_N_m[3];
+};
+
 /* [reflex]: what makes the loop stop by itself */
 struct reflex_config {
     double following_error_m; /* between the robot's report and the setpoint that belongs to it; not finite: off */
@@ -241,6 +268,8 @@ struct reflex_config {
 struct app_config {
     struct loop_config loop;
     struct reflex_config reflex;
+    struct feedback_config feedback;
+    struct tare_config tare;
     struct manipulator_config manipulator;
     struct arm_config arm; /* ARM_NONE: there is none */
     struct operator_config operator_command;

@@ -14,8 +14,8 @@ extern "C" {
 
 /* One a tick. Large fields first: no padding. Inputs: index to emergency_stop, unsent_frames (and the frames); the
  * rest are outputs. `timestamp` is in us, as ULog wants it. energy_*: see energy_account.h; believed_*:
- * prediction.h. drive_*: profile "cia402", else 0; drive_error: SDO abort code or EMCY error code, drive_trouble
- * says which. */
+ * prediction.h. drive_*: profile "cia402", else 0; drive_error: SDO abort code, EMCY error code or the value
+ * that the drive holds, drive_trouble says which. */
 #define TICK_RECORD_FIELDS(X)                                                                                       \
     X(uint64_t, timestamp)                                                                                          \
     X(int64_t, index)                                                                                               \

@@ -209,6 +209,7 @@ double robot_channel_send(struct robot_channel *channel, const struct supervisor
             send_side_setpoints(channel, supervisor, tick, command->side, out);
         }
     } else {
+        channel->drive.setup.may_move = (uint8_t)command->enable_is_on;
         sent_position_m =
             cia402_send(&channel->drive, supervisor, tick, command->position_m, command->reset_is_wanted, out);
         channel->saturated_setpoints = channel->drive.saturated_setpoints;

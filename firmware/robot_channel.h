@@ -48,6 +48,7 @@ struct robot_command {
     uint32_t missed_ticks;
     uint32_t torn_samples;        /* of the force sensor, since the start */
     int reset_is_wanted;          /* a person asks to put a fault back */
+    int enable_is_on;             /* and the emergency stop is not pressed */
     double side[SIDE_AXIS_COUNT]; /* on the axes beside that of the loop, if there are any: m, or rad */
 };
 

@@ -18,6 +18,7 @@ void sensor_channel_start(struct sensor_channel *channel, const struct app_confi
     const struct sensor_layout_row *layout = &sensor_layouts[config->sensor_channel.layout];
     *channel = (struct sensor_channel){.config = &config->sensor_channel,
                                        .transformation = &config->wrench,
+                                       .tare = &config->tare,
                                        .layout = layout,
                                        .stale_after_ns = ns_from_ms(config->sensor_channel.stale_after_ms),
                                        .counter_lasts_ns = number_lasts_ns(config),
@@ -68,6 +69,29 @@ static struct wrench in_robot_frame(const struct wrench_config *config, const st
     return made;
 }
 
+static struct wrench without_tare(const struct tare_config *tare, const struct wrench *sample)
+{
+    struct wrench net = *sample;
+    for (int i = 0; i < 3; i++) {
+        net.force_N[i] -= tare->force_N[i];
+        net.torque_N_m[i] -= tare->torque_N_m[i];
+    }
+    return net;
+}
+
+/* Of the sample: what the loop uses. */
+static void set_wrench(struct sensor_channel *channel, const struct wrench *sample)
+{
+    if (channel->transformation->enabled) {
+        channel->wrench = in_robot_frame(channel->transformation, sample);
+        channel->force_N = channel->wrench.force_N[0];
+    } else {
+        channel->wrench = *sample;
+        channel->force_N = sample->force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+    }
+}
+
+/* The limit belongs to the sensor, which also carries the tool: so the tool counts. */
 static void take_sample(struct sensor_channel *channel, const struct wrench *sample, int64_t time_ns)
 {
     const double limit_N = channel->config->force_limit_N;
@@ -75,12 +99,11 @@ static void take_sample(struct sensor_channel *channel, const struct wrench *sam
     for (int i = 0; i < channel->layout->axis_count; i++) {
         is_over |= !(sample->force_N[i] >= -limit_N && sample->force_N[i] <= limit_N);
     }
-    if (channel->transformation->enabled) {
-        channel->wrench = in_robot_frame(channel->transformation, sample);
-        channel->force_N = channel->wrench.force_N[0];
+    if (channel->tare->enabled) {
+        const struct wrench net = without_tare(channel->tare, sample);
+        set_wrench(channel, &net);
     } else {
-        channel->wrench = *sample;
-        channel->force_N = sample->force_N[channel->layout->axis_count > 1 ? channel->config->axis : 0];
+        set_wrench(channel, sample);
     }
     channel->received_ns = time_ns;
     /* Of several samples in one tick the last one counts, but none of them may hide that one was wrong. */

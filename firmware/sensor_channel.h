@@ -17,6 +17,7 @@ extern "C" {
 struct sensor_channel {
     const struct sensor_channel_config *config;
     const struct wrench_config *transformation;
+    const struct tare_config *tare;
     const struct sensor_layout_row *layout;
     int64_t stale_after_ns;
     int64_t counter_lasts_ns; /* half a turn of the counter: until then a number means one sample. Without one: the
@@ -24,7 +25,7 @@ struct sensor_channel {
 
     struct wrench wrench; /* newest whole sample: what the robot exerts on the object. In the sensor's axes, or with
                              [wrench] in the robot's frame about the tool's point */
-    double force_N;       /* of it, along the axis of the loop */
+    double force_N;       /* of it, along the axis of the loop; both without the tare */
     int64_t received_ns;  /* when the last of its frames arrived */
     uint8_t saturated;    /* a sample of this tick, or the newest one, was at the end of the sensor's range */
     uint8_t over_limit;   /* the same: was beyond sensor_channel.force_limit_N on any axis */

@@ -42,6 +42,7 @@ enum hal_line {
 enum hal_frame_flag {
     HAL_FRAME_ERROR = 1,   /* an error frame: the bus reports trouble, the data are no signal */
     HAL_FRAME_BUS_OFF = 2, /* with HAL_FRAME_ERROR: the controller has left the bus */
+    HAL_FRAME_REMOTE = 4,  /* sent: asks for the frame of this identifier, and carries no data */
 };
 
 /* One classic CAN frame with an 11-bit identifier. 24 bytes, no padding. */

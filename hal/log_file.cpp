@@ -184,6 +184,9 @@ bool log_file::empty_ring(std::size_t size_bytes, bool is_written)
     const std::uint8_t *bytes = nullptr;
     while (size_bytes > 0) {
         const std::size_t part = std::min(log_ring_peek(&ring_, &bytes), size_bytes);
+        if (witness_) {
+            witness_(bytes, part);
+        }
         is_written = is_written && append(bytes, part);
         log_ring_take(&ring_, part);
         size_bytes -= part;

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,10 @@ class log_file
 
     std::int64_t file_bytes() const { return whole_bytes_; } /* for the draining thread */
 
+    /* Shows the draining thread's caller every byte that comes out of the ring, before it goes to the file. */
+    using witness = std::function<void(const std::uint8_t *bytes, std::size_t size_bytes)>;
+    void show_to(witness shown) { witness_ = std::move(shown); }
+
     std::uint64_t dropped_records() const { return refused_records_.load() + unwritten_records_; }
     const char *trouble() const; /* what failed first, or empty */
 
@@ -100,6 +105,7 @@ class log_file
     std::uint64_t unwritten_records_ = 0; /* the file did not take them */
     std::uint64_t reported_drops_ = 0;
     int error_ = 0; /* errno of the first failed write */
+    witness witness_;
 };
 
 } // namespace berth

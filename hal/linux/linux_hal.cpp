@@ -19,11 +19,13 @@
 #include "hardware_error.h"
 #include "line_record.h"
 #include "lines.h"
+#include "live_sender.h"
 #include "log_writer.h"
 #include "loop_timing.h"
 #include "machine.h"
 #include "preflight.h"
 #include "real_time.h"
+#include "stage.h"
 #include "stop_signals.h"
 #include "tick_clock.h"
 #include "watchdog.h"
@@ -40,6 +42,7 @@ struct hal {
     berth::lines lines;
     berth::real_time real_time;
     bool may_move;
+    std::unique_ptr<berth::live_sender> live; /* null without --live; used by the thread of the log */
     berth::log_writer log;
     std::atomic<std::uint64_t> ticks{0};
     berth::watchdog watchdog;
@@ -101,6 +104,16 @@ log_header header_of(const rig &rig, const target_options &options, const real_t
     }
     header.infos.emplace_back("berth_without_realtime", options.without_realtime ? "allowed by option" : "refused");
     return header;
+}
+
+std::unique_ptr<live_sender> live_of(const rig &rig, const target_options &options)
+{
+    if (options.live_address.empty()) {
+        return nullptr;
+    }
+    const auto run = static_cast<std::uint32_t>(read_clock_ns(CLOCK_REALTIME) / NS_PER_S);
+    return std::make_unique<live_sender>(
+        options.live_address, live_source{rig.name, config_hash(rig), config_period_ns(&rig.firmware), run});
 }
 
 /* The frame of each tick whose time on the wire is measured. */
@@ -225,9 +238,9 @@ enum hal_status open_hal(struct hal **hal, int argc, char **argv, struct app_con
     if (options.is_done) {
         return HAL_END;
     }
-    const rig rig = load_rig(options.rig, options.overrides);
+    const rig rig = target_rig_of(options);
     if (options.check_only) {
-        return print_preflight(rig) ? HAL_END : HAL_HARDWARE;
+        return print_preflight(rig, options.live_address) ? HAL_END : HAL_HARDWARE;
     }
     *config = rig.firmware;
     catch_stop_signals();
@@ -243,9 +256,11 @@ hal::hal(const berth::rig &wanted, const berth::target_options &given, int argc,
     : rig(wanted), options(given), buses{berth::open_bus(HAL_BUS_ROBOT, wanted, given),
                                          berth::open_bus(HAL_BUS_SENSOR, wanted, given)},
       lines(berth::wiring(wanted, given)), real_time(wanted.target),
-      may_move(real_time.is_real_time() || given.without_realtime),
+      may_move(real_time.is_real_time() || given.without_realtime), live(berth::live_of(wanted, given)),
       log(given.log_path.empty() ? wanted.target.log_path : given.log_path,
-          berth::header_of(wanted, given, real_time, buses), real_time.other_cpus(), given.rotation),
+          berth::header_of(wanted, given, real_time, buses), real_time.other_cpus(), given.rotation,
+          live ? [this](const std::uint8_t *bytes, std::size_t size_bytes) { live->take(bytes, size_bytes); }
+               : berth::log_file::witness()),
       watchdog(wanted.target.watchdog_device, ticks, real_time.other_cpus()),
       end_ns(given.until_stopped || wanted.run.duration_s > 9e9 ? INT64_MAX - berth::rest_within_ns
                                                                 : ns_from_ms(1e3 * wanted.run.duration_s)),
@@ -289,6 +304,11 @@ enum hal_status hal_close(struct hal *hal)
     const std::unique_ptr<struct hal> closing(hal);
     enum hal_status status = HAL_OK;
     hal->log.finish();
+    if (hal->live) {
+        std::fprintf(stderr, "live: %llu samples sent, %llu not taken by the network\n",
+                     static_cast<unsigned long long>(hal->live->sent()),
+                     static_cast<unsigned long long>(hal->live->unsent()));
+    }
     const berth::log_file &log = hal->log.file();
     if (log.dropped_records() > 0) {
         std::fprintf(stderr, "the log is incomplete: %llu records dropped (%s)\n",
@@ -303,10 +323,11 @@ enum hal_status hal_close(struct hal *hal)
     if (hal->timing.wake_up.count() > 0) {
         berth::print_timing(hal->timing);
     }
-    if (hal->options.jitter_path.empty()) {
-        return status;
-    }
     try {
+        berth::note_stage(hal->options);
+        if (hal->options.jitter_path.empty()) {
+            return status;
+        }
         berth::write_timing(hal->options.jitter_path, hal->timing, hal->timing_setting);
     } catch (const berth::input_error &error) {
         std::fprintf(stderr, "%s\n", error.what());

@@ -4,6 +4,7 @@
 
 #include "../rig/rig_file.h"
 #include "../version.h"
+#include "live_sender.h"
 
 namespace berth
 {
@@ -16,13 +17,32 @@ target_options parse_options(int argc, char **argv)
     app.add_option("RIG", options.rig, "a shipped rig or the path of a rig file; [target] says how it is wired")
         ->required();
     app.add_option("LOG", options.log_path, "ULog file; default: target.log_path of the rig, or none");
-    app.add_option("--set", options.overrides, "override a key of the rig: section.key=value; may be repeated")
+    app.add_option("--set", options.overrides, "override a key of the rig: section.key=value; may be given again")
         ->type_name("KEY=VALUE")
+        ->option_text("KEY=VALUE") /* one each time: help that promises several is wrong */
         ->take_all()
         ->allow_extra_args(false);
     app.add_flag("--check", options.check_only, "say what this machine is fit for, and stop");
     app.add_option("--jitter", options.jitter_path, "write histograms of the loop's timing when it ends (JSON)")
         ->type_name("FILE");
+    app.add_option(
+           "--live", options.live_address,
+           "send samples to `berth live` there, as UDP datagrams; the thread of the log does it, not the loop")
+        ->type_name("ADDRESS:PORT");
+    app.add_option("--stage", options.stage,
+                   "a stage of commissioning: watch, tare, step, shadow, ramp or run; refused until those before it "
+                   "were passed or waived")
+        ->check(CLI::IsMember({"watch", "tare", "step", "shadow", "ramp", "run"}).description(""))
+        ->type_name("STAGE");
+    app.add_option(
+           "--record", options.record_path,
+           "record of the stages, as `berth commission` writes it; default: commissioning.json beside the log")
+        ->type_name("FILE")
+        ->needs("--stage");
+    app.add_option("--ramp-s", options.ramp_s, "stage ramp: time in which the feedback rises from 0 to 1")
+        ->check(CLI::Range(1.0, 3600.0).description(""))
+        ->type_name("S")
+        ->capture_default_str();
     app.add_flag("--without-realtime", options.without_realtime,
                  "enable motion even without real-time scheduling; the log says so");
     app.add_flag("--without-buses", options.without_buses,
@@ -49,6 +69,9 @@ target_options parse_options(int argc, char **argv)
         }
         app.exit(error);
         options.is_done = true;
+    }
+    if (app.count("--live") > 0 && !options.is_done) {
+        parse_live_address(options.live_address);
     }
     if (options.rotation.total_MB > 0.0 && options.rotation.total_MB < 2.0 * options.rotation.part_MB) {
         throw input_error(std::string(argv[0]) + ": --keep-MB is less than two files of --rotate-MB; give more");

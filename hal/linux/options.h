@@ -15,7 +15,11 @@ struct target_options {
     std::string log_path;
     log_rotation rotation;
     std::vector<std::string> overrides;
-    std::string jitter_path; /* empty: none */
+    std::string jitter_path;  /* empty: none */
+    std::string live_address; /* of `berth live`; empty: none */
+    std::string stage;        /* of commissioning; empty: none */
+    std::string record_path;  /* of its stages; empty: LOG's folder, commissioning.json */
+    double ramp_s = 60.0;
     bool check_only = false;
     bool without_realtime = false;
     bool without_buses = false;

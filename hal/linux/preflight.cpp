@@ -12,8 +12,10 @@
 #include <cstring>
 #include <filesystem>
 
+#include "../rig/rig_file.h"
 #include "can_link.h"
 #include "lines.h"
+#include "live_sender.h"
 #include "machine.h"
 #include "real_time.h"
 #include "watchdog.h"
@@ -338,7 +340,17 @@ finding judge_bus_errors(const std::string &interface, const std::string &state)
                  "look at wiring, termination and bit rate, and whether anybody else is on the bus");
 }
 
-bool print_preflight(const rig &rig)
+finding judge_live(const std::string &address)
+{
+    try {
+        const live_sender tried(address, {"", "", NS_PER_S, 0});
+    } catch (const input_error &error) {
+        return {verdict::missing, "live view", error.what(), "start without --live, or repair the network"};
+    }
+    return {verdict::fine, "live view", "samples go to " + address + "; nobody answers whether they arrive", ""};
+}
+
+bool print_preflight(const rig &rig, const std::string &live_address)
 {
     findings found;
     check_kernel(rig.target, found);
@@ -347,6 +359,9 @@ bool print_preflight(const rig &rig)
     check_buses(rig, found);
     check_lines(rig.target, found);
     check_watchdog(rig.target.watchdog_device, found);
+    if (!live_address.empty()) {
+        found.push_back(judge_live(live_address));
+    }
     bool is_fit = true;
     for (const finding &one : found) {
         static const char *const words[] = {"ok", "WARNING", "MISSING"};

@@ -45,8 +45,12 @@ finding judge_line(const std::string &key, const std::string &name, const std::v
 /* Of a controller that is up, by what it says of errors on the bus. */
 finding judge_bus_errors(const std::string &interface, const std::string &state);
 
-/* Prints one line a finding. False: something is missing without which the loop cannot move the robot. */
-bool print_preflight(const rig &rig);
+/* Of the address to which live samples go; a loop runs without it as well. */
+finding judge_live(const std::string &address);
+
+/* Prints one line a finding. `live_address`: empty where no samples are sent. False: something is missing without
+ * which the loop cannot move the robot. */
+bool print_preflight(const rig &rig, const std::string &live_address);
 
 } // namespace berth
 

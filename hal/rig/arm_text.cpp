@@ -54,7 +54,7 @@ std::string print_arm(const arm_description &arm, const std::string &section)
     if (!section.empty()) {
         text << "[" << section << "]\n";
     }
-    text << "name = " << quoted(arm.name) << "\ndescription = " << quoted(arm.description) << "\n";
+    text << "name = " << in_quotes(arm.name) << "\ndescription = " << in_quotes(arm.description) << "\n";
     text << "kind = \"" << kind_words[static_cast<std::size_t>(config.kind)] << "\"\n";
     text << "integrator = \"" << integrator_words[static_cast<std::size_t>(config.integrator)] << "\"\n";
     text << "force = \"" << force_words[static_cast<std::size_t>(config.force)] << "\"\n";
@@ -69,7 +69,8 @@ std::string print_arm(const arm_description &arm, const std::string &section)
     print_numbers(text, body_keys, &config.base);
     for (std::int64_t i = 0; i < config.joint_count; i++) {
         const arm_joint &joint = config.joints[i];
-        text << "\n[[" << in << "joint]]\nname = " << quoted(arm.joint_names[static_cast<std::size_t>(i)]) << "\n";
+        text << "\n[[" << in << "joint]]\nname = " << in_quotes(arm.joint_names[static_cast<std::size_t>(i)])
+             << "\n";
         print_numbers(text, frame_keys, &joint.frame);
         print_numbers(text, joint_keys, &joint);
         text << "[" << in << "joint.link]\n";

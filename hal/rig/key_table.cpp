@@ -62,7 +62,7 @@ rig_key from(double least, rig_key key)
 }
 
 #define KEY(path, member, ...)                                                                                      \
-    make_key<decltype(rig::member)>(                                                                                \
+    make_key<std::remove_reference_t<decltype(rig::member)>>(                                                       \
         path, [](rig &of) -> void * { return &of.member; }, __VA_ARGS__)
 #define FLAG(path, member, meaning)                                                                                 \
     make_flag(                                                                                                      \
@@ -113,6 +113,11 @@ static std::vector<rig_key> make_own_keys()
             "time over which that power is averaged"),
         KEY("reflex.growth_J", firmware.reflex.growth_J, r::positive_or_inf,
             "energy of the manipulator that nobody gave it, beyond which the loop stops; inf: off"),
+
+        KEY("feedback.gain", firmware.feedback.gain, r::fraction,
+            "share of the measured force that the manipulator feels; 0: setpoints without feedback"),
+        KEY("feedback.ramp_s", firmware.feedback.ramp_s, r::not_negative,
+            "time in which the share would rise from 0 to 1, since the loop began to run; 0: at once"),
 
         from(1e-6, up_to(1e9, KEY("manipulator.mass_kg", firmware.manipulator.mass_kg, r::positive,
                                   "mass M of the simulated manipulator"))),
@@ -193,10 +198,12 @@ static std::vector<rig_key> make_own_keys()
             "age of the newest setpoint that the robot echoes, that is a fault; inf: it does not echo"),
         KEY("robot_channel.start_tolerance_m", firmware.robot_channel.start_tolerance_m, r::positive,
             "largest distance between the robot and the first setpoint"),
+        FLAG("robot_channel.watch_only", firmware.robot_channel.watch_only,
+             "send no setpoint: the loop only watches"),
 
-        KEY("cia402.node_id", firmware.cia402.node_id, r::positive, "node id of the drive"),
-        KEY("cia402.master_node_id", firmware.cia402.master_node_id, r::positive,
-            "node id of the loop, for its heartbeat"),
+        up_to(127, KEY("cia402.node_id", firmware.cia402.node_id, r::positive, "node id of the drive")),
+        up_to(127, KEY("cia402.master_node_id", firmware.cia402.master_node_id, r::positive,
+                       "node id of the loop, for its heartbeat")),
         KEY("cia402.counts_per_m", firmware.cia402.counts_per_m, r::positive,
             "counts of the drive's target and actual position"),
         KEY("cia402.heartbeat_ms", firmware.cia402.heartbeat_ms, r::positive,
@@ -208,7 +215,27 @@ static std::vector<rig_key> make_own_keys()
         KEY("cia402.state_timeout_ms", firmware.cia402.state_timeout_ms, r::positive,
             "time that the drive may take to boot and to be enabled"),
         FLAG("cia402.must_watch_loop", firmware.cia402.must_watch_loop,
-             "refuse a drive without object 0x1016, which would not stop when the loop dies"),
+             "refuse a drive without objects 0x1016 and 0x100D, which would not stop when the loop dies"),
+        KEY("cia402.homing_method", firmware.cia402.homing_method, r::any,
+            "homing method of the drive (object 0x6098), at the start, which may move the robot; 0: none"),
+        KEY("cia402.homing_timeout_ms", firmware.cia402.homing_timeout_ms, r::positive,
+            "time that the drive may take for its homing"),
+        KEY("cia402.encoder_counts", firmware.cia402.encoder_counts, r::not_negative,
+            "encoder counts (object 0x608F) of cia402.encoder_revolutions; 0: as it is in the drive"),
+        KEY("cia402.encoder_revolutions", firmware.cia402.encoder_revolutions, r::not_negative,
+            "motor revolutions (object 0x608F) that cia402.encoder_counts belong to"),
+        KEY("cia402.gear_motor_revolutions", firmware.cia402.gear_motor_revolutions, r::not_negative,
+            "motor revolutions (object 0x6091) of cia402.gear_shaft_revolutions; 0: as it is in the drive"),
+        KEY("cia402.gear_shaft_revolutions", firmware.cia402.gear_shaft_revolutions, r::not_negative,
+            "shaft revolutions (object 0x6091) that cia402.gear_motor_revolutions belong to"),
+        KEY("cia402.feed_counts", firmware.cia402.feed_counts, r::not_negative,
+            "counts of the drive's position (object 0x6092) of cia402.feed_shaft_revolutions; 0: as it is in the "
+            "drive"),
+        KEY("cia402.feed_shaft_revolutions", firmware.cia402.feed_shaft_revolutions, r::not_negative,
+            "shaft revolutions (object 0x6092) that cia402.feed_counts belong to"),
+        KEY("cia402.polarity", firmware.cia402.polarity, r::any,
+            "sign of the drive's positions (object 0x607E); as_it_is: not written",
+            {"as_it_is", "normal", "reversed"}),
         from(-5.4, up_to(5.4, KEY("limits.position_min_m", firmware.limits.position_min_m, r::any,
                                   "smallest setpoint on the wire"))),
         from(-5.4, up_to(5.4, KEY("limits.position_max_m", firmware.limits.position_max_m, r::any,
@@ -273,9 +300,28 @@ static std::vector<rig_key> make_own_keys()
         KEY("sensor.stale_probability", sensor.stale_probability, r::fraction,
             "probability that the last frame is sent again"),
 
+        KEY("tare.enabled", tare.enabled, r::any, "take the sensor's zero and the tool's weight off every sample"),
+        KEY("tare.force_x_N", tare.force_N[0], r::any,
+            "zero of the force sensor along its x axis; of a sensor of one axis: of that"),
+        KEY("tare.force_y_N", tare.force_N[1], r::any, "zero of the force along y"),
+        KEY("tare.force_z_N", tare.force_N[2], r::any, "zero of the force along z"),
+        KEY("tare.torque_x_N_m", tare.torque_N_m[0], r::any, "zero of the torque about the sensor's x axis"),
+        KEY("tare.torque_y_N_m", tare.torque_N_m[1], r::any, "zero of the torque about y"),
+        KEY("tare.torque_z_N_m", tare.torque_N_m[2], r::any, "zero of the torque about z"),
+
+        KEY("tool.mass_kg", tool.mass_kg, r::not_negative,
+            "mass that hangs on the sensor in 1 g; its weight is taken off, its inertia is sensor.tool_mass_kg"),
+        KEY("tool.centre_x_m", tool.centre_m[0], r::any, "its centre of mass in the sensor's axes"),
+        KEY("tool.centre_y_m", tool.centre_m[1], r::any, "the same along y"),
+        KEY("tool.centre_z_m", tool.centre_m[2], r::any, "the same along z"),
+        KEY("tool.gravity_x_m_per_s2", tool.gravity_m_per_s2[0], r::any,
+            "acceleration of gravity in the sensor's axes; of a sensor of one axis: along that"),
+        KEY("tool.gravity_y_m_per_s2", tool.gravity_m_per_s2[1], r::any, "the same along y"),
+        KEY("tool.gravity_z_m_per_s2", tool.gravity_m_per_s2[2], r::any, "the same along z"),
+
         KEY("object.kind", object.kind, r::any,
-            "gripped object, a tool that pushes on elastic material, a gripped beam, or none: the robot touches "
-            "nothing",
+            "what the robot meets: gripped (a mass on a spring), contact (elastic material, which a tool pushes), "
+            "beam (of several modes), none (it touches nothing)",
             {"gripped", "contact", "beam", "none"}),
         from(1e-6, up_to(1e9, KEY("object.mass_kg", object.mass_kg, r::positive,
                                   "mass m of the object; contact: of the tool"))),
@@ -312,9 +358,9 @@ static std::vector<rig_key> make_own_keys()
              "setpoints with which the robot is where the manipulator is now, corrected by the positions that it "
              "reports"),
         up_to(0.33, KEY("adaptive_inverse.tolerance", firmware.adaptive_inverse.tolerance, r::not_negative,
-                        "share to which the robot's delay is known beforehand; 0: it stays as told")),
+                        "share to which the robot's delay is known beforehand; 0: it stays as given")),
         up_to(0.3, KEY("adaptive_inverse.gain_tolerance", firmware.adaptive_inverse.gain_tolerance, r::not_negative,
-                       "share to which the robot's gain is known beforehand; 0: it stays as told")),
+                       "share to which the robot's gain is known beforehand; 0: it stays as given")),
         KEY("adaptive_inverse.bandwidth_Hz", firmware.adaptive_inverse.bandwidth_Hz, r::positive,
             "bandwidth of the motion that it is fitted to"),
         KEY("adaptive_inverse.position_noise_m", firmware.adaptive_inverse.position_noise_m, r::positive,

@@ -203,7 +203,7 @@ std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_
     }
 }
 
-std::string quoted(std::string_view text)
+std::string in_quotes(std::string_view text)
 {
     std::string result = "\"";
     for (const char c : text) {
@@ -241,7 +241,7 @@ std::string value_text(const rig &rig, const rig_key &key)
     void *member = key.member(const_cast<berth::rig &>(rig));
     switch (key.type) {
     case key_type::text:
-        return quoted(*static_cast<std::string *>(member));
+        return in_quotes(*static_cast<std::string *>(member));
     case key_type::choice:
         return '"' + std::string(key.choices[static_cast<std::size_t>(*static_cast<std::int32_t *>(member))]) + '"';
     case key_type::boolean:

@@ -62,7 +62,7 @@ std::string_view nearest_section(std::string_view name);
 std::optional<rig_error> set_value(rig &rig, std::string_view path, std::string_view text);
 
 /* Text in quotes, as TOML wants it. */
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 /* A character that neither a name nor TOML text may hold as it is. */
 bool is_control(char c);

@@ -101,11 +101,11 @@ void print_knowledge(const rig &rig, std::ostringstream &text)
     };
     text << (rig.tolerances.empty() ? "" : "\n[tolerances]\n");
     for (const tolerance &known : rig.tolerances) {
-        text << quoted(known.key) << " = " << number(known.share) << "\n";
+        text << in_quotes(known.key) << " = " << number(known.share) << "\n";
     }
     text << (rig.signals.empty() ? "" : "\n[signals]\n");
     for (const signal_source &source : rig.signals) {
-        text << source.signal << " = { column = " << quoted(source.column) << ", scale = " << number(source.scale)
+        text << source.signal << " = { column = " << in_quotes(source.column) << ", scale = " << number(source.scale)
              << ", offset = " << number(source.offset) << " }\n";
     }
 }

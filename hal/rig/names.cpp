@@ -11,37 +11,53 @@ namespace berth
 namespace
 {
 
-std::string in_small_letters(std::string_view word)
+/* As names are compared: in small letters, a line as a dash. */
+std::string in_one_spelling(std::string_view word)
 {
     std::string small(word);
     std::transform(small.begin(), small.end(), small.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                   [](unsigned char c) { return c == '_' ? '-' : static_cast<char>(std::tolower(c)); });
     return small;
 }
 
-/* Between words in small letters. A beginning is nearer than a part, a part nearer than a slip. */
+/* The same but for two neighbours that changed places: one slip of the fingers. */
+bool is_swapped(std::string_view word, std::string_view name)
+{
+    if (word.size() != name.size()) {
+        return false;
+    }
+    const auto first = std::mismatch(word.begin(), word.end(), name.begin());
+    const auto at = static_cast<std::size_t>(first.first - word.begin());
+    return at + 1 < word.size() && word[at] == name[at + 1] && word[at + 1] == name[at] &&
+           word.substr(at + 2) == name.substr(at + 2);
+}
+
+/* Between words in one spelling. A beginning is nearer than a part, a part nearer than a slip. */
 double distance_between(const std::string &word, const std::string &name)
 {
     if (word == name) {
         return 0.0;
     }
-    const std::size_t shared = std::min(word.size(), name.size());
-    if (name.compare(0, shared, word, 0, shared) == 0) {
-        return 0.4 / static_cast<double>(1 + shared); /* the longer, the nearer */
+    if (name.compare(0, word.size(), word) == 0) {
+        return 0.4 / static_cast<double>(1 + word.size()); /* the longer, the nearer */
+    }
+    constexpr std::size_t shortest_beginning = 4; /* eigen of eigenvalues */
+    if (name.size() >= shortest_beginning && word.compare(0, name.size(), name) == 0) {
+        return 0.5;
     }
     constexpr std::size_t shortest_part = 3;
     if (word.size() >= shortest_part && name.find(word) != std::string::npos) {
         return 0.5;
     }
-    return static_cast<double>(edit_distance(word, name));
+    return is_swapped(word, name) ? 1.0 : static_cast<double>(edit_distance(word, name));
 }
 
 } // namespace
 
 std::string nearest_name(const std::vector<std::string> &names, std::string_view word)
 {
-    const std::string wanted = in_small_letters(word);
-    const auto to_wanted = [&](const std::string &name) { return distance_between(wanted, in_small_letters(name)); };
+    const std::string wanted = in_one_spelling(word);
+    const auto to_wanted = [&](const std::string &name) { return distance_between(wanted, in_one_spelling(name)); };
     const auto nearest = std::min_element(names.begin(), names.end(),
                                           [&](const auto &a, const auto &b) { return to_wanted(a) < to_wanted(b); });
     return nearest == names.end() ? "" : *nearest;
@@ -50,8 +66,9 @@ std::string nearest_name(const std::vector<std::string> &names, std::string_view
 std::string near_name(const std::vector<std::string> &names, std::string_view word)
 {
     const std::string nearest = nearest_name(names, word);
-    const double slips = std::max(2.0, static_cast<double>(nearest.size()) / 3.0);
-    return distance_between(in_small_letters(word), in_small_letters(nearest)) <= slips ? nearest : "";
+    const double shortest = nearest.size() > 3 ? 2.0 : 1.0; /* of three letters, two others are another word */
+    const double slips = std::max(shortest, static_cast<double>(nearest.size()) / 3.0);
+    return distance_between(in_one_spelling(word), in_one_spelling(nearest)) <= slips ? nearest : "";
 }
 
 std::string did_you_mean(const std::vector<std::string> &names, std::string_view word)

@@ -9,8 +9,8 @@
 namespace berth
 {
 
-/* The name most like `word`, by edit distance, whatever the size of its letters. What begins with the word, or ends
- * or is a part of it, is nearest of all. Empty: there are no names. */
+/* The name most like `word`, by edit distance, whatever the size of its letters, and with '_' as '-'. What begins
+ * with the word, or ends or is a part of it, is nearest of all. Empty: there are no names. */
 std::string nearest_name(const std::vector<std::string> &names, std::string_view word);
 
 /* The same, or nothing where more than a third of the letters differ. */

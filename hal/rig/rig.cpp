@@ -14,6 +14,7 @@
 #include "hardware_model.h"
 #include "keys.h"
 #include "orders.h"
+#include "tool_load.h"
 
 namespace berth
 {
@@ -312,7 +313,17 @@ std::optional<rig_error> check_effects(const rig &rig)
                              "is an effect of an object of one degree of freedom; it cannot be "
                              "put into a beam of several modes, see object.modes"};
         }
-        if (rig.effect_values[place++] == 0.0 && !key.needed_with.empty()) {
+        const double value = rig.effect_values[place++];
+        if (value != 0.0 && rig.object.kind == object_kind::contact &&
+            key.path == "object.relaxation_stiffness_N_per_m") {
+            return rig_error{std::string(key.path),
+                             "is an effect of a gripped object; this one is touched from one side, see object.kind"};
+        }
+        if (value != 0.0 && rig.sensor.low_pass_order != 2 && key.path == "sensor.tool_mass_kg") {
+            return rig_error{std::string(key.path), "needs sensor.low_pass_order = 2: nothing else smooths the "
+                                                    "acceleration of a robot that goes straight between setpoints"};
+        }
+        if (value == 0.0 && !key.needed_with.empty()) {
             const rig_key &size = *find_key(key.needed_with);
             if (rig.effect_values[size.effect_value] != 0.0) {
                 return rig_error{std::string(key.path), "is missing: " + std::string(key.needed_with) +
@@ -370,6 +381,7 @@ std::optional<rig_error> complete_and_check(rig &rig)
     rig.firmware.inverse_filter.robot_damping_ratio = rig.robot.transfer_damping_ratio;
 
     rig.firmware.sensor_channel.rate_Hz = rig.sensor.rate_Hz;
+    rig.firmware.tare = tare_of(rig);
     if (auto found = complete_and_check_axes(rig)) {
         return found;
     }

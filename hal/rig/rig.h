@@ -119,6 +119,20 @@ struct mode_shares {
     double stiffness;
 };
 
+/* [tare]: what the sensor shows with nothing on it, in its own axes */
+struct tare_rig {
+    bool enabled = true; /* zero and weight are taken off every sample */
+    std::array<double, 3> force_N{};
+    std::array<double, 3> torque_N_m{};
+};
+
+/* [tool]: what hangs on the sensor, and weighs */
+struct tool_rig {
+    double mass_kg = 0.0;
+    std::array<double, 3> centre_m{};                       /* of mass, in the sensor's axes */
+    std::array<double, 3> gravity_m_per_s2{0, 0, -9.80665}; /* the same */
+};
+
 /* [object] */
 struct object_rig {
     object_kind kind = object_kind::gripped;
@@ -231,6 +245,8 @@ struct rig {
     sensor_rig sensor;
     std::array<side_axis_rig, SIDE_AXIS_COUNT> side_axes;
     wrench_rig wrench;
+    tare_rig tare;
+    tool_rig tool;
     object_rig object;
     bus_rig bus;
     solver_rig solver;

@@ -209,7 +209,7 @@ std::pair<std::string, std::string> base_text(const toml::node &base, const std:
     if (is_folder(name) || !std::ifstream(name)) {
         fail(where,
              {"base", "must be a shipped rig (" + names_of_shipped_rigs() + ") or the path of a rig file (is " +
-                          quoted(name) + ")" + did_you_mean(names_of_files(shipped_rigs()), name)});
+                          in_quotes(name) + ")" + did_you_mean(names_of_files(shipped_rigs()), name)});
     }
     return {read_rig_file(name), name};
 }
@@ -311,8 +311,8 @@ std::string print_with(const rig &rig, const std::string &head,
                        std::string (*mark)(const berth::rig &, const rig_key &))
 {
     std::ostringstream text;
-    text << "name = " << quoted(rig.name) << "\n";
-    text << "description = " << quoted(rig.description) << "\n" << head;
+    text << "name = " << in_quotes(rig.name) << "\n";
+    text << "description = " << in_quotes(rig.description) << "\n" << head;
     std::string section;
     for (const rig_key &key : rig_keys()) {
         if (key.own_member == nullptr && rig.effect_values[key.effect_value] == 0.0) {
@@ -354,7 +354,7 @@ std::string print_config(const rig &rig)
 {
     std::string head;
     for (const std::string &name : assumed_names(rig)) {
-        head += (head.empty() ? "assumed = [" : ", ") + quoted(name);
+        head += (head.empty() ? "assumed = [" : ", ") + in_quotes(name);
     }
     return print_with(rig, head.empty() ? head : head + "]\n", [](const berth::rig &of, const rig_key &key) {
         return std::string(given_mark(of, key.path));

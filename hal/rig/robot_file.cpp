@@ -183,9 +183,10 @@ robot_preset load_robot(const std::string &name_or_path)
         }
     }
     if (!looks_like_path(name_or_path) && !std::ifstream(name_or_path)) {
-        throw input_error(
-            name_or_path + ": no robot preset has this name, and there is no such file; the nearest is " +
-            nearest_name(names_of_files(shipped_robots()), name_or_path) + " (berth robots lists them)");
+        const std::string near = near_name(names_of_files(shipped_robots()), name_or_path);
+        throw input_error(name_or_path + ": no robot preset has this name, and there is no such file; " +
+                          (near.empty() ? "`berth robots` lists them"
+                                        : "the nearest is " + near + " (`berth robots` lists them)"));
     }
     robot_preset preset = parse_robot(read_file(name_or_path, written_bytes_max), name_or_path);
     if (preset.name.empty()) {
