@@ -17,6 +17,7 @@
 
 #include "can_link.h"
 #include "hardware_error.h"
+#include "raw_frame.h"
 
 namespace berth
 {
@@ -290,14 +291,13 @@ bool can_socket::next_confirmation(can_confirmation &confirmation)
 
 hal_status can_socket::send(const hal_frame &frame)
 {
-    can_frame raw{};
-    raw.can_id = frame.id;
-    raw.can_dlc = frame.length;
-    std::memcpy(raw.data, frame.data, sizeof raw.data);
+    const can_frame raw = raw_frame(frame);
+    const bool is_confirmed = (frame.flags & HAL_FRAME_REMOTE) == 0; /* the filters let no remote frame in */
     if (::send(socket_, &raw, sizeof raw, MSG_DONTWAIT) == static_cast<ssize_t>(sizeof raw)) {
         counts_.sent++;
         is_down_ = false;
-        if (frames_pass_ && std::find(sent_ids_.begin(), sent_ids_.end(), frame.id) != sent_ids_.end()) {
+        if (frames_pass_ && is_confirmed &&
+            std::find(sent_ids_.begin(), sent_ids_.end(), frame.id) != sent_ids_.end()) {
             under_way_.push(frame);
         }
         return HAL_OK;

@@ -33,10 +33,12 @@ const std::string &with_room(const std::string &path, const log_rotation &rotati
 } // namespace
 
 log_writer::log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus,
-                       const log_rotation &rotation)
+                       const log_rotation &rotation, log_file::witness witness)
     : path_(path), header_(header), rotation_(path.empty() ? log_rotation{} : rotation),
-      file_(with_room(path, rotation), header, ring_bytes), thread_(start_thread("log", cpus, [this] { run(); }))
+      file_(with_room(path, rotation), header, ring_bytes)
 {
+    file_.show_to(std::move(witness));
+    thread_ = start_thread("log", cpus, [this] { run(); });
 }
 
 log_writer::~log_writer()

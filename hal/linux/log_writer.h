@@ -19,9 +19,9 @@ class log_writer
 {
   public:
     /* Throws input_error if the file cannot be made. Its thread runs on `cpus`. With a rotation, a file of this name
-     * that is there stays, with a number. */
+     * that is there stays, with a number. `witness`: sees the records, in this thread; may be empty. */
     log_writer(const std::string &path, const log_header &header, const cpu_set_t &cpus,
-               const log_rotation &rotation = {});
+               const log_rotation &rotation = {}, log_file::witness witness = {});
     ~log_writer();
 
     /* For the loop. */

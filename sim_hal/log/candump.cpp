@@ -25,6 +25,9 @@ void append_line(std::string &text, const hal_frame &frame)
         size += std::snprintf(line + size, sizeof line - static_cast<std::size_t>(size), "%03X#",
                               static_cast<unsigned>(frame.id));
     }
+    if (frame.flags & HAL_FRAME_REMOTE) {
+        size += std::snprintf(line + size, sizeof line - static_cast<std::size_t>(size), "R");
+    }
     for (int i = 0; i < frame.length; i++) {
         size += std::snprintf(line + size, sizeof line - static_cast<std::size_t>(size), "%02X", frame.data[i]);
     }
