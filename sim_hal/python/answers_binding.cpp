@@ -22,8 +22,6 @@ namespace berth
 namespace
 {
 
-/* Eigenvalues of the loop that decides: of a schedule the worst one, of a tool the one in contact, of effects of
- * size the equivalent at the usual amplitude. */
 nb::dict spectrum_of(const rig_handle &handle)
 {
     const rig rig = handle.snapshot();
@@ -34,13 +32,7 @@ nb::dict spectrum_of(const rig_handle &handle)
     spectrum found;
     {
         const nb::gil_scoped_release released;
-        const double amplitude_m = amplitude_of(rig);
-        const berth::rig worst = has_schedule(rig) ? worst_of_schedule(rig, predictor_at(amplitude_m)).rig : rig;
-        if (is_time_varying(worst)) {
-            throw input_error(rig.name +
-                              ": the loop changes from tick to tick and has no eigenvalues: ask verdict()");
-        }
-        found = loop_spectrum(linear_at(worst, amplitude_m));
+        found = deciding_spectrum(rig);
         for (const mode &one : found.modes) {
             z.push_back(one.z);
             growth_per_s.push_back(one.growth_per_s);
@@ -55,6 +47,32 @@ nb::dict spectrum_of(const rig_handle &handle)
     made["mode_damping_ratio"] = as_array(std::move(damping_ratio));
     made["spectral_radius"] = found.spectral_radius;
     made["growth_per_s"] = found.growth_per_s;
+    return made;
+}
+
+/* Growth and radius of rigs with other values of these keys, and why one was refused: (index, line). */
+nb::dict growth_of_many(const rig_handle &handle, const std::vector<std::string> &keys,
+                        const nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu> &values)
+{
+    if (values.shape(1) != keys.size()) {
+        throw input_error("vary", "values", "must have one column for each key");
+    }
+    const rig rig = handle.snapshot();
+    varied_growth found;
+    {
+        const nb::gil_scoped_release released;
+        found = growth_of_varied(rig, keys, values.data(), values.shape(0));
+    }
+    nb::list refused;
+    for (std::size_t i = 0; i < found.refusal.size(); i++) {
+        if (!found.refusal[i].empty()) {
+            refused.append(nb::make_tuple(i, found.refusal[i]));
+        }
+    }
+    nb::dict made;
+    made["growth_per_s"] = as_array(std::move(found.growth_per_s));
+    made["spectral_radius"] = as_array(std::move(found.spectral_radius));
+    made["refused"] = refused;
     return made;
 }
 
@@ -255,6 +273,7 @@ nb::dict as_dict(const stability_verdict &verdict, const stability_margin &margi
     made["stable"] = or_none(verdict.is_stable);
     made["because"] = verdict.because;
     made["advice"] = verdict.advice.empty() ? nb::none() : nb::cast(verdict.advice);
+    made["caveat"] = verdict.caveat.empty() ? nb::none() : nb::cast(verdict.caveat);
     made["growth_per_s"] = verdict.growth ? nb::cast(verdict.growth->growth_per_s) : nb::none();
     made["growth_ci95_per_s"] = verdict.growth ? nb::cast(verdict.growth->ci95_per_s) : nb::none();
     made["frequency_Hz"] = verdict.growth ? nb::cast(verdict.growth->frequency_Hz) : nb::none();
@@ -288,6 +307,7 @@ void bind_answers(nb::module_ &module)
             return as_array(std::move(values));
         });
     module.def("spectrum", &spectrum_of, nb::arg("rig"));
+    module.def("growth_of_many", &growth_of_many, nb::arg("rig"), nb::arg("keys"), nb::arg("values"));
     module.def("answer", &answer, nb::arg("rig"), nb::arg("whole"));
     module.def("limits", &limits, nb::arg("rig"));
     module.def("map", &map, nb::arg("rig"), nb::arg("x"), nb::arg("y"), nb::arg("threads"));

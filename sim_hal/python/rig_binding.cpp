@@ -128,6 +128,7 @@ void bind_rig(nb::module_ &module)
             "get", [](const rig_handle &of, const std::string &key) { return value_of_key(of.get(), key); },
             nb::arg("key"))
         .def("refuse_unstated", [](const rig_handle &of) { refuse_unstated(of.get(), of.origin()); })
+        .def_prop_ro("settable", [](const rig_handle &of) { return is_settable(of.get()); })
         .def_prop_ro("name", [](const rig_handle &of) { return of.get().name; })
         .def_prop_ro("description", [](const rig_handle &of) { return of.get().description; })
         .def_prop_ro("settings", [](const rig_handle &of) { return of.settings(); })

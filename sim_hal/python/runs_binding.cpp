@@ -1,6 +1,10 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
 
+#include <cstring>
+
+#include "../../firmware/limits.h"
+#include "../../hal/live_sample.h"
 #include "../../hal/log_file.h"
 #include "../log/ulog_reader.h"
 #include "answers.h"
@@ -14,6 +18,9 @@ namespace berth
 
 namespace
 {
+
+using record_bytes = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using number_array = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 nb::object peak_or_none(const std::optional<force_peak> &peak)
 {
@@ -79,6 +86,60 @@ nb::dict read_log(const std::string &path)
     return told;
 }
 
+/* The datagrams that a target would send of these ticks. */
+nb::list live_samples(live_thinner &thinner, const record_bytes &ticks)
+{
+    nb::list all;
+    for (std::size_t at = 0; at + sizeof(tick_record) <= ticks.size(); at += sizeof(tick_record)) {
+        tick_record record;
+        std::memcpy(&record, ticks.data() + at, sizeof record);
+        if (thinner.add(record)) {
+            const std::string json = thinner.json(0);
+            all.append(nb::bytes(json.data(), json.size()));
+        }
+    }
+    return all;
+}
+
+/* Of a manipulator's motion; None where it does not swing often enough. */
+nb::object growth_of(const number_array &position_m, double period_s)
+{
+    const std::vector<double> signal(position_m.data(), position_m.data() + position_m.size());
+    const auto fit = fit_growth(signal, period_s, growth_floor_m);
+    return fit ? nb::object(nb::make_tuple(fit->growth_per_s, fit->growth_ci95_per_s, fit->frequency_Hz))
+               : nb::none();
+}
+
+nb::list names(int count, const char *(*name_of)(int))
+{
+    nb::list all;
+    for (int i = 0; i < count; i++) {
+        all.append(name_of(i));
+    }
+    return all;
+}
+
+void bind_live(nb::module_ &module)
+{
+    nb::class_<live_thinner>(module, "LiveThinner", "Makes the samples of a live view of a run's ticks.")
+        .def(
+            "__init__",
+            [](live_thinner *self, const rig_handle &of, std::uint32_t run, double rate_Hz) {
+                const rig &rig = of.get();
+                new (self) live_thinner({rig.name, config_hash(rig), config_period_ns(&rig.firmware), run}, rate_Hz);
+            },
+            nb::arg("rig"), nb::arg("run"), nb::arg("rate_Hz"))
+        .def("samples", &live_samples, nb::arg("ticks"));
+    module.def("growth_of", &growth_of, nb::arg("position_m"), nb::arg("period_s"));
+    module.attr("live_rate_Hz") = live_rate_Hz;
+    module.attr("growth_floor_m") = growth_floor_m;
+    module.attr("state_names") =
+        names(SUPERVISOR_STATE_COUNT, [](int i) { return supervisor_state_name(static_cast<supervisor_state>(i)); });
+    module.attr("stop_cause_names") =
+        names(STOP_CAUSE_COUNT, [](int i) { return stop_cause_name(static_cast<stop_cause>(i)); });
+    module.attr("limit_names") = names(LIMIT_COUNT, [](int i) { return limit_names[i]; });
+}
+
 } // namespace
 
 void bind_runs(nb::module_ &module)
@@ -87,6 +148,7 @@ void bind_runs(nb::module_ &module)
     module.attr("tick_bytes") = sizeof(tick_record);
     module.def("run", &run, nb::arg("rig"), nb::arg("log_path"), nb::arg("whole"));
     module.def("read_log", &read_log, nb::arg("path"));
+    bind_live(module);
 }
 
 } // namespace berth

@@ -45,6 +45,7 @@ class Verdict:
     kind     "stable", "unstable", "limit cycle", "driven", "bouncing" or "undetermined"
     stable   True, False, or None: not determined
     because  one sentence; advice: one line, or None
+    caveat   where prediction and this run differ: which to believe, or None
     growth_per_s, growth_ci95_per_s, frequency_Hz   of the motion, 1/s and Hz; None: no growth is known
     dead_time_margin_ms   by which the robot's dead time may grow, ms; None: there is none.
                           dead_time_margin_is_open: by more, that is as far as was searched
@@ -57,6 +58,7 @@ class Verdict:
     kind: str
     stable: bool | None
     because: str
+    caveat: str | None
     advice: str | None
     growth_per_s: float | None
     growth_ci95_per_s: float | None
@@ -83,6 +85,8 @@ class Verdict:
         elif self.dead_time_margin_ms is not None:
             least = "at least " if self.dead_time_margin_is_open else ""
             lines.append(f"margin: {least}{self.dead_time_margin_ms:.4g} ms of dead time")
+        if self.caveat:
+            lines.append(f"caveat: {self.caveat}")
         if self.advice:
             lines.append(f"advice: {self.advice}")
         return "\n".join(lines)
