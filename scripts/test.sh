@@ -121,14 +121,15 @@ on_kernels() {
     step "build for the guests" make target-programs GUEST_TRIPLETS="$*"
     py "tests on a real-time kernel in QEMU" -k "$name" tests/target
 }
-on_one_kernel() { on_kernels arm64 aarch64-linux-gnu; }
+# A guest under load computes for several minutes of the host's time a minute of its own.
+on_one_kernel() { BERTH_CLOSED_LOOP_s=20 on_kernels arm64 aarch64-linux-gnu; }
 on_both_kernels() { on_kernels "arm64 or amd64" aarch64-linux-gnu x86_64-linux-gnu; }
 
 # What sanitizers leave to the full tier, as it takes longest, and what counts what is instrumented there.
 long_with_sanitizers='*theory/chooser_*,*theory/claims_*,*theory/concept_*,*theory/describing_*,*theory/growth_test*,*theory/lyapunov_*,*theory/map_*,*theory/restitution_*,*theory/solver_*,*theory/stability_*'
 not_with_sanitizers='no_side_effects*,axes in trouble: all stop*'
 with_sanitizers() {
-    step "build with sanitizers" make SANITIZE=1 build/sanitize/berth-loop build/sanitize/cpp_tests build/sanitize/target_tests
+    step "build with sanitizers" make SANITIZE=1 build/sanitize/berth-loop build/sanitize/cpp_tests build/sanitize/target_tests build/sanitize/parsers
     if [ "$mode" = full ]; then
         cpp "C++ tests with sanitizers" build/sanitize/cpp_tests -tce="$not_with_sanitizers"
     else
@@ -137,6 +138,7 @@ with_sanitizers() {
     fi
     cpp "C++ tests of the Linux side with sanitizers" build/sanitize/target_tests -tce='contract*,bus*'
     step "reference case with sanitizers" build/sanitize/berth-loop ess
+    step "broken files for every reader of files" .venv/bin/python scripts/fuzz.py --runs 5000
 }
 
 step "build" make all build/cpp_tests build/berth-target build/target_tests build/peer
@@ -164,6 +166,7 @@ else
         py "Python tests" "${at_once[@]}" tests/python
         step "hidden effects, a fixed record of each kind" .venv/bin/python tests/hidden_effects/score.py --fixed
         step "score of hidden effects" make score COUNT=60
+        step "broken files for every reader of files, 60 s each" make fuzz
         step "set-up, build, run and quick tests on Debian 13" scripts/debian_root.sh trixie
     else
         py "Python tests" "${at_once[@]}" -m "not slow" tests/python

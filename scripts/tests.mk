@@ -15,3 +15,10 @@ full-test: setup-test
 
 setup-test:
 	@scripts/setup.sh test
+
+#: make fuzz           broken files for every reader of files, under libFuzzer; goes on where it ended (SECONDS=60 each)
+.PHONY: fuzz
+fuzz: setup-test
+	@$(MAKE) build/berth
+	@$(MAKE) FUZZ=1 build/fuzz/parsers
+	@$(PYTHON) scripts/fuzz.py --seconds $(or $(SECONDS),60)

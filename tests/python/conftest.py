@@ -4,6 +4,7 @@ Run from the repository root: .venv/bin/python -m pytest -q tests/python
 """
 
 import collections
+import csv
 import json
 import os
 import pathlib
@@ -25,6 +26,7 @@ DBC = ROOT / "firmware" / "can" / "berth.dbc"
 RIG_FOLDER = ROOT / "sim_hal" / "rigs"
 RIGS = sorted(path.stem for path in RIG_FOLDER.glob("*.toml"))
 TIMEOUT_s = 600
+SHORT = {"run.duration_s": 2.0}
 
 EXIT_DONE, EXIT_DIFFERENT, EXIT_INPUT, EXIT_SIGNAL = 0, 1, 2, 128
 
@@ -54,13 +56,23 @@ def pytest_sessionstart(session):
         record_store.remove_unused()
 
 
+def in_full_tier():
+    """Rows of full_tier.csv: `moved`, how the names of tests begin that `make full-test` alone runs; `cpu_s`, processor
+    time of each; `stays`, how the name of one begins that `make test` has of the same kind."""
+    with open(ROOT / "tests" / "python" / "full_tier.csv", newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def pytest_collection_modifyitems(items):
-    """Puts every test that needs the programs built for arm64 behind its mark, and what comes after the first sets of
-    parameters of those that are many among the slow ones."""
+    """Puts every test that needs the programs built for arm64 behind its mark. Among the slow ones: what full_tier.csv
+    names, and what comes after the first sets of parameters of those that are many."""
     seen = collections.Counter()
+    moved = tuple(row["moved"] for row in in_full_tier())
     for item in items:
         if "arm64" in item.fixturenames:
             item.add_marker(pytest.mark.arm64)
+        if item.nodeid.rpartition("python/")[2].startswith(moved):
+            item.add_marker(pytest.mark.slow)
         first = item.get_closest_marker("first")
         if first is not None and item.get_closest_marker("slow") is None:
             function = item.nodeid.partition("[")[0]
@@ -78,6 +90,12 @@ def command(*arguments, program=(BERTH,), **options):
     """Runs a program of ours to its end; never raises on its exit code."""
     words = [str(word) for word in (*program, *arguments)]
     return subprocess.run(words, cwd=ROOT, capture_output=True, timeout=TIMEOUT_s, **options)
+
+
+def berth(folder, *arguments, **options):
+    """The program in a folder of its own, where it keeps its runs."""
+    return subprocess.run([str(word) for word in (BERTH, *arguments)], cwd=folder, capture_output=True, text=True,
+                          timeout=TIMEOUT_s, **options)
 
 
 def play(reference, gap):
@@ -219,6 +237,15 @@ def logs(tmp_path_factory):
         return made[case]
 
     return make
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Two runs of one rig and the folder where the program was called."""
+    folder = tmp_path_factory.mktemp("kept")
+    runs = [json.loads(berth(folder, "run", "ess", "--json", *settings({**SHORT, **values})).stdout)
+            for values in ({}, {"robot.dead_time_ms": 25.0})]
+    return folder, runs
 
 
 @pytest.fixture(scope="session")
