@@ -55,10 +55,20 @@ struct known_compensation {
 std::vector<known_compensation> compensations_for(const rig &rig)
 {
     constexpr std::pair<const char *, const char *> no_extrapolation{"extrapolation.order", "0"};
+    constexpr std::pair<const char *, const char *> no_lead{"force_lead.enabled", "false"};
+    constexpr std::pair<const char *, const char *> no_inverse{"adaptive_inverse.enabled", "false"};
     constexpr std::pair<const char *, const char *> prediction{"prediction.enabled", "true"};
     if (rig.firmware.extrapolation.order > 0) {
         return {{"--set extrapolation.order=0", {no_extrapolation}},
                 {"--set extrapolation.order=0 --with prediction", {no_extrapolation, prediction}}};
+    }
+    if (rig.firmware.force_lead.enabled) {
+        return {{"--set force_lead.enabled=false --with prediction", {no_lead, prediction}},
+                {"--set force_lead.enabled=false", {no_lead}}};
+    }
+    if (rig.firmware.adaptive_inverse.enabled) {
+        return {{"--set adaptive_inverse.enabled=false", {no_inverse}},
+                {"--set adaptive_inverse.enabled=false --with prediction", {no_inverse, prediction}}};
     }
     if (compensation_is_on(&rig.firmware)) {
         return {};
@@ -68,24 +78,12 @@ std::vector<known_compensation> compensations_for(const rig &rig)
             {"--with extrapolation-1", {{"extrapolation.order", "1"}}}};
 }
 
-/* The first one that helps. */
-std::optional<cure> find_compensation(const rig &of, const growth_predictor &predict)
+/* A swing takes longer than this to halve: a cure in name. */
+constexpr double weak_s = 60.0;
+
+bool is_weak(double growth_per_s)
 {
-    for (const known_compensation &known : compensations_for(of)) {
-        rig with = of;
-        bool is_possible = true;
-        for (const auto &[key, text] : known.settings) {
-            is_possible = is_possible && !set_value(with, key, text);
-        }
-        if (!is_possible || complete_and_check(with)) {
-            continue;
-        }
-        const growth_prediction found = predict(with);
-        if (is_stable(found) == std::optional<bool>(true)) {
-            return cure{known.option, *found.growth_per_s};
-        }
-    }
-    return {};
+    return -growth_per_s * weak_s < std::log(2.0);
 }
 
 /* The loop has an equation, which is the same in every tick: its limits are known by parameter. */
@@ -185,6 +183,30 @@ std::optional<near_limit> nearest_limit(const std::vector<parameter_limits> &par
     return nearest;
 }
 
+std::optional<cure> find_compensation(const rig &of, const growth_predictor &predict)
+{
+    std::optional<cure> weak;
+    for (const known_compensation &known : compensations_for(of)) {
+        rig with = of;
+        bool is_possible = true;
+        for (const auto &[key, text] : known.settings) {
+            is_possible = is_possible && !set_value(with, key, text);
+        }
+        if (!is_possible || complete_and_check(with)) {
+            continue;
+        }
+        const growth_prediction found = predict(with);
+        if (is_stable(found) != std::optional<bool>(true)) {
+            continue;
+        }
+        if (!is_weak(*found.growth_per_s)) {
+            return cure{known.option, *found.growth_per_s};
+        }
+        weak = weak ? weak : cure{known.option, *found.growth_per_s};
+    }
+    return weak;
+}
+
 std::optional<parameter_cure> change_to(const rig &rig, const near_limit &limit, const growth_predictor &predict)
 {
     constexpr int digits = 4;
@@ -228,6 +250,11 @@ std::string advice_text(const stability_advice &advice)
         std::snprintf(text, sizeof text, "%s%s: %+.2g /s", all.empty() ? "" : ", or ",
                       advice.compensation->option.c_str(), advice.compensation->growth_per_s);
         all += text;
+        if (is_weak(advice.compensation->growth_per_s)) {
+            std::snprintf(text, sizeof text, ", barely stable: halves every %.0f s",
+                          std::log(2.0) / -advice.compensation->growth_per_s);
+            all += text;
+        }
     }
     return all.empty() && advice.was_sought
                ? "no single parameter and no compensation that was tried makes it stable"

@@ -43,6 +43,9 @@ struct stability_advice {
     std::string caveat = {}; /* where the change cures not all */
 };
 
+/* The first one that helps more than barely; else the first one. */
+std::optional<cure> find_compensation(const rig &rig, const growth_predictor &predict);
+
 /* Of a rig that `predict` calls unstable, which calls it stable with each cure: less than 0 by more than interval or
  * rounding. Parameters change by up to a factor of 10, in steps of 2 % or as cure_search.h says: a stable interval
  * narrower than that may be overlooked. Where nothing cures and limits are known, by up to a factor of 1000, in

@@ -12,6 +12,7 @@
  *   bounce     play_bounce(): restitution of a tool in contact; find_bounce_limit(): where it gains energy
  *   compensated  growth_of_compensated(), limits_of_compensated(): of loops with compensation of the dead time
  *   compensation  choose_compensation(), recommend(): which method suits a rig
+ *   varied     growth_of_varied(): of many rigs that differ from one in a few keys, for campaigns
  *   map        stability_map.h: largest |z| over two parameters
  *   run        play(): firmware and simulated rig in virtual time; motion_recorder takes a run's ticks;
  * motion_evidence is what they show; answer_of_run(): what motion and model say together verdict    judge(): one
@@ -40,6 +41,7 @@
 #include "stability/limits.h"
 #include "stability/spectrum.h"
 #include "stability/stability_map.h"
+#include "varied_rigs.h"
 #include "verdict.h"
 
 #endif

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <memory>
 
-#include "../firmware/loop.h"
 #include "../firmware/pi.h"
 #include "../hal/rig/rig_file.h"
 #include "delay_budget.h"
+#include "hil/manipulator_stand_in.h"
 #include "hil/sim_hal.h"
 #include "motion.h"
 #include "stability/arm_loop.h"
@@ -126,13 +126,14 @@ std::optional<played_bounce> play_bounce(const rig &original)
     const std::unique_ptr<struct hal, hal_closer> hal(sim_open(made));
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &made.firmware);
+    manipulator_stand_in manipulator(made);
     const double period_s = config_period_s(&made.firmware);
     const auto settle_ticks =
         1 + static_cast<std::int64_t>(settled_delays * 1e-3 * delay_budget_of(made).total_ms() / period_s);
     std::optional<played_bounce> found;
     std::int64_t touched = -1;
     std::int64_t left = -1;
-    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
+    while (app->supervisor.state != SUPERVISOR_STOPPED && manipulator.tick(hal.get(), *app)) {
         const tick_record &record = app->recorder.tick;
         const bool touches = record.robot_position_m > made.object.surface_position_m;
         if (app->supervisor.state != SUPERVISOR_RUNNING) {
@@ -159,11 +160,14 @@ std::optional<played_bounce> play_bounce(const rig &original)
 bool comes_to_surface(const rig &original)
 {
     rig made = original;
-    made.sensor.noise_N = made.robot.feedback_noise_m = 0.0;
+    if (original.firmware.arm.kind == ARM_NONE) { /* an arm at the surface may come to it by noise alone */
+        made.sensor.noise_N = made.robot.feedback_noise_m = 0.0;
+    }
     const std::unique_ptr<struct hal, hal_closer> hal(sim_open(made));
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &made.firmware);
-    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
+    manipulator_stand_in manipulator(made);
+    while (app->supervisor.state != SUPERVISOR_STOPPED && manipulator.tick(hal.get(), *app)) {
         const bool touches = app->recorder.tick.robot_position_m > made.object.surface_position_m;
         if (touches && app->supervisor.state == SUPERVISOR_RUNNING) {
             return true;

@@ -27,7 +27,7 @@ struct played_bounce {
  * input_error. */
 std::optional<played_bounce> play_bounce(const rig &rig);
 
-/* Whether the rig's own run, without noise, brings the tool to the surface. Throws input_error. */
+/* Whether the rig's own run brings the tool to the surface: without noise, but for an arm. Throws input_error. */
 bool comes_to_surface(const rig &rig);
 
 /* The value of a parameter nearest to the rig's own at which a bounce starts, or ends, to gain energy, within a

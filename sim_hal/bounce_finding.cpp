@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "verdict_words.h"
@@ -30,11 +31,25 @@ bool holds_1(const std::vector<double> &rising)
            rising[static_cast<std::size_t>(high)] >= 1.0;
 }
 
+/* What an operator gives to a tool that is in the material is in its speed afterwards. */
+std::vector<bounce> without_operator(const std::vector<bounce> &all, double mass_kg)
+{
+    constexpr double little = 0.01; /* of the energy that the tool came with */
+    std::vector<bounce> found;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(found), [mass_kg](const bounce &one) {
+        const double came_with_J = 0.5 * mass_kg * one.speed_in_m_per_s * one.speed_in_m_per_s;
+        return std::abs(one.operator_J) <= little * came_with_J;
+    });
+    return found;
+}
+
 } // namespace
 
 std::optional<bounce_finding> bounces_of(const motion_evidence &motion, double manipulator_mass_kg)
 {
-    const std::vector<bounce> &all = motion.bounces;
+    const std::vector<bounce> by_themselves = without_operator(motion.bounces, manipulator_mass_kg);
+    const bool is_driven = by_themselves.empty();
+    const std::vector<bounce> &all = is_driven ? motion.bounces : by_themselves;
     if (all.empty()) {
         return {};
     }
@@ -54,8 +69,13 @@ std::optional<bounce_finding> bounces_of(const motion_evidence &motion, double m
     std::sort(energies_J.begin(), energies_J.end());
     constexpr double ci95 = 1.96;
     const bool is_noise = median(differences_m_per_s) <= ci95 * median(noises_m_per_s);
-    return bounce_finding{all.size(),          restitutions[all.size() / 2], restitutions.front(),
-                          restitutions.back(), energies_J[all.size() / 2],   is_noise || holds_1(restitutions)};
+    return bounce_finding{all.size(),
+                          restitutions[all.size() / 2],
+                          restitutions.front(),
+                          restitutions.back(),
+                          energies_J[all.size() / 2],
+                          is_noise || holds_1(restitutions),
+                          is_driven};
 }
 
 bool is_bouncing(const motion_evidence &motion)
@@ -66,16 +86,20 @@ bool is_bouncing(const motion_evidence &motion)
 
 std::string bounce_words(const bounce_finding &bounces, const motion_evidence &motion)
 {
-    const std::string restitution = bounces.count == 1
-                                        ? with_numbers("%.3g", bounces.restitution)
-                                        : with_numbers("%.3g (%.3g to %.3g)", bounces.restitution,
-                                                       bounces.restitution_lowest, bounces.restitution_highest);
-    std::string words = std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") +
-                        ", restitution " + restitution +
-                        (bounces.is_even   ? ": whether a bounce gains or loses energy does not show"
-                         : bounces.gains() ? ": a bounce gains "
-                                           : ": a bounce loses ") +
-                        (bounces.is_even ? "" : with_numbers("%.3g J", std::abs(bounces.energy_J)));
+    std::string restitution = with_numbers("%.3g", bounces.restitution);
+    const std::string lowest = with_numbers("%.3g", bounces.restitution_lowest);
+    const std::string highest = with_numbers("%.3g", bounces.restitution_highest);
+    if (lowest != highest) {
+        restitution += " (" + lowest + " to " + highest + ")";
+    }
+    std::string words =
+        std::to_string(bounces.count) + (bounces.count == 1 ? " bounce" : " bounces") + ", restitution " +
+        restitution +
+        (bounces.is_driven ? ": the operator's work is in it, so that it does not tell what the loop does"
+         : bounces.is_even ? ": whether a bounce gains or loses energy does not show"
+         : bounces.gains() ? ": a bounce gains "
+                           : ": a bounce loses ") +
+        (bounces.is_driven || bounces.is_even ? "" : with_numbers("%.3g J", std::abs(bounces.energy_J)));
     if (!motion.touches_now) {
         const bounce &last = motion.bounces.back();
         words += with_numbers("; the tool touched the object for %.2f s, left it at %.2f s and did not come back",

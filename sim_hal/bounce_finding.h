@@ -11,7 +11,7 @@
 namespace berth
 {
 
-/* Of all bounces of a run. */
+/* Of the bounces of a run in which the operator did next to no work; of all where there are none. */
 struct bounce_finding {
     std::size_t count;
     double restitution; /* median */
@@ -20,7 +20,9 @@ struct bounce_finding {
     double energy_J; /* that a bounce adds to the manipulator's motion: median */
     bool is_even;    /* the interval of the median holds 1, or the sensor's noise makes as large a difference */
 
-    bool gains() const { return restitution > 1.0 && !is_even; }
+    bool is_driven = false; /* the operator's work is in them: they do not tell what the loop does */
+
+    bool gains() const { return restitution > 1.0 && !is_even && !is_driven; }
 };
 
 /* Nothing: there was none. */

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "../firmware/compensation/compensation.h"
-#include "../firmware/loop.h"
 #include "../hal/rig/keys.h"
 #include "compensation/measured_map.h"
 #include "effects/active.h"
+#include "hil/manipulator_stand_in.h"
 #include "hil/sim_hal.h"
 #include "prediction.h"
 #include "stability/compensation_states.h"
@@ -66,11 +66,11 @@ struct undisturbed_motion {
 };
 
 /* The height of the manipulator's swing in the next seconds. */
-double height_within_m(struct hal *hal, struct app &app, std::int64_t ticks)
+double height_within_m(struct hal *hal, struct app &app, manipulator_stand_in &manipulator, std::int64_t ticks)
 {
     double lowest_m = app.recorder.tick.manipulator_position_m;
     double highest_m = lowest_m;
-    for (std::int64_t i = 0; i < ticks && loop_tick(hal, &app) == HAL_OK; i++) {
+    for (std::int64_t i = 0; i < ticks && manipulator.tick(hal, app); i++) {
         lowest_m = std::min(lowest_m, app.recorder.tick.manipulator_position_m);
         highest_m = std::max(highest_m, app.recorder.tick.manipulator_position_m);
     }
@@ -78,18 +78,19 @@ double height_within_m(struct hal *hal, struct app &app, std::int64_t ticks)
 }
 
 /* A swing that play keeps alive may be a small part of the first one, and is slow to come to its height. */
-std::optional<double> lasting_height_m(struct hal *hal, struct app &app, double start_m, std::int64_t ticks)
+std::optional<double> lasting_height_m(struct hal *hal, struct app &app, manipulator_stand_in &manipulator,
+                                       double start_m, std::int64_t ticks)
 {
     constexpr int windows = 4;
     constexpr double at_rest = 1e-3; /* of the start */
     constexpr double falls = 0.9;    /* from window to window: by less it lasts */
-    double height_m = height_within_m(hal, app, ticks);
+    double height_m = height_within_m(hal, app, manipulator, ticks);
     for (int i = 1; i < windows; i++) {
         if (height_m < at_rest * start_m || app.supervisor.state != SUPERVISOR_RUNNING) {
             return {};
         }
         const double before_m = height_m;
-        height_m = height_within_m(hal, app, ticks);
+        height_m = height_within_m(hal, app, manipulator, ticks);
         if (i == windows - 1 && height_m > falls * before_m) {
             return height_m;
         }
@@ -105,10 +106,11 @@ undisturbed_motion motion_of(const rig &quiet, double start_m)
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> hal(sim_open(made), hal_close);
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &made.firmware);
+    manipulator_stand_in manipulator(made);
     motion_recorder recorder(made);
     const double ends_s = made.run.release_s + compensated_run_s;
     const double period_s = config_period_s(&made.firmware);
-    while (app->supervisor.state != SUPERVISOR_STOPPED && loop_tick(hal.get(), app.get()) == HAL_OK) {
+    while (app->supervisor.state != SUPERVISOR_STOPPED && manipulator.tick(hal.get(), *app)) {
         recorder.note_tick(app->recorder.tick, false, {});
         if (is_long && period_s * static_cast<double>(app->recorder.tick.index) > ends_s) {
             break;
@@ -116,8 +118,8 @@ undisturbed_motion motion_of(const rig &quiet, double start_m)
     }
     undisturbed_motion found{recorder.conclude(), {}};
     if (is_long) {
-        found.lasting_height_m =
-            lasting_height_m(hal.get(), *app, start_m, static_cast<std::int64_t>(compensated_run_s / period_s));
+        found.lasting_height_m = lasting_height_m(hal.get(), *app, manipulator, start_m,
+                                                  static_cast<std::int64_t>(compensated_run_s / period_s));
     }
     return found;
 }
@@ -127,20 +129,26 @@ double deflection_m(const rig &released)
     return std::abs(released.firmware.manipulator.initial_position_m - rest_m(released));
 }
 
-/* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. */
-stability_verdict judge_run(const rig &quiet)
+/* Where the swing is too uneven for a decrement, how much lower it is in the end than before tells. `known`: of
+ * small motions, as far as that counts for a larger one. */
+stability_verdict judge_run(const rig &quiet, const growth_prediction &known)
 {
     const undisturbed_motion seen = motion_of(quiet, deflection_m(quiet));
     const motion_evidence &motion = seen.evidence;
-    verdict_case all{{}, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""};
+    verdict_case all{known, motion, {}, {}, quiet.firmware.manipulator.mass_kg, {}, ""};
     if (motion.falls == std::optional<bool>(false)) {
         all.cycles = predict_cycles(quiet, motion.height_m);
     }
     stability_verdict found = judge(all);
+    if (found.growth) {
+        found.growth->origin = growth_origin::trial;
+    }
     const bool ended_freely = motion.stop.cause == STOP_NONE && !motion.limits_acted_late;
     if (found.kind == verdict_kind::undetermined && ended_freely) {
         const double growth_per_s = measure(quiet, compensated_run_s).growth_per_s;
-        found = judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
+        if (std::abs(growth_per_s) > near_enough_measured) {
+            found = judge({growth_per_s, {}, 0.0, prediction_source::run}, {});
+        }
     } else {
         found.because = "a run without noise: " + found.because;
     }
@@ -224,18 +232,37 @@ std::optional<double> first_change(const search &loop, const rig_key &key, doubl
     return {};
 }
 
+/* A passivity controller takes out what grows, as far as its settings reach: the loop beneath it tells how near that
+ * is. */
+std::string words_without_passivity(const rig &rig)
+{
+    berth::rig without = rig;
+    without.firmware.passivity.action = PASSIVITY_OFF;
+    if (is_stable(predict_unscheduled(without)) == std::optional<bool>(false)) {
+        return "; without its passivity controller the loop is unstable as it is";
+    }
+    const stability_margin bare = margin_of(without);
+    return !bare.dead_time_ms
+               ? "; its passivity controller hides what grows beneath it"
+               : with_numbers(bare.is_dead_time_open ? "; without its passivity controller by at least %.4g ms"
+                                                     : "; without its passivity controller by %.4g ms",
+                              *bare.dead_time_ms);
+}
+
 std::string note_on_margin(const rig &rig, bool is_measured)
 {
     std::string note = is_judged_by_runs(rig) ? by_long_runs : is_measured ? by_runs : "";
-    if (compensation_is_on(&rig.firmware)) {
-        note += std::string(note.empty() ? "" : ", ") + "with the firmware's settings as they are";
+    const auto add = [&](const char *words) { note += (note.empty() ? "" : ", ") + std::string(words); };
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        add("of the arm where it starts");
     }
-    return note;
+    if (compensation_is_on(&rig.firmware) || rig.firmware.arm.kind != ARM_NONE) {
+        add("with the firmware's settings as they are");
+    }
+    return note + (rig.firmware.passivity.action != PASSIVITY_OFF ? words_without_passivity(rig) : "");
 }
 
-} // namespace
-
-compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m)
+compensated_growth growth_of(const rig &rig, std::optional<double> amplitude_m, const growth_prediction &known)
 {
     const berth::rig held = in_contact(rig);
     const bool is_linear = amplitude_m == 0.0 || effects_of_size(held).empty();
@@ -250,18 +277,25 @@ compensated_growth growth_of_compensated(const rig &rig, std::optional<double> a
     }
     if (rig.object.kind == object_kind::contact && rig.firmware.manipulator.stiffness_N_per_m > 0.0) {
         stability_verdict in_flight =
-            judge_run(undisturbed(released_rig(in_free_flight(rig), amplitude_m.value_or(0.0))));
+            judge_run(undisturbed(released_rig(in_free_flight(rig), amplitude_m.value_or(0.0))), {});
         if (in_flight.is_stable == std::optional<bool>(false)) {
             in_flight.because = "the tool in free flight, where its inertia closes the loop: " + in_flight.because;
             return {in_flight, true};
         }
     }
-    const stability_verdict in_run = judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0))));
+    const stability_verdict in_run = judge_run(undisturbed(released_rig(held, amplitude_m.value_or(0.0))), known);
     growth_prediction bounces;
     add_bounces(bounces, rig);
     const bool decides =
         in_run.is_stable != std::optional<bool>(false) && (bounces.gains_by_bounces() || bounces.never_touches);
     return {decides ? judge(bounces, {}) : in_run, true};
+}
+
+} // namespace
+
+compensated_growth growth_of_compensated(const rig &rig, std::optional<double> amplitude_m)
+{
+    return growth_of(rig, amplitude_m, {});
 }
 
 bool is_judged_by_runs(const rig &rig)
@@ -272,12 +306,13 @@ bool is_judged_by_runs(const rig &rig)
 
 stability_verdict verdict_by_runs(const rig &rig, std::optional<double> amplitude_m)
 {
-    stability_verdict found = growth_of_compensated(rig, amplitude_m).verdict;
     if (!is_judged_by_runs(rig)) {
-        return found;
+        return growth_of_compensated(rig, amplitude_m).verdict;
     }
     const growth_prediction small = predict_growth(rig);
-    if (found.is_stable != std::optional<bool>(false) && is_stable(small) == std::optional<bool>(false)) {
+    const bool grows_at_first = is_stable(small) == std::optional<bool>(false);
+    stability_verdict found = growth_of(rig, amplitude_m, grows_at_first ? small : growth_prediction{}).verdict;
+    if (found.is_stable != std::optional<bool>(false) && grows_at_first) {
         return judge(small, {}); /* what grows is too small to be seen in the run, or a limit ended that */
     }
     if (!found.is_stable) {

@@ -53,6 +53,12 @@ bool is_size_of_change(std::string_view key)
     return std::find(std::begin(sizes_of_change), std::end(sizes_of_change), key) != std::end(sizes_of_change);
 }
 
+/* Nor is it a cure that the tool does not arrive any more. */
+bool is_cured(const growth_prediction &found)
+{
+    return is_stable(found) == std::optional<bool>(true) && !found.never_touches;
+}
+
 /* The search of one rig. */
 class factor_search
 {
@@ -152,8 +158,15 @@ std::optional<parameter_cure> tried_cure(const rig &original, std::string_view k
         return {};
     }
     const growth_prediction found = predict(*changed);
-    if (is_stable(found) != std::optional<bool>(true) || found.never_touches) {
-        return {}; /* nor is it a cure that the tool does not arrive any more */
+    if (!is_cured(found)) {
+        return {};
+    }
+    const double own = value_of(original, key);
+    for (const double share : cure_safety) {
+        const auto further = with_setting(original, key, value * (value > own ? 1.0 + share : 1.0 - share));
+        if (further && !is_cured(predict(*further))) {
+            return {};
+        }
     }
     return parameter_cure{std::string(key), value_of(original, key), value, *found.growth_per_s};
 }

@@ -28,7 +28,10 @@ struct parameter_cure {
     double growth_per_s; /* then */
 };
 
-/* Nothing where `predict` does not call the loop stable with it. */
+/* Beyond the value that is printed, a cure is predicted at these shares of it again: no sliver is advised. */
+constexpr double cure_safety[] = {0.02, 0.05};
+
+/* Nothing where `predict` does not call the loop stable with it, and cure_safety further. */
 std::optional<parameter_cure> tried_cure(const rig &original, std::string_view key, double value,
                                          const growth_predictor &predict);
 

@@ -6,6 +6,7 @@
 #include "../firmware/pi.h"
 #include "../firmware/sensor_layout.h"
 #include "effects/effect.h"
+#include "stability/scheduled_rig.h"
 
 namespace berth
 {
@@ -56,6 +57,23 @@ delay_budget delay_budget_of(const rig &rig)
     budget.low_pass_ms = 1e3 * rig.sensor_low_pass_delay_s();
     budget.wait_ms = sync_ms + sample_age_ms - rig.sensor.delay_ms;
     return budget;
+}
+
+std::vector<scheduled_delay> delays_of_schedule(const rig &rig)
+{
+    std::vector<scheduled_delay> found;
+    if (!has_schedule(rig)) {
+        return found;
+    }
+    double before_ms = delay_budget_of(rig).total_ms();
+    for (const double at_s : instants_of_schedule(rig)) {
+        const double total_ms = delay_budget_of(rig_at(rig, at_s)).total_ms();
+        if (total_ms != before_ms) {
+            found.push_back({at_s, total_ms});
+        }
+        before_ms = total_ms;
+    }
+    return found;
 }
 
 } // namespace berth

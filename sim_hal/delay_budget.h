@@ -33,8 +33,17 @@ struct delay_budget {
     std::vector<delay_part> parts() const;
 };
 
-/* Of a rig that has been checked. */
+/* Of a rig that has been checked; of one that schedules a change, as it is at the start. */
 delay_budget delay_budget_of(const rig &rig);
+
+/* What a schedule makes of the loop's delay from a time on, on the clock of the run. */
+struct scheduled_delay {
+    double from_s;
+    double total_ms;
+};
+
+/* Where a jump or a drift changes it, in order of time; empty: it stays. */
+std::vector<scheduled_delay> delays_of_schedule(const rig &rig);
 
 } // namespace berth
 

@@ -13,6 +13,7 @@
 #include "stability/limits.h"
 #include "stability/loop_equation.h"
 #include "stability/loop_timeline.h"
+#include "stability/stable_intervals.h"
 
 namespace berth
 {
@@ -56,6 +57,8 @@ stability_margin margin_of_plain(const rig &rig)
         cut_by_bounces(dead_time, rig);
         margin.dead_time_ms = dead_time_margin_ms(linear, dead_time);
         margin.is_dead_time_open = !margin.dead_time_ms;
+        margin.stable_again_ms = stable_beyond(dead_time);
+        margin.is_again_open = is_open_beyond(dead_time);
         margin.dead_time_ms = margin.dead_time_ms.value_or(dead_time.to - dead_time.value);
     }
     return margin;

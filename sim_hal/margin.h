@@ -4,8 +4,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "../hal/rig/rig.h"
+#include "stability/limits.h"
 
 namespace berth
 {
@@ -16,6 +18,10 @@ struct stability_margin {
     std::optional<double> modulus;      /* smallest |1 + L|, see modulus_margin.h; a plain loop alone has one */
     bool is_unlimited = false;          /* nothing feeds back: any dead time will do */
     std::string note;                   /* what the figure rests on, or why there is none; empty: eigenvalues */
+
+    /* Dead times beyond that limit at which the loop is stable again, as far as was searched. */
+    std::vector<stable_interval> stable_again_ms = {};
+    bool is_again_open = false; /* the last of them goes on where the search ended */
 };
 
 /* Of a loop that is stable; empty of one that is not. With compensation, the robot's dead time grows and the

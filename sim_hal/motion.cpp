@@ -14,13 +14,13 @@ namespace berth
 namespace
 {
 
-/* Below this the steps of the wire show: 1000 times the setpoint's 10 pm. */
-constexpr double growth_floor_m = 1e-8;
-
 /* The setpoint's step: less than that never comes to the robot. */
 constexpr double stands_still_m = 1e-11;
 
 constexpr std::size_t least_heights = 8;
+
+/* What acts beyond this share of the run acts to its end. */
+constexpr double late = 0.75;
 
 /* A motion that an operator's profile moves for more than this share of the run is the operator's. */
 constexpr double driven_share = 0.5;
@@ -71,6 +71,17 @@ double median_height(std::vector<oscillation_height>::const_iterator from,
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+/* Frequency of the second half of the swings, in Hz: two heights a period. 0: there are too few. */
+double swing_of(const std::vector<oscillation_height> &heights)
+{
+    if (heights.size() < least_heights) {
+        return 0.0;
+    }
+    const std::size_t first = heights.size() / 2;
+    const auto count = static_cast<double>(heights.size() - 1 - first);
+    return 0.5 * count / (heights.back().time_s - heights[first].time_s);
 }
 
 /* Limits bound the motion: does it fall nevertheless? While they act to the end, a fall is theirs, too. */
@@ -238,6 +249,7 @@ void motion_recorder::note_bounce(const tick_record &record)
         rig_.object.stiffness_N_per_m * depth_m + rig_.object.damping_N_s_per_m * robot_m_per_s > 0.0;
     if (holds_ && !open_bounce_) {
         open_bounce_ = bounce{now_s, now_s, speed_m_per_s, 0.0};
+        operator_before_J_ = record.energy_operator_J;
     }
     if (holds_ && pushes) {
         open_bounce_->left_s = now_s + period_s_;
@@ -248,6 +260,8 @@ void motion_recorder::note_bounce(const tick_record &record)
         settled_in_tick_ = record.index + settle_ticks_;
     } else if (open_bounce_ && record.index >= settled_in_tick_) {
         open_bounce_->speed_out_m_per_s = -speed_m_per_s;
+        const bool has_arm = rig_.firmware.arm.kind != ARM_NONE; /* whose joints' orders are no work on the tool */
+        open_bounce_->operator_J = has_arm ? 0.0 : record.energy_operator_J - operator_before_J_;
         open_bounce_->speed_noise_m_per_s = rig_.sensor.noise_N / rig_.firmware.manipulator.mass_kg *
                                             std::sqrt(period_s_ * (now_s - open_bounce_->touched_s));
         if (open_bounce_->speed_in_m_per_s > 0.0 && open_bounce_->speed_out_m_per_s > 0.0) {
@@ -257,9 +271,28 @@ void motion_recorder::note_bounce(const tick_record &record)
     }
 }
 
+/* Neither the dampers' share, which comes after the limit, nor the sensor's own limit counts. */
+void motion_recorder::note_led_force(const tick_record &record)
+{
+    const app_config &config = rig_.firmware;
+    const double limit_N = config.sensor_channel.force_limit_N;
+    const bool is_led = config.force_lead.enabled || config.prediction.enabled;
+    if (!is_led || std::abs(record.used_force_N) < limit_N) {
+        return;
+    }
+    if (led_ticks_ == 0) {
+        evidence_.led = force_at_limit{limit_N, period_s_ * static_cast<double>(record.index)};
+        led_before_ticks_ = running_ticks_ - 1;
+    }
+    led_ticks_++;
+    led_until_ticks_ = running_ticks_;
+}
+
 void motion_recorder::note_running(const tick_record &record)
 {
     running_ticks_++;
+    note_led_force(record);
+    limited_ticks_ += record.limits != 0;
     holds_ = is_held(rig_, record);
     held_ticks_ += holds_;
     note_bounce(record);
@@ -318,6 +351,13 @@ motion_evidence motion_recorder::conclude()
     found.tracking.range_m = highest_m_ - lowest_m_;
     found.tracking.rms_m =
         found.has_run ? std::sqrt(tracking_square_sum_m2_ / static_cast<double>(running_ticks_)) : 0.0;
+    if (found.has_run) {
+        found.limited_share = static_cast<double>(limited_ticks_) / static_cast<double>(running_ticks_);
+    }
+    if (found.led) {
+        found.led->share = static_cast<double>(led_ticks_) / static_cast<double>(running_ticks_ - led_before_ticks_);
+        found.led->is_late = static_cast<double>(led_until_ticks_) > late * static_cast<double>(running_ticks_);
+    }
     if (found.has_touched) {
         found.growth = fit_growth(longest_.position_m, period_s_, growth_floor_m);
     }
@@ -333,18 +373,21 @@ motion_evidence motion_recorder::conclude()
     const double sample_s = period_s_ * static_cast<double>(running_m_.stride());
     const std::vector<oscillation_height> heights = oscillation_heights(positions_m, sample_s);
     const double limited_share = static_cast<double>(limited_until_tick_) / static_cast<double>(running_m_.added());
-    found.limits_acted_late = limited_share > 0.75;
+    found.limits_acted_late = limited_share > late;
     found.falls = falls_nevertheless(heights, limited_share);
     found.height_m =
         heights.size() < least_heights
             ? 0.0
             : median_height(heights.end() - static_cast<std::ptrdiff_t>(least_heights / 2), heights.end());
+    found.swing_Hz = swing_of(heights);
     found.is_too_short = is_too_short(heights, period_s_ * static_cast<double>(running_m_.added()), rig_);
     found.trend = trend_of(positions_m);
     const std::vector<double> &forces_N = running_N_.values();
     const auto middle = forces_N.begin() + static_cast<std::ptrdiff_t>(forces_N.size() / 2);
-    found.force_grows =
-        *std::max_element(middle, forces_N.end()) > grows_by * *std::max_element(forces_N.begin(), middle);
+    const double first_N = *std::max_element(forces_N.begin(), middle);
+    const double second_N = *std::max_element(middle, forces_N.end());
+    found.force_grows = second_N > grows_by * first_N;
+    found.force_falls = second_N < falls_by * first_N;
     return found;
 }
 

@@ -7,6 +7,7 @@
 #include "../firmware/pi.h"
 #include "../hal/rig/rig_file.h"
 #include "delay_budget.h"
+#include "effects/effect.h"
 
 namespace berth
 {
@@ -43,6 +44,13 @@ constexpr double damping_ratio_largest = 1.0;
 
 constexpr double mass_ratio_largest = 100.0;
 
+/* Limits below half of what the first swing needs act in most of its ticks. */
+constexpr double limit_to_swing_least = 0.5;
+
+/* Times the force: then it drives the loop, and its unit is most likely wrong. A choice; a light object on a coarse
+ * sensor may have 8. */
+constexpr double noise_to_force_largest = 10.0;
+
 std::string in_short(double value)
 {
     char text[32];
@@ -70,6 +78,9 @@ class value_checks
         check_damping();
         check_masses();
         check_start();
+        check_grip();
+        check_limits();
+        check_noise();
         return std::move(found_);
     }
 
@@ -151,6 +162,24 @@ class value_checks
         }
     }
 
+    /* The key that makes most of the loop's delay. */
+    std::pair<const char *, double> longest_part(const delay_budget &budget) const
+    {
+        const double robot_lag_ms = value_of(rig_, "robot.lag_ms");
+        const double sensor_lag_ms = value_of(rig_, "sensor.lag_ms");
+        const std::pair<const char *, double> parts[] = {
+            {"robot.dead_time_ms", rig_.robot.dead_time_ms},
+            {"robot.lag_ms", robot_lag_ms},
+            {"robot.transfer_frequency_Hz", budget.robot_ms - rig_.robot.dead_time_ms - robot_lag_ms},
+            {"loop.rate_Hz", budget.hold_ms},
+            {"sensor.delay_ms", rig_.sensor.delay_ms},
+            {"sensor.lag_ms", sensor_lag_ms},
+            {"sensor.low_pass_frequency_Hz", budget.low_pass_ms},
+            {rig_.sensor.rate_Hz > 0.0 ? "sensor.rate_Hz" : "loop.rate_Hz", budget.wait_ms}};
+        return *std::max_element(std::begin(parts), std::end(parts),
+                                 [](const auto &a, const auto &b) { return a.second < b.second; });
+    }
+
     /* Of the whole loop, whichever part it is that lags. */
     void check_delay()
     {
@@ -158,13 +187,8 @@ class value_checks
         if (budget.total_ms() <= dead_time_longest_ms || rig_.robot.dead_time_ms > dead_time_longest_ms) {
             return;
         }
-        const bool is_sensor = budget.sensor_ms >= std::max(budget.robot_ms, budget.low_pass_ms);
-        const bool is_low_pass = !is_sensor && budget.low_pass_ms >= budget.robot_ms;
-        const char *const key =
-            is_sensor ? rig_.sensor.delay_ms >= value_of(rig_, "sensor.lag_ms") ? "sensor.delay_ms" : "sensor.lag_ms"
-            : is_low_pass ? "sensor.low_pass_frequency_Hz"
-                          : "robot.lag_ms";
-        add(key, "makes most of a loop's delay of " + in_short(budget.total_ms()) + " ms",
+        const auto [key, part_ms] = longest_part(budget);
+        add(key, "makes " + in_short(part_ms) + " ms of a loop's delay of " + in_short(budget.total_ms()) + " ms",
             "a force that is " + in_short(dead_time_longest_ms) + " ms old tells of another motion",
             "check the unit (us?)");
     }
@@ -235,11 +259,71 @@ class value_checks
         }
     }
 
+    void check_grip()
+    {
+        if (never_grips(rig_)) {
+            add("run.grip_close_s",
+                in_short(rig_.run.grip_close_s) + " s is not before the run's end, " +
+                    in_short(rig_.run.duration_s) + " s",
+                "the run never grips the object, so that it never closes the loop",
+                "let run.grip_close_s lie within the run");
+        }
+    }
+
+    /* A gripped object, let go from rest, swings as far as it was deflected. */
+    bool swings_by_itself() const { return rig_.object.kind == object_kind::gripped && !has_arm(); }
+
+    void check_limit(const char *key, double limit, double needed, const std::string &unit)
+    {
+        if (limit < limit_to_swing_least * needed) {
+            add(key,
+                in_short(limit) + " " + unit + ", and the swing from the start needs " + in_short(needed) + " " +
+                    unit,
+                "below " + in_short(limit_to_swing_least) +
+                    " of that the robot shows the limit's motion, not the "
+                    "simulated one",
+                "check the unit (mm?), raise the limit, or start from less (manipulator.initial_position_m)");
+        }
+    }
+
+    void check_limits()
+    {
+        if (!swings_by_itself()) {
+            return;
+        }
+        const double omega_per_s = 2.0 * pi * swing_Hz();
+        const double velocity_m_per_s = omega_per_s * std::abs(rig_.firmware.manipulator.initial_position_m);
+        const limits_config &limits = rig_.firmware.limits;
+        check_limit("limits.velocity_m_per_s", limits.velocity_m_per_s, velocity_m_per_s, "m/s");
+        check_limit("limits.acceleration_m_per_s2", limits.acceleration_m_per_s2, omega_per_s * velocity_m_per_s,
+                    "m/s2");
+    }
+
+    void check_noise()
+    {
+        const double way_m =
+            std::abs(rig_.firmware.manipulator.initial_position_m) + std::abs(rig_.profile.amplitude_m);
+        const double force_N = rig_.object.stiffness_N_per_m * way_m;
+        if (swings_by_itself() && force_N > 0.0 && rig_.sensor.noise_N > noise_to_force_largest * force_N) {
+            add("sensor.noise_N",
+                "is " + in_short(rig_.sensor.noise_N) + " N beside a force of about " + in_short(force_N) + " N",
+                "noise of more than " + in_short(noise_to_force_largest) +
+                    " times the force drives the loop, and the "
+                    "object does not",
+                "it is a standard deviation in N: check the unit (mN?)");
+        }
+    }
+
     const rig &rig_;
     std::vector<implausible_value> found_;
 };
 
 } // namespace
+
+bool never_grips(const rig &rig)
+{
+    return rig.run.grip_close_s < never && rig.run.grip_close_s >= rig.run.duration_s;
+}
 
 std::vector<implausible_value> implausible_values(const rig &rig)
 {

@@ -18,6 +18,9 @@ struct implausible_value {
     std::string advice;
 };
 
+/* The run ends before its object is gripped: it never closes the loop. */
+bool never_grips(const rig &rig);
+
 /* Empty: nothing is odd. Of a rig that has been checked; an arm's own keys are not looked at. */
 std::vector<implausible_value> implausible_values(const rig &rig);
 

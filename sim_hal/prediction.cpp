@@ -132,13 +132,16 @@ void add_flight(growth_prediction &held, const rig &rig)
 
 void add_bounces(growth_prediction &held, const rig &rig)
 {
-    if (rig.object.kind != object_kind::contact || rig.firmware.arm.kind != ARM_NONE) {
+    if (rig.object.kind != object_kind::contact) {
         return;
+    }
+    held.never_touches = !comes_to_surface(rig);
+    if (rig.firmware.arm.kind != ARM_NONE) {
+        return; /* whose bounces are not played */
     }
     if (const auto bounce = play_bounce(rig)) {
         held.restitution = bounce->restitution;
     }
-    held.never_touches = !comes_to_surface(rig);
 }
 
 std::vector<limit_cycle> predict_cycles(const rig &rig, double height_m)

@@ -1,10 +1,16 @@
 #include "rig_limits.h"
 
+#include <algorithm>
+#include <exception>
+#include <thread>
+
+#include "../hal/rig/rig_file.h"
 #include "bounce_limits.h"
 #include "flight_limits.h"
 #include "prediction.h"
 #include "stability/equivalent_loop.h"
 #include "stability/physical_parameter.h"
+#include "stability/shared_rows.h"
 
 namespace berth
 {
@@ -27,15 +33,31 @@ std::vector<parameter_limits> limits_of(const rig &rig, double amplitude_m,
 {
     const linear_view linear = linear_view_at(amplitude_m);
     const scan how = scan_at(rig, amplitude_m);
-    std::vector<parameter_limits> parameters;
-    for (const std::string_view key : physical_parameters(rig)) {
-        if (next) {
-            next(key);
+    const std::vector<std::string_view> keys = physical_parameters(rig);
+    std::vector<parameter_limits> parameters(keys.size());
+    std::vector<std::exception_ptr> errors(keys.size()); /* none may leave a thread */
+    const auto find = [&](int i) {
+        const auto at = static_cast<std::size_t>(i);
+        try {
+            parameters[at] = find_limits(rig, keys[at], linear, how);
+            if (amplitude_m == 0.0) {
+                cut_by_flight(parameters[at], rig, how);
+                cut_by_bounces(parameters[at], rig);
+            }
+        } catch (const input_error &) {
+            errors[at] = std::current_exception();
         }
-        parameters.push_back(find_limits(rig, key, linear, how));
-        if (amplitude_m == 0.0) {
-            cut_by_flight(parameters.back(), rig, how);
-            cut_by_bounces(parameters.back(), rig);
+    };
+    const auto tell = [&](int done) {
+        if (next && static_cast<std::size_t>(done) < keys.size()) {
+            next(keys[static_cast<std::size_t>(done)]);
+        }
+    };
+    const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    share_rows(static_cast<int>(keys.size()), threads, tell, [&] { return find; });
+    for (const std::exception_ptr &error : errors) {
+        if (error) {
+            std::rethrow_exception(error);
         }
     }
     return parameters;

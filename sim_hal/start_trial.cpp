@@ -3,16 +3,19 @@
 #include <cstdio>
 #include <memory>
 
-#include "../firmware/loop.h"
 #include "../firmware/supervisor.h"
+#include "hil/manipulator_stand_in.h"
 #include "hil/sim_hal.h"
 #include "stability/loop_timeline.h"
 
 namespace berth
 {
 
-std::string obstacles_of(const tick_record &last)
+std::string obstacles_of(const rig &rig, const tick_record &last)
 {
+    if (rig.run.duration_s <= rig.run.release_s) { /* nobody requested to run, and nothing else has to be wrong */
+        return ": run.duration_s is not longer than run.release_s, when the operator requests to run";
+    }
     const struct {
         uint32_t condition;
         bool is_needed;
@@ -47,11 +50,12 @@ start_trial try_start(const rig &rig, double running_s)
     const std::unique_ptr<struct hal, hal_status (*)(struct hal *)> hal(sim_open(rig), hal_close);
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &rig.firmware);
+    manipulator_stand_in manipulator(rig);
     const double period_s = config_period_s(&rig.firmware);
     start_trial found;
     std::int64_t left_ticks = 1 + static_cast<std::int64_t>(running_s / period_s);
     tick_record last{};
-    while (left_ticks > 0 && loop_tick(hal.get(), app.get()) == HAL_OK) {
+    while (left_ticks > 0 && manipulator.tick(hal.get(), *app)) {
         last = app->recorder.tick;
         if (app->supervisor.state == SUPERVISOR_RUNNING) {
             found.has_run = true;
@@ -65,7 +69,7 @@ start_trial try_start(const rig &rig, double running_s)
         }
     }
     if (!found.has_run) {
-        found.obstacles = obstacles_of(last);
+        found.obstacles = obstacles_of(rig, last);
     }
     return found;
 }

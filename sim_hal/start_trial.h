@@ -32,8 +32,8 @@ bool never_runs(const rig &rig, const growth_prediction &prediction);
 /* In one sentence; empty of a good one. */
 std::string trial_words(const start_trial &trial);
 
-/* What keeps the supervisor from leaving start, read off the conditions of a tick: ": this, that". */
-std::string obstacles_of(const tick_record &last);
+/* What keeps the supervisor from leaving start, read off the conditions of a run's last tick: ": this, that". */
+std::string obstacles_of(const rig &rig, const tick_record &last);
 
 } // namespace berth
 

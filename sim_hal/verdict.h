@@ -21,14 +21,20 @@ enum class verdict_kind {
     unstable,
     limit_cycle,  /* swings for ever at one height */
     driven,       /* an operator moves it: how well it tracks, and stable by prediction */
-    bouncing,     /* a tool touches and leaves: energy and restitution of each bounce */
+    bouncing,     /* a tool touches and leaves, and loses energy each time; one that gains is unstable */
     undetermined, /* the exception: `because` says why, `advice` what to do */
 };
 
 /* The words of terminal, JSON, page and picture. */
 const char *verdict_name(verdict_kind kind);
 
-enum class growth_origin { measured, predicted };
+enum class growth_origin {
+    measured, /* in the run that is judged */
+    predicted,
+    trial, /* measured in a run without noise that berth made for this */
+};
+
+const char *growth_origin_name(growth_origin origin);
 
 /* A rate that is larger than its uncertainty. */
 struct growth_finding {
@@ -60,6 +66,7 @@ struct stability_verdict {
     std::optional<run_stop> stop; /* what stopped the run before its time */
     std::string because;          /* one sentence */
     std::string advice;           /* one line; empty: none is needed */
+    std::string caveat;           /* where prediction and this run differ: which to believe; empty: they agree */
 };
 
 /* Of a run. */

@@ -15,6 +15,12 @@ const char *verdict_name(verdict_kind kind)
     return names[static_cast<int>(kind)];
 }
 
+const char *growth_origin_name(growth_origin origin)
+{
+    static const char *const names[] = {"measured", "predicted", "run_without_noise"};
+    return names[static_cast<int>(origin)];
+}
+
 double growth_finding::factor_time_s() const
 {
     return std::log(2.0) / std::abs(growth_per_s);
@@ -120,9 +126,34 @@ std::string motor_words(const motion_evidence &motion)
                : "";
 }
 
+std::string limited_words(const motion_evidence &motion)
+{
+    constexpr double most = 0.5; /* of the ticks: what the robot showed was the limits' motion */
+    return motion.limited_share > most
+               ? with_numbers("; limits acted in %.0f %% of the ticks, so that the robot did not show the simulated "
+                              "motion: widen limits.*",
+                              100.0 * motion.limited_share)
+               : "";
+}
+
+std::string led_words(const motion_evidence &motion)
+{
+    if (!motion.led) {
+        return "";
+    }
+    const force_at_limit &led = *motion.led;
+    const std::string words =
+        with_numbers("; the led force was at its limit of %.3g N in %.0f %% of the ticks from %.2f s on",
+                     led.limit_N, std::ceil(100.0 * led.share), led.from_s);
+    return words + (led.rattles() ? ", to the end: it rattles, so that the limit bounds what grows; lower "
+                                    "object.mass_kg, raise manipulator.mass_kg, or lead the force otherwise"
+                                  : " (sensor_channel.force_limit_N)");
+}
+
 std::string not_shown_words(const motion_evidence &motion)
 {
     return motion.stop.is_of_motion() ? ""
+           : motion.stop.is_early()   ? "; this run was stopped before it could show it"
            : !motion.has_moved        ? "; nothing moved in this run"
            : motion.is_too_short      ? "; this run is too short to show it"
            : motion.is_driven ? "; the operator drove most of this run, so berth does not judge it by its growth"
@@ -162,6 +193,33 @@ std::string rate_text(double value, double ci95)
     return text;
 }
 
+std::string caveat_words(const motion_evidence &motion, const growth_prediction &prediction)
+{
+    constexpr double far_off = 3.0; /* intervals */
+    constexpr double alike = 2.0;   /* a factor */
+    if (!motion.growth || motion.is_driven || !is_stable_in_contact(prediction)) {
+        return "";
+    }
+    const double seen_per_s = motion.growth->growth_per_s;
+    const double said_per_s = *prediction.growth_per_s;
+    const double ci95_per_s = std::hypot(motion.growth->growth_ci95_per_s, prediction.ci95_per_s);
+    const double ratio = seen_per_s / said_per_s;
+    if (std::abs(seen_per_s - said_per_s) <= far_off * ci95_per_s || (ratio < alike && ratio > 1.0 / alike)) {
+        return "";
+    }
+    const std::string both = with_numbers("predicted %+.3g /s, this run measured %+.3g +- %.1g /s: ", said_per_s,
+                                          seen_per_s, motion.growth->growth_ci95_per_s);
+    if (motion.motor_limit_share > 0.0) {
+        return both + "motors were at their torque limit; for small motions believe the prediction";
+    }
+    return both +
+           (seen_per_s < said_per_s
+                ? "another mode was excited, or the run is too short for the one that decides; believe the "
+                  "prediction"
+                : "noise, limits, events or the size of the motion do what the prediction leaves out; believe "
+                  "the run");
+}
+
 std::string margin_words(const stability_margin &margin)
 {
     if (margin.is_unlimited) {
@@ -173,6 +231,17 @@ std::string margin_words(const stability_margin &margin)
                                 ? "the dead time may grow by at least %.4g ms before the loop is unstable"
                                 : "the dead time may grow by %.4g ms before the loop is unstable",
                             *margin.dead_time_ms);
+    }
+    if (!margin.stable_again_ms.empty()) {
+        const auto [from, to] = margin.stable_again_ms.front();
+        const bool is_open = margin.is_again_open && margin.stable_again_ms.size() == 1;
+        text += with_numbers(is_open ? "; stable again from %.4g to at least %.4g ms of dead time"
+                                     : "; stable again from %.4g to %.4g ms of dead time",
+                             from, to);
+        text +=
+            margin.stable_again_ms.size() > 1
+                ? with_numbers(", and in %.0f more beyond", static_cast<double>(margin.stable_again_ms.size()) - 1.0)
+                : "";
     }
     if (margin.modulus) {
         text += (text.empty() ? "" : "; ") + with_numbers("modulus %.4f (0: unstable)", *margin.modulus);

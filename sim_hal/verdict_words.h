@@ -52,6 +52,16 @@ std::string measured_words(const growth_finding &growth);
 /* What has to be known beside a growth that was measured with an arm's motors at their limits; empty: none were. */
 std::string motor_words(const motion_evidence &motion);
 
+/* Where a run's growth lies far outside of the predicted one, outside three intervals and a factor of 2: both, why,
+ * and which to believe; empty: it does not. */
+std::string caveat_words(const motion_evidence &motion, const growth_prediction &prediction);
+
+/* What has to be known of a run in which limits acted most of the time; empty: they did not. */
+std::string limited_words(const motion_evidence &motion);
+
+/* Where a led force came to its limit: what, since when, and what to do; empty: it never did. */
+std::string led_words(const motion_evidence &motion);
+
 /* "the dead time may grow by 12.3 ms before the loop is unstable; modulus 0.5389 (0: unstable)"; empty: nothing is
  * known of it, as of an unstable loop. */
 std::string margin_words(const stability_margin &margin);

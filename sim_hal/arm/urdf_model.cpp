@@ -132,13 +132,13 @@ std::string urdf_model::place(const urdf_element *at) const
 {
     std::string what = std::string("<") + at->Name() + ">";
     if (const char *const name = at->Attribute("name")) {
-        what += " " + quoted(name);
+        what += " " + in_quotes(name);
     } else {
         for (const tinyxml2::XMLNode *up = at->Parent(); up != nullptr && up->ToElement() != nullptr;
              up = up->Parent()) {
             const urdf_element *const owner = up->ToElement();
             if (owner->Attribute("name") != nullptr && std::string("robot") != owner->Name()) {
-                what += std::string(" of ") + owner->Name() + " " + quoted(owner->Attribute("name"));
+                what += std::string(" of ") + owner->Name() + " " + in_quotes(owner->Attribute("name"));
                 break;
             }
         }

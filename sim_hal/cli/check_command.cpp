@@ -61,11 +61,12 @@ int check_command(const rig_arguments &arguments)
     refuse_unstated(rig, arguments.rig);
     const std::vector<implausible_value> found = implausible_values(rig);
     model_answer answer = answer_of(rig);
-    const stability_verdict verdict = answer.verdict();
+    stability_verdict verdict = answer.verdict();
     const bounce_answer bounce = answer_bounce(rig, {});
     const start_trial start = try_start(rig);
     if (!start.has_run) {
         answer.margin = {}; /* of no loop */
+        verdict.caveat = "of the loop once it runs: as it is, the run of this rig does not start";
     }
     const bool is_known_to_grow = verdict.is_stable == std::optional<bool>(false);
     const bool stops = !start.is_good() && !(start.has_run && is_known_to_grow); /* which is the verdict itself */

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "../../hal/rig/arm_file.h"
+#include "../../hal/rig/commissioning.h"
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/names.h"
 #include "../../hal/rig/robot_file.h"
@@ -110,6 +111,9 @@ std::vector<std::string> known_words(const std::string &name)
     }
     if (name == "--without") {
         return known_effects();
+    }
+    if (name == "--stage" || name == "--waive") {
+        return {stage_names.begin(), stage_names.end()};
     }
     if (name == "--case") {
         return {"1", "2", "3", "4"};

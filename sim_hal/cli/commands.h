@@ -123,6 +123,19 @@ struct init_arguments {
     bool force = false; /* overwrites a file */
 };
 
+struct commission_arguments : rig_arguments {
+    std::string stage;                 /* to run; empty: say how far it has come */
+    std::string waive;                 /* a stage; empty: none */
+    std::string because;               /* of the waiver */
+    std::vector<std::string> hardware; /* overrides that the simulated hardware alone has */
+    std::vector<std::string> poses;    /* X,Y,Z */
+    std::vector<std::string> logs;     /* of the target */
+    std::string record;                /* empty: record.json in the folder */
+    std::string out_folder;            /* empty: build/commissioning/RIG */
+    double ramp_s = 60.0;
+    double margin = 0.01;
+};
+
 struct compare_arguments {
     std::string a; /* a log, or the folder of a run */
     std::string b;
@@ -133,7 +146,8 @@ struct compare_arguments {
 struct report_arguments {
     std::string log;
     std::string accuracy_file;
-    std::string page; /* empty: beside the log */
+    bool no_poses = false; /* of an arm */
+    std::string page;      /* empty: beside the log */
 };
 
 struct rths_arguments {
@@ -147,6 +161,32 @@ struct rths_arguments {
     double force_age_samples = 1.0; /* as the force lead is told */
     std::string samples_file;
     bool json = false;
+};
+
+struct campaign_arguments {
+    std::string file;   /* or the word "report" */
+    std::string folder; /* of a report; empty: the newest campaign */
+    std::string out_folder;
+    std::string scheduler; /* address; empty: workers of its own */
+    int workers = 0;       /* 0: one per core */
+    bool slurm = false;
+    bool resume = false;
+    bool anew = false;
+    bool yes = false;
+};
+
+struct live_arguments {
+    std::string what;   /* a rig, a log or the folder of a run; or else `source` */
+    std::string source; /* --from */
+    std::string rig;    /* with `source` */
+    std::string robot;
+    std::vector<std::string> overrides;
+    double speed = 1.0;
+    std::string bind = "127.0.0.1";
+    int port = 8765; /* where Foxglove looks first */
+    std::string plotjuggler;
+    std::string out_folder;
+    bool end = false;
 };
 
 /* One line on standard output. A path that is no UTF-8 is shown with replacement characters. */
@@ -183,11 +223,14 @@ int completion_command(const CLI::App &app, const std::string &shell);
 int man_command(const CLI::App &app, const std::string &name);
 int init_command(const init_arguments &arguments);
 int check_command(const rig_arguments &arguments);
+int commission_command(const commission_arguments &arguments);
 int compare_command(const compare_arguments &arguments);
 int report_command(const report_arguments &arguments);
 int diagnose_command(const diagnose_arguments &arguments);
 int effects_command(bool json);
 int rths_command(const rths_arguments &arguments);
+int campaign_command(const campaign_arguments &arguments);
+int live_command(const live_arguments &arguments);
 int robots_command(const std::string &name_or_path, bool json);
 
 } // namespace berth

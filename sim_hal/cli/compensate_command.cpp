@@ -64,7 +64,7 @@ void print_table(const choice &made)
 {
     std::printf("distance of the manipulator's motion to the one without dead time, as a share of its swing,\n"
                 "and of the robot to where the manipulator is\n");
-    std::printf("  %-34s %10s %10s %10s  %s\n", "method", "robot", "as told", "worst", "on a rig with");
+    std::printf("  %-34s %10s %10s %10s  %s\n", "method", "robot", "as given", "worst", "on a rig with");
     for (const method_verdict &verdict : made.methods) {
         if (verdict.trials.empty()) {
             std::printf("  %-34s %10s\n", verdict.method.name.c_str(), "cannot be");
@@ -104,11 +104,11 @@ std::string robot_cell_of(const trial_result &trial)
 /* Every method on every rig. */
 void print_each(const choice &made)
 {
-    std::printf("distance to the motion without dead time in %% of its swing, as told (0) and on rigs with\n");
+    std::printf("distance to the motion without dead time in %% of its swing, as given (0) and on rigs with\n");
     for (std::size_t i = 1; i < made.differences.size(); i++) {
         std::printf("  %2zu  %s\n", i, made.differences[i].name.c_str());
     }
-    std::printf("robot: from where the manipulator is, as told\n"
+    std::printf("robot: from where the manipulator is, as given\n"
                 "div: it was stopped, or swung twice as far as it should; *: a limit acted\n%-34s robot ",
                 "");
     for (std::size_t i = 0; i < made.differences.size(); i++) {

@@ -4,6 +4,7 @@
 
 #include "../../firmware/compensation/compensation.h"
 #include "../compensated.h"
+#include "../run_advice.h"
 #include "../schedule.h"
 #include "../stability/arm_loop.h"
 #include "../stability/compensation_states.h"
@@ -77,8 +78,9 @@ void complete(stability_verdict &verdict, const rig &stated, const growth_predic
     if (!predicted.schedule.empty()) {
         verdict.because = schedule_words(predicted) + ": " + verdict.because;
     }
+    add_caveat_of_run(verdict, stated);
     if (verdict.is_stable == std::optional<bool>(false) && verdict.advice.empty() && !arguments.amplitude_m) {
-        verdict.advice = advice_text(advise(stated));
+        verdict.advice = advice_text(is_told_by_runs(stated) ? advise_by_runs(stated) : advise(stated));
     }
 }
 
@@ -96,7 +98,7 @@ int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
     refuse_arm(stated);
     const scheduled_loop worst = worst_loop(stated, arguments);
     const rig &rig = worst.rig;
-    stability_verdict verdict = growth_of_compensated(rig, arguments.amplitude_m).verdict;
+    stability_verdict verdict = verdict_by_runs(rig, arguments.amplitude_m);
     complete(verdict, stated, worst.prediction, arguments);
     const stability_margin margin =
         touches_nothing(rig) ? margin_of(rig) : margin_of_compensated(rig, arguments.amplitude_m);
@@ -114,6 +116,7 @@ int answer_compensated_growth(const rig &stated, const rig_arguments &arguments)
     print_assumptions(rig);
     std::printf("%s: %s, %s\n", rig.name.c_str(), verdict_name(verdict.kind), verdict.because.c_str());
     std::printf("  %-14s %s\n", "source", source_words(rig, true).c_str());
+    print_caveat(verdict);
     print_delay_budget(stated);
     print_margin(margin);
     print_advice(verdict);
@@ -131,8 +134,7 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
         rig = without_variation(rig);
     }
     const compensated_growth own = growth_of_compensated(rig, arguments.amplitude_m);
-    stability_verdict verdict =
-        varies.empty() ? own.verdict : growth_of_compensated(worst.rig, arguments.amplitude_m).verdict;
+    stability_verdict verdict = verdict_by_runs(worst.rig, arguments.amplitude_m);
     complete(verdict, stated, worst.prediction, arguments);
     verdict.because += left_out_words(varies);
     std::vector<std::string> without = std::move(varies);
@@ -163,6 +165,7 @@ int answer_compensated_limits(const rig &stated, const rig_arguments &arguments)
     for (const std::string &effect : without) {
         std::printf("  left out: %s\n", effect.c_str());
     }
+    print_caveat(verdict);
     print_delay_budget(stated);
     print_margin(margin);
     print_advice(verdict);

@@ -42,6 +42,17 @@ std::string compensation_names()
     return names;
 }
 
+bool is_compensation(const std::string &name)
+{
+    return std::any_of(std::begin(choices), std::end(choices),
+                       [&](const named_settings &known) { return known.name == name; });
+}
+
+std::string compensation_for_rig(const std::string &name)
+{
+    return name + ": is a compensation and no rig; give --with once for each: --with " + name;
+}
+
 std::vector<std::string> compensation_settings(const std::vector<std::string> &names)
 {
     std::vector<std::string> settings;

@@ -368,7 +368,7 @@ int diagnose_command(const diagnose_arguments &arguments)
     }
     print_diagnosis(found, arguments.out_folder);
     std::printf("written to %s: diagnosis.json, extended.toml, given.toml, series.csv\n"
-                "report: .venv/bin/python scripts/diagnosis_report.py %s\n",
+                "report: build/berth report %s\n",
                 arguments.out_folder.c_str(), arguments.out_folder.c_str());
     return 0;
 }

@@ -91,8 +91,10 @@ void print_spectrum(const char *title, const settled_rig &at, const spectrum &lo
                 loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
 }
 
-/* Where more than the eigenvalues decides, the verdict stands in front of them, and its reason below. */
-void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, const stability_verdict &verdict)
+/* Where more than the eigenvalues decides, the verdict stands in front of them, and its reason below. A verdict by
+ * runs that agrees with them has its own growth. */
+void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, const stability_verdict &verdict,
+                bool is_by_runs)
 {
     const nlohmann::json of_eigenvalues =
         stable_json(loop.growth_per_s, loop.spectral_radius, drifts_freely(at.linear));
@@ -100,11 +102,12 @@ void print_loop(const rig &rig, const settled_rig &at, const spectrum &loop, con
                                    or_null(verdict.is_stable) == of_eigenvalues;
     if (is_of_eigenvalues) {
         print_spectrum(rig.name.c_str(), at, loop);
+        if (is_by_runs) {
+            print_because(verdict);
+        }
         return;
     }
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n", rig.name.c_str(), verdict_name(verdict.kind),
-                loop.spectral_radius, loop.growth_per_s, guess_text(at.has_settled));
-    std::printf("  %-14s %s\n", verdict_name(verdict.kind), verdict.because.c_str());
+    print_unlike_eigenvalues(rig.name, verdict, loop.spectral_radius, loop.growth_per_s);
 }
 
 /* What was asked: `chosen` holds the loop that decides, of a rig that schedules a change the worst one. */
@@ -129,12 +132,14 @@ question ask(const varying_arguments &arguments, chosen_rig chosen, double ampli
     if (never_runs(chosen.rig, found.worst.prediction)) {
         found.margin = {};
     }
-    const stability_verdict verdict = found.verdict();
+    stability_verdict verdict = found.verdict();
+    add_caveat_of_run(verdict, stated);
     return {chosen, stated, amplitude_m, found, verdict};
 }
 
 void print_answer(const question &asked)
 {
+    print_caveat(asked.verdict);
     print_schedule(asked.found.worst.prediction);
     print_delay_budget(asked.stated);
     print_margin(asked.found.margin);
@@ -197,6 +202,7 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
     if (arguments.json) {
         nlohmann::json json = spectra_json(rig, amplitude_m);
         json.update(as_json(asked));
+        json["growth_per_s"] = found.by_runs ? growth_beside(verdict, json["growth_per_s"]) : json["growth_per_s"];
         json["bounce"] = bounce_json(answer_bounce(rig, {}));
         json["lower_end"] = nullptr;
         if (lower_end) {
@@ -207,7 +213,7 @@ int steady_eigen(const question &asked, const varying_arguments &arguments)
         return check_exit_code(arguments, verdict, found.margin);
     }
     print_assumptions(rig);
-    print_loop(rig, own, loop, verdict);
+    print_loop(rig, own, loop, verdict, found.by_runs.has_value());
     print_answer(asked);
     print_bounce(answer_bounce(rig, {}));
     print_robot(chosen);

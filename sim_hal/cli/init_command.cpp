@@ -1,8 +1,12 @@
+#include <cctype>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
+#include "../../hal/rig/keys.h"
 #include "../../hal/rig/rig_file.h"
+#include "../../hal/rig/toml_file.h"
 #include "atomic_file.h"
 #include "commands.h"
 #include "rig_schema.h"
@@ -20,6 +24,20 @@ void write_and_name(const std::filesystem::path &path, const std::string &text)
     file.write(text);
     file.finish();
     std::printf("%s\n", path.c_str());
+}
+
+/* A file's name as a word of a shell's command line, that no program takes for an option. */
+std::string in_shell(const std::string &file)
+{
+    const std::string word = file.front() == '-' ? "./" + file : file;
+    std::string text;
+    bool is_plain = true;
+    for (const char c : word) {
+        is_plain =
+            is_plain && (std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("._/-+,", c) != nullptr);
+        text += c == '\'' ? "'\\''" : std::string(1, c);
+    }
+    return is_plain ? word : "'" + text + "'";
 }
 
 void refuse_missing_folder(const std::filesystem::path &file)
@@ -46,6 +64,11 @@ int init_command(const init_arguments &arguments)
     if (!arguments.force && std::ifstream(path)) {
         throw input_error(arguments.file + ": is there already, and stays as it is; --force overwrites it");
     }
+    if (!is_file_name(path.stem().string())) {
+        throw input_error(in_quotes(arguments.file) +
+                          ": a file of this name would be no rig: its name is the rig's, and "
+                          "names the files of its runs; choose another");
+    }
     refuse_missing_folder(path);
     template_choice choice;
     choice.name = path.stem().string();
@@ -56,6 +79,7 @@ int init_command(const init_arguments &arguments)
     }
     write_and_name(path, rig_template(choice));
     write_and_name(path.parent_path() / rig_schema_file, rig_schema_text());
+    std::printf("next: put in the values of your hardware, then berth check %s\n", in_shell(path.string()).c_str());
     return 0;
 }
 

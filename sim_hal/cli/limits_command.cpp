@@ -9,6 +9,7 @@
 #include "../stability/limits.h"
 #include "../stability/loop_timeline.h"
 #include "../stability/physical_parameter.h"
+#include "../stability/stable_intervals.h"
 #include "../start_trial.h"
 #include "../verdict_words.h"
 #include "amplitude.h"
@@ -71,7 +72,7 @@ void print_band(const std::optional<band_verdict> &verdict)
     } else {
         std::printf("stable over a part of it:");
         for (const stable_interval &interval : verdict->stable) {
-            std::printf(" [%s, %s]", short_number(interval.from).c_str(), short_number(interval.to).c_str());
+            std::printf(" %s", interval_text(interval).c_str());
         }
     }
     std::printf("\n");
@@ -130,11 +131,15 @@ void print_loop(const chosen_rig &chosen, const loop_verdict &verdict, const sta
     const bool is_of_loop = varies || judged.is_stable == std::optional<bool>(verdict.growth_per_s < 0.0) ||
                             (!has_settled(verdict) && !is_run);
     const char *const name = is_of_loop ? verdict.is_stable ? "stable" : "unstable" : verdict_name(judged.kind);
-    std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n",
-                varies ? "  the rest is without what changes from tick to tick" : chosen.rig.name.c_str(), name,
-                verdict.spectral_radius, verdict.growth_per_s, guess_text(has_settled(verdict)));
-    if (!is_of_loop) {
-        std::printf("  %-14s %s\n", name, judged.because.c_str());
+    if (is_of_loop) {
+        std::printf("%s: %s, spectral radius %.9f, growth %+.6f /s%s\n",
+                    varies ? "  the rest is without what changes from tick to tick" : chosen.rig.name.c_str(), name,
+                    verdict.spectral_radius, verdict.growth_per_s, guess_text(has_settled(verdict)));
+        if (is_run) {
+            print_because(judged);
+        }
+    } else {
+        print_unlike_eigenvalues(chosen.rig.name, judged, verdict.spectral_radius, verdict.growth_per_s);
     }
     print_schedule(verdict.predicted);
     if (chosen.robot) {
@@ -204,10 +209,14 @@ int limits_command(const limits_arguments &arguments)
     const std::vector<parameter_limits> parameters =
         limits_of(rig, amplitude_m, [&](std::string_view key) { progress.show("limits: " + std::string(key)); });
     std::optional<double> searched_ms; /* of the dead time */
+    std::vector<stable_interval> stable_again_ms;
+    bool is_again_open = false;
     for (const parameter_limits &parameter : parameters) {
         if (parameter.key == "robot.dead_time_ms") {
             verdict.margin_ms = dead_time_margin_ms(rig, parameter, linear);
             searched_ms = parameter.to - parameter.value;
+            stable_again_ms = stable_beyond(parameter);
+            is_again_open = is_open_beyond(parameter);
         }
     }
     progress.show("limits: rates, gains");
@@ -233,7 +242,9 @@ int limits_command(const limits_arguments &arguments)
                          is_open,
                          ranking.now ? ranking.now->margin : std::nullopt,
                          false,
-                         {}};
+                         {},
+                         verdict.is_stable ? stable_again_ms : std::vector<stable_interval>(),
+                         is_again_open};
     }
     const bool may_advise = amplitude_m > 0.0 && !verdict.is_stable && !is_run;
     if (const auto nearest = nearest_limit(parameters, false); nearest && may_advise) {
@@ -241,6 +252,7 @@ int limits_command(const limits_arguments &arguments)
     }
     stability_verdict judged = answer.verdict();
     judged.because += left_out_words(verdict.left_out);
+    add_caveat_of_run(judged, stated);
     const stability_margin &margin = answer.margin;
     verdict.margin_ms = is_run ? margin.dead_time_ms : verdict.margin_ms;
     const int exit_code = check_exit_code(arguments, judged, margin);
@@ -248,6 +260,7 @@ int limits_command(const limits_arguments &arguments)
     if (arguments.json) {
         nlohmann::json json = as_json(chosen, verdict);
         json.update(answer_json(stated, judged, margin));
+        json["growth_per_s"] = is_run ? growth_beside(judged, json["growth_per_s"]) : json["growth_per_s"];
         json["prediction"] = prediction_json(answer.worst.prediction);
         json["bounce"] = bounce_json(bounce);
         json["rates"] = rates_json(rates);
@@ -262,6 +275,7 @@ int limits_command(const limits_arguments &arguments)
     }
     print_assumptions(stated);
     print_loop(chosen, verdict, judged, margin, is_run);
+    print_caveat(judged);
     print_delay_budget(stated);
     print_bounce(bounce);
     print_parameters(parameters, scan_at(rig, amplitude_m));

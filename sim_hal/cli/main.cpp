@@ -191,6 +191,19 @@ int run(const char *program, const std::vector<std::string> &words)
     berth::add_rths_options(*rths_app, rths);
     rths_app->callback([&] { exit_code = berth::rths_command(rths); });
 
+    berth::campaign_arguments campaign;
+    CLI::App *campaign_app = app.add_subcommand(
+        "campaign",
+        "thousands of rigs that differ as a file says, on all cores or a cluster; what makes them unstable");
+    berth::add_campaign_options(*campaign_app, campaign);
+    campaign_app->callback([&] { exit_code = berth::campaign_command(campaign); });
+
+    berth::live_arguments live;
+    CLI::App *live_app = app.add_subcommand(
+        "live", "a loop while it runs, in a browser, Foxglove or PlotJuggler: a rig, a log or a target");
+    berth::add_live_options(*live_app, live);
+    live_app->callback([&] { exit_code = berth::live_command(live); });
+
     CLI::App *rigs_app = app.add_subcommand("rigs", "list the shipped rigs");
     rigs_app->add_flag("--json", json, "print one JSON object and nothing else");
     rigs_app->callback([&] { exit_code = berth::rigs_command(json); });
@@ -211,13 +224,22 @@ int run(const char *program, const std::vector<std::string> &words)
     berth::add_rig_options(*check_app, checked);
     check_app->callback([&] { exit_code = berth::check_command(checked); });
 
+    berth::commission_arguments commission;
+    CLI::App *commission_app = app.add_subcommand(
+        "commission",
+        "close a loop for the first time, stage by stage: watch, tare, step, shadow, ramp, run; exit code 1: the "
+        "stage was not passed");
+    berth::add_commission_options(*commission_app, commission);
+    commission_app->callback([&] { exit_code = berth::commission_command(commission); });
+
     berth::compare_arguments compare;
     CLI::App *compare_app = app.add_subcommand("compare", "two runs: parameters that differ, and their verdicts");
     berth::add_compare_options(*compare_app, compare);
     compare_app->callback([&] { exit_code = berth::compare_command(compare); });
 
     berth::report_arguments report;
-    CLI::App *report_app = app.add_subcommand("report", "draw a run: LOG.html with plots to zoom, and LOG.png");
+    CLI::App *report_app =
+        app.add_subcommand("report", "draw a run, or a diagnosis: a page with plots to zoom, and a PNG");
     berth::add_report_options(*report_app, report);
     report_app->callback([&] { exit_code = berth::report_command(report); });
 

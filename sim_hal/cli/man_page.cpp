@@ -83,7 +83,9 @@ std::string man_page(const std::vector<command_entry> &table)
     for (const command_entry &command : table) {
         page << ".TP\n\\fBberth " << escaped(command.name) << "\\fR\n" << escaped(command.meaning) << "\n";
     }
-    page << exit_status
+    page << ".SH OPTIONS\n.TP\n\\fB\\-\\-version\\fR\nPrint version and commit.\n.TP\n\\fB\\-h\\fR, "
+            "\\fB\\-\\-help\\fR\nPrint the commands; behind a command, its options.\n"
+         << exit_status
          << ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nIf set, nothing is coloured; in a pipe nothing ever is.\n"
             ".TP\n.B COLUMNS\nThe width at which lines on a terminal are wrapped, instead of its own. Lines in a "
             "pipe\n"

@@ -32,12 +32,17 @@ CLI::Validator is_within(double low, double high)
         "");
 }
 
+/* Of an option that may be given again: one value each time, and help that does not promise several. */
+static CLI::Option *one_value(CLI::Option *option, const std::string &value)
+{
+    return option->type_name(value)->option_text(value)->take_all()->allow_extra_args(false);
+}
+
 void add_set_option(CLI::App &command, std::vector<std::string> &overrides)
 {
-    command.add_option("--set", overrides, "override a key of the rig: section.key=value; may be repeated")
-        ->type_name("KEY=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
+    one_value(
+        command.add_option("--set", overrides, "override a key of the rig: section.key=value; may be given again"),
+        "KEY=VALUE");
 }
 
 void add_rig_options(CLI::App &command, rig_arguments &arguments)
@@ -51,12 +56,10 @@ void add_rig_options(CLI::App &command, rig_arguments &arguments)
         ->type_name("NAME")
         ->check(is_named("a robot preset needs a name; see `berth robots`"));
     add_set_option(command, arguments.overrides);
-    command
-        .add_option("--with", arguments.with,
-                    "compensation of the dead time, before --set: " + compensation_names() + "; may be repeated")
-        ->type_name("NAME")
-        ->take_all()
-        ->allow_extra_args(false);
+    one_value(command.add_option("--with", arguments.with,
+                                 "compensation of the dead time, before --set: " + compensation_names() +
+                                     "; may be given again"),
+              "NAME");
     command.add_flag("--json", arguments.json, "print one JSON object and nothing else");
 }
 
@@ -138,6 +141,8 @@ void add_report_options(CLI::App &command, report_arguments &arguments)
         .add_option("--accuracy", arguments.accuracy_file,
                     "what `berth accuracy RIG --json` printed, of a run with an arm")
         ->type_name("JSON");
+    command.add_flag("--no-poses", arguments.no_poses,
+                     "of a run with an arm: leave out its swing pose by pose, which may take a minute");
     command
         .add_option("--out", arguments.page,
                     "the page to write, and a picture beside it; default: LOG.html beside the log")
@@ -208,14 +213,11 @@ void add_arm_options(CLI::App &command, arm_arguments &arguments)
         .add_option("--tool", arguments.tool,
                     "URDF: the link at the arm's end; default: the end of the longest movable chain")
         ->type_name("LINK");
-    command
-        .add_option(
-            "--hold", arguments.holds,
-            "URDF: a joint that does not move, at a value in rad or m; may be repeated. Joints beside the arm "
-            "are held at 0 or, where their range excludes it, in its middle")
-        ->type_name("JOINT[=VALUE]")
-        ->expected(1)
-        ->take_all();
+    one_value(command.add_option("--hold", arguments.holds,
+                                 "URDF: a joint that does not move, at a value in rad or m; may be given again. "
+                                 "Joints beside the arm are held at 0 or, where their range excludes it, in its "
+                                 "middle"),
+              "JOINT[=VALUE]");
     command.add_flag("--planar", arguments.is_planar, "URDF: joints about z, motion in x and y");
     command
         .add_option("--states", arguments.states_file,
@@ -320,9 +322,8 @@ void add_diagnose_options(CLI::App &command, diagnose_arguments &arguments)
         ->type_name("FILE");
     command.add_option("--standstill", arguments.standstill, "a record in which nothing moves: noise alone")
         ->type_name("FILE");
-    command.add_option("--without", arguments.without, "leave out an effect; may be repeated")
-        ->take_all()
-        ->allow_extra_args(false);
+    one_value(command.add_option("--without", arguments.without, "leave out an effect; may be given again"),
+              "EFFECT");
     command
         .add_option("--time-limit", arguments.limit_s,
                     "processor time after which nothing more is tried; without it as long as the record, "

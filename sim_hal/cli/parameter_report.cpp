@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "../stability/stable_intervals.h"
 #include "gains_report.h"
 #include "json_or_null.h"
 #include "short_number.h"
@@ -61,12 +62,23 @@ void print_intervals(const parameter_limits &parameter)
     }
     std::printf("  %32s  ", "stable in");
     for (const stable_interval &interval : parameter.stable) {
-        std::printf(" [%s, %s]", short_number(interval.from).c_str(), short_number(interval.to).c_str());
+        const bool is_open = is_open_beyond(parameter) && interval.to == parameter.to;
+        std::printf(
+            " %s",
+            is_open ? ("[" + short_number(interval.from) + ", at least " + short_number(interval.to) + "]").c_str()
+                    : interval_text(interval).c_str());
     }
     std::printf("\n");
 }
 
 } // namespace
+
+std::string interval_text(const stable_interval &interval)
+{
+    const std::string from = short_number(interval.from);
+    const std::string to = short_number(interval.to);
+    return from == to ? from + " alone" : "[" + from + ", " + to + "]";
+}
 
 nlohmann::json intervals_json(const std::vector<stable_interval> &intervals)
 {

@@ -10,6 +10,9 @@
 namespace berth
 {
 
+/* "[4, 8]"; of one that is a single value to all digits "4 alone". */
+std::string interval_text(const stable_interval &interval);
+
 nlohmann::json intervals_json(const std::vector<stable_interval> &intervals);
 nlohmann::json parameter_json(const parameter_limits &parameter);
 nlohmann::json rates_json(const std::vector<rate_verdict> &rates);

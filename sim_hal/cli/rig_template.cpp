@@ -191,7 +191,7 @@ std::string plain_text(const std::vector<setting> &settings)
     for (const setting &one : settings) {
         const bool is_word = find_key(one.path)->type == key_type::choice;
         text.append(one.path).append(" = ");
-        text += (is_word ? quoted(one.text) : std::string(one.text)) + "\n";
+        text += (is_word ? in_quotes(one.text) : std::string(one.text)) + "\n";
     }
     return text;
 }
@@ -204,6 +204,13 @@ std::string_view section_meaning_of(std::string_view name)
         }
     }
     return "";
+}
+
+/* Whether the key's meaning names each of its words; a key that is no choice has none. */
+bool explains_choices(const rig_key &key)
+{
+    return std::all_of(key.choices.begin(), key.choices.end(),
+                       [&](std::string_view choice) { return key.meaning.find(choice) != std::string_view::npos; });
 }
 
 /* Comments of at most 100 letters a line. */
@@ -264,9 +271,9 @@ std::string rig_template(const template_choice &choice)
             "# The schema in the first line tells editors (taplo, Even Better TOML) every key, its unit and its "
             "range.\n"
             "name = "
-         << quoted(choice.name) << "\ndescription = "
-         << quoted("Robot " + (robot ? robot->name : "of the rig ess") + ", sensor " + choice.sensor + ", object " +
-                   choice.object)
+         << in_quotes(choice.name) << "\ndescription = "
+         << in_quotes("Robot " + (robot ? robot->name : "of the rig ess") + ", sensor " + choice.sensor +
+                      ", object " + choice.object)
          << "\n";
     std::string section;
     for (const rig_key &key : rig_keys()) {
@@ -286,7 +293,7 @@ std::string rig_template(const template_choice &choice)
         std::string line = std::string(key.path.substr(dot + 1)) + " = " + value_text(rig, key);
         line.resize(std::max<std::size_t>(line.size(), 42), ' ');
         text << line << " # " << key.meaning;
-        for (std::size_t i = 0; key.type == key_type::choice && i < key.choices.size(); i++) {
+        for (std::size_t i = 0; !explains_choices(key) && i < key.choices.size(); i++) {
             text << (i == 0 ? ": " : ", ") << key.choices[i];
         }
         text << "\n";

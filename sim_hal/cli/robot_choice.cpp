@@ -91,6 +91,9 @@ rig chosen_rig::at_lower_end() const
 chosen_rig choose_rig(const rig_arguments &arguments)
 {
     chosen_rig chosen;
+    if (is_compensation(arguments.rig)) {
+        throw input_error(compensation_for_rig(arguments.rig));
+    }
     std::vector<std::string> overrides = compensation_settings(arguments.with);
     overrides.insert(overrides.end(), arguments.overrides.begin(), arguments.overrides.end());
     if (arguments.robot.empty()) {

@@ -183,8 +183,8 @@ int run_command(const run_arguments &arguments)
     result.robot = robot_as_text(chosen);
     const bool is_logged = arguments.no_log || write_candumps(result);
     if (is_kept) {
-        keep_run(std::filesystem::path(result.log).parent_path().string(), as_json(result, rig), rig,
-                 arguments.keep);
+        result.runs_page = keep_run(std::filesystem::path(result.log).parent_path().string(), as_json(result, rig),
+                                    rig, arguments.keep);
     }
     if (arguments.json) {
         print_json(as_json(result, rig));

@@ -95,6 +95,24 @@ std::pair<std::string, int> start_of(const fs::path &folder)
     return {name.substr(0, time_length), static_cast<int>(std::strtol(number.c_str(), nullptr, 10))};
 }
 
+/* One more than that of any run of this second that stands in the rig's folder, is being made, or is named by
+ * `latest`: `--keep` may have removed those before it, and their numbers would make a new run older than they. */
+int next_number(const fs::path &rig_folder, const std::string &time)
+{
+    int highest = 0;
+    const auto note = [&](const fs::path &run) {
+        if (const auto [second, number] = start_of(run); second == time) {
+            highest = std::max(highest, number);
+        }
+    };
+    std::error_code error;
+    for (const fs::directory_entry &entry : fs::directory_iterator(rig_folder, error)) {
+        note(entry.path());
+    }
+    note(fs::read_symlink(rig_folder / latest_name, error));
+    return highest + 1;
+}
+
 /* Folders of kept runs below `folder`, oldest first. */
 std::vector<fs::path> run_folders(const fs::path &folder)
 {
@@ -186,6 +204,9 @@ void point_latest(const fs::path &folder)
     fs::remove(next, error);
     fs::create_directory_symlink(folder.filename(), next, error);
     fs::rename(next, link, error);
+    if (error) { /* a folder of this name stands there, and stays */
+        fs::remove(next, error);
+    }
 }
 
 } // namespace
@@ -197,11 +218,12 @@ std::string make_run_folder(const std::string &rig_name)
                           "\" is the page of all runs; name the rig otherwise, or choose a "
                           "folder with --out");
     }
-    const std::string time = local_time();
     const fs::path rig_folder = fs::path(kept_runs) / rig_name;
     std::error_code error;
     fs::create_directories(rig_folder, error);
-    for (int number = 1; !error; number++) {
+    const runs_lock lock(kept_runs);
+    const std::string time = local_time();
+    for (int number = next_number(rig_folder, time); !error; number++) {
         const fs::path folder = rig_folder / (time + (number == 1 ? "" : "-" + std::to_string(number)));
         if (fs::create_directory(folder, error)) {
             return folder.string();
@@ -211,7 +233,7 @@ std::string make_run_folder(const std::string &rig_name)
                       "); choose another with --out");
 }
 
-void keep_run(const std::string &folder, const nlohmann::json &result, const rig &rig, std::int64_t keep)
+std::string keep_run(const std::string &folder, const nlohmann::json &result, const rig &rig, std::int64_t keep)
 {
     nlohmann::json record = result;
     record["settings"] = settings_of(rig);
@@ -228,16 +250,37 @@ void keep_run(const std::string &folder, const nlohmann::json &result, const rig
         }
     }
     write_index(rig_folder.parent_path());
+    return (rig_folder.parent_path() / index_name).string();
+}
+
+/* The run that `latest` points to now, by its own name: a later run moves the link. Other folders as they are. */
+static fs::path own_name(const fs::path &folder)
+{
+    std::error_code error;
+    return folder.filename() == latest_name && fs::is_symlink(folder, error)
+               ? folder.parent_path() / fs::read_symlink(folder, error)
+               : folder;
+}
+
+/* A rig's name stands for its newest run, where nothing else goes by it. */
+static fs::path named_run(const std::string &path)
+{
+    std::error_code error;
+    const fs::path newest = fs::path(kept_runs) / path / latest_name;
+    const bool is_name = !path.empty() && path.find('/') == std::string::npos && !fs::exists(path, error);
+    return is_name && fs::is_directory(newest, error) ? newest : fs::path(path);
 }
 
 std::string log_of(const std::string &path)
 {
     std::error_code error;
-    if (!fs::is_directory(path, error)) {
-        return path;
+    const fs::path given = named_run(path);
+    if (!fs::is_directory(given, error)) {
+        return given.has_parent_path() ? own_name(given.parent_path()) / given.filename() : given;
     }
+    const fs::path folder = own_name(given.has_filename() ? given : given.parent_path());
     std::vector<std::string> logs;
-    for (const fs::directory_entry &entry : fs::directory_iterator(path, error)) {
+    for (const fs::directory_entry &entry : fs::directory_iterator(folder, error)) {
         if (entry.path().extension() == ".ulg") {
             logs.push_back(entry.path().string());
         }

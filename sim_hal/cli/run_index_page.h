@@ -30,19 +30,25 @@ th, #difference td:first-child { color: var(--quiet); font-weight: 600; }
 a { color: inherit; }
 pre { background: light-dark(#F4F6F7, #1C2227); border: 1px solid var(--line); padding: 10px 14px; white-space: pre-wrap;
   overflow-wrap: anywhere; }
-@media (max-width: 640px) { /* a run is a card: each cell says what it is */
+#filter { font: inherit; width: min(28rem, 100%); box-sizing: border-box; padding: 4px 8px; }
+#runs .differs { white-space: normal; overflow-wrap: anywhere; min-width: 9rem; }
+@media (max-width: 1100px) { /* a run is a card: each cell says what it is */
   #runs thead { display: none; }
-  #runs tr { display: flex; flex-wrap: wrap; gap: 0 14px; border-bottom: 1px solid var(--line); padding: 6px 0; }
+  #runs tr:not([hidden]) { display: flex; flex-wrap: wrap; gap: 0 14px; border-bottom: 1px solid var(--line); padding: 6px 0; }
   #runs td { border: 0; padding: 2px 0; white-space: normal; }
+  #runs td:empty { display: none; }
   #runs td[data-title]::before { content: attr(data-title) " "; color: var(--quiet); }
 }
 </style>
 <h1>Runs</h1>
 <p>Tick two runs to see how they differ; a third takes the place of the first.</p>
+<p><input id="filter" type="search" placeholder="filter: words of rig, verdict, settings"
+  aria-label="words of rig, time, verdict or settings; runs that hold all of them are shown"></p>
+<section id="difference" aria-live="polite"></section>
 <div class="wide"><table id="runs"><thead><tr><th></th><th>rig</th><th>start</th><th>verdict</th>
+<th>what differs</th>
 <th class="number">growth (1/s)</th><th class="number">peak force (N)</th><th>commit</th><th>files</th></tr></thead>
 <tbody></tbody></table></div>
-<section id="difference" aria-live="polite"></section>
 <script>
 )page";
 
@@ -93,8 +99,12 @@ function isSame(a, b) {
 }
 
 /* Six digits of numbers, unless they differ beyond them. */
+function sixDigits(text) {
+  return isNaN(text) ? text : String(Number(Number(text).toPrecision(6)));
+}
+
 function shortened(a, b) {
-  const short = [a, b].map(text => isNaN(text) ? text : String(Number(Number(text).toPrecision(6))));
+  const short = [sixDigits(a), sixDigits(b)];
   return short[0] === short[1] ? [a, b] : short;
 }
 
@@ -139,6 +149,35 @@ function compare() {
     element("pre", `berth compare ${log(a)} ${log(b)} --page ${quoted(`${root}/compare.html`)}`));
 }
 
+function setting(run, key) {
+  return run.settings[key] ?? defaults[key];
+}
+
+/* Keys that are not the same in all runs of this rig that are shown: what tells the runs of a sweep apart. */
+function differingKeys(shown) {
+  const keys = [...new Set(shown.flatMap(run => Object.keys(run.settings)))].sort();
+  return keys.filter(key => shown.some(run => !isSame(setting(run, key), setting(shown[0], key))));
+}
+
+function differsText(run, keys) {
+  return keys.map(key => `${key} = ${sixDigits(setting(run, key))}`).join(", ");
+}
+
+/* Rows whose words hold every word of the filter; what differs is found among them anew. */
+function show() {
+  const words = document.querySelector("#filter").value.toLowerCase().split(/\s+/).filter(word => word);
+  const texts = run => [run.rig, start(run), run.verdict, run.version,
+    ...Object.entries(run.settings).map(([key, value]) => `${key} = ${value} ${key}=${value}`)].join(" ").toLowerCase();
+  const isShown = runs.map(run => words.every(word => texts(run).includes(word)));
+  const keysOf = {};
+  runs.forEach((run, i) => {
+    const shown = runs.filter((other, j) => isShown[j] && other.rig === run.rig);
+    body.rows[i].hidden = !isShown[i];
+    keysOf[run.rig] ??= differingKeys(shown);
+    body.rows[i].querySelector(".differs").textContent = differsText(run, keysOf[run.rig]);
+  });
+}
+
 runs.forEach((run, index) => {
   const row = body.insertRow();
   const box = document.createElement("input");
@@ -155,6 +194,7 @@ runs.forEach((run, index) => {
   cell(run.rig);
   cell(start(run));
   cell(run.verdict, "", { true: "stable", false: "unstable" }[run.stable]);
+  cell("", "differs:", "differs");
   cell(growth(run), "growth (1/s)", "number");
   cell(number(run.peak_force_N), "peak force (N)", "number");
   cell(run.version, "commit");
@@ -162,6 +202,8 @@ runs.forEach((run, index) => {
   files.append(link("log", `${run.folder}/${run.rig}.ulg`));
   if (run.report) files.append(" ", link("report", `${run.folder}/${run.report}`));
 });
+document.querySelector("#filter").addEventListener("input", show);
+show();
 </script>
 </html>
 )page";

@@ -138,7 +138,7 @@ void conclude(run_result &result, const rig &rig, const tick_record &last, answe
     result.drive_setup_step = last.drive_setup_step;
     result.energy.has_arm = has_arm(rig);
     if (result.running_ticks == 0) {
-        result.obstacles = obstacles_of(last);
+        result.obstacles = obstacles_of(rig, last);
     }
     result.evidence = result.motion.conclude();
     const run_answer answer = answer_of_run(rig, result.evidence, result.obstacles, scope);
@@ -200,6 +200,9 @@ void print_summary(const run_result &result, const rig &rig)
     for (const std::string &path : result.candumps) {
         std::printf("  %-14s %s\n", "", path.c_str());
     }
+    if (!result.runs_page.empty()) {
+        std::printf("  %-14s %s\n", "all runs", result.runs_page.c_str());
+    }
     std::printf("  %-14s %s, berth %s\n", "configuration", config_hash(rig).c_str(), result.version.c_str());
 }
 
@@ -256,10 +259,14 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         json["motors"] = result.motors.as_json(config_period_s(&rig.firmware), rig.firmware.arm.joint_count);
         json["wheel"] = result.wheel.as_json(config_period_s(&rig.firmware), rig.firmware.arm.attitude);
     }
-    if (result.evidence.growth) {
+    const bool is_of_swing = result.verdict.kind != verdict_kind::limit_cycle; /* else of its rise, or of nothing */
+    if (result.evidence.growth && is_of_swing) {
         json["growth_per_s"] = result.evidence.growth->growth_per_s;
         json["growth_ci95_per_s"] = result.evidence.growth->growth_ci95_per_s;
         json["frequency_Hz"] = result.evidence.growth->frequency_Hz;
+    }
+    if (result.verdict.kind == verdict_kind::limit_cycle && result.evidence.swing_Hz > 0.0) {
+        json["frequency_Hz"] = result.evidence.swing_Hz; /* of the cycle, limits included */
     }
     if (result.predicted.growth_per_s) {
         json["predicted_growth_per_s"] = *result.predicted.growth_per_s;

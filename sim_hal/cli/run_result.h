@@ -59,6 +59,7 @@ struct run_result {
     std::string robot = "null"; /* its preset, see robot_as_text() */
     std::string version;        /* of the program that ran the loop */
     std::vector<std::string> candumps;
+    std::string runs_page; /* of all kept runs; empty: this one is not kept */
 
     growth_prediction predicted;
     stability_margin margin;

@@ -5,6 +5,7 @@
 
 #include "../../hal/rig/keys.h"
 #include "../../hal/rig/names.h"
+#include "compensation_choice.h"
 
 namespace berth
 {
@@ -111,6 +112,31 @@ std::string who_has(const CLI::App &app, const std::string &option)
     return list.empty() ? "" : "; these have it: " + list;
 }
 
+/* "; did you mean --object? berth init has it", of an option that is like one of another subcommand. */
+std::string near_option_elsewhere(const CLI::App &app, const std::string &option)
+{
+    std::vector<std::string> all;
+    for (const CLI::App *const command : app.get_subcommands(nullptr)) {
+        const std::vector<std::string> names = options_of(*command);
+        all.insert(all.end(), names.begin(), names.end());
+    }
+    const std::string near = near_name(all, option);
+    return near.empty() ? "" : "; did you mean " + near + "?" + who_has(app, near).substr(1);
+}
+
+/* The value of --with that stands where the rig has to, or behind it; empty: none does. */
+std::string stray_compensation(const CLI::App &command, const std::vector<std::string> &words)
+{
+    std::vector<std::string> taken = words;
+    for (const CLI::Option *const option : command.get_options()) {
+        if (option->get_positional()) {
+            taken.insert(taken.end(), option->results().begin(), option->results().end());
+        }
+    }
+    const auto stray = std::find_if(taken.begin(), taken.end(), is_compensation);
+    return is_one_of(options_of(command), "--with") && stray != taken.end() ? *stray : "";
+}
+
 /* "RIG", or "nothing": the words that a subcommand takes beside its options. */
 std::string words_taken(const CLI::App &command)
 {
@@ -132,7 +158,14 @@ std::string unexpected(const CLI::App &app)
     if (words[0][0] == '-') {
         const std::string option = name_of(words[0]);
         const std::string near = did_you_mean_option(options_of(command), option);
-        return option + ": " + called + " has no such option" + (near.empty() ? who_has(app, option) : near);
+        const std::string elsewhere = who_has(app, option);
+        return option + ": " + called + " has no such option" +
+               (!near.empty()        ? near
+                : !elsewhere.empty() ? elsewhere
+                                     : near_option_elsewhere(app, option));
+    }
+    if (const std::string stray = stray_compensation(command, words); !stray.empty()) {
+        return compensation_for_rig(stray);
     }
     std::string message;
     for (const std::string &word : words) {

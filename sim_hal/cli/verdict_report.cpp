@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "../../hal/rig/toml_file.h"
+#include "../plausibility.h"
 #include "../verdict_words.h"
 #include "colour.h"
 #include "gains_report.h"
@@ -33,7 +34,7 @@ nlohmann::json growth_json(const std::optional<growth_finding> &growth)
     if (!growth) {
         return nullptr;
     }
-    return {{"origin", growth->origin == growth_origin::measured ? "measured" : "predicted"},
+    return {{"origin", growth_origin_name(growth->origin)},
             {"growth_per_s", growth->growth_per_s},
             {"growth_ci95_per_s", growth->ci95_per_s}};
 }
@@ -50,12 +51,28 @@ std::string stability_word(bool is_stable)
     return is_stable ? coloured(stdout, ink::green, "stable") : coloured(stdout, ink::red, "unstable");
 }
 
+void add_caveat_of_run(stability_verdict &verdict, const rig &rig)
+{
+    if (never_grips(rig)) {
+        verdict.caveat = "of the loop once it is closed: the run of this rig never grips the object; let "
+                         "run.grip_close_s lie within the run";
+    }
+}
+
+void print_caveat(const stability_verdict &verdict)
+{
+    if (!verdict.caveat.empty()) {
+        std::printf(line_format, "caveat", verdict.caveat.c_str());
+    }
+}
+
 void print_verdict(const stability_verdict &verdict)
 {
     const std::string name = verdict_name(verdict.kind);
     const std::string padding(name.size() < 14 ? 14 - name.size() : 0, ' ');
     std::printf("  %s%s %s\n", coloured(stdout, ink_of(verdict), name).c_str(), padding.c_str(),
                 verdict.because.c_str());
+    print_caveat(verdict);
     if (!verdict.advice.empty()) {
         std::printf(line_format, "advice", verdict.advice.c_str());
     }
@@ -77,6 +94,18 @@ void print_assumptions(const rig &rig)
     }
 }
 
+/* "; 102.4 ms from 5 s on", of what a schedule makes of the delay in the end; empty: it stays. */
+std::string scheduled_delay_words(const rig &rig)
+{
+    const std::vector<scheduled_delay> later = delays_of_schedule(rig);
+    if (later.empty()) {
+        return "";
+    }
+    const scheduled_delay &last = later.back();
+    return with_numbers(later.size() == 1 ? "; %.4g ms from %.3g s on" : "; it changes to %.4g ms at %.3g s",
+                        last.total_ms, last.from_s);
+}
+
 void print_delay_budget(const rig &rig)
 {
     if (touches_nothing(rig)) {
@@ -89,7 +118,8 @@ void print_delay_budget(const rig &rig)
         std::snprintf(text, sizeof text, "%.3g", part.delay_ms);
         line += (line.empty() ? "" : " + ") + std::string(part.name) + " " + text;
     }
-    std::printf("  %-14s %s = %.4g ms\n", "delay", line.c_str(), budget.total_ms());
+    std::printf("  %-14s %s = %.4g ms%s\n", "delay", line.c_str(), budget.total_ms(),
+                scheduled_delay_words(rig).c_str());
 }
 
 void print_schedule(const growth_prediction &prediction)
@@ -110,6 +140,27 @@ std::string exponent_sentence(const growth_prediction &exponent, std::int64_t se
                   *exponent.growth_per_s, exponent.ci95_per_s, static_cast<long long>(exponent.ticks),
                   static_cast<long long>(seed));
     return (stable ? stability_word(*stable) : "undetermined") + text;
+}
+
+void print_because(const stability_verdict &verdict)
+{
+    std::printf(line_format, verdict_name(verdict.kind), verdict.because.c_str());
+}
+
+void print_unlike_eigenvalues(const std::string &rig_name, const stability_verdict &verdict, double spectral_radius,
+                              double growth_per_s)
+{
+    std::printf("%s: %s\n", rig_name.c_str(), verdict_name(verdict.kind));
+    print_because(verdict);
+    std::printf("  %-14s spectral radius %.9f, growth %+.6f /s: not what decides here\n", "eigenvalues",
+                spectral_radius, growth_per_s);
+}
+
+nlohmann::json growth_beside(const stability_verdict &verdict, const nlohmann::json &growth_per_s)
+{
+    const bool goes_other_way =
+        growth_per_s.is_number() && verdict.is_stable && *verdict.is_stable != (growth_per_s.get<double>() < 0.0);
+    return goes_other_way ? nlohmann::json() : growth_per_s;
 }
 
 void print_margin(const stability_margin &margin)
@@ -141,6 +192,7 @@ nlohmann::json answer_json(const rig &rig, const stability_verdict &verdict, con
     return {{"verdict", verdict_name(verdict.kind)},
             {"stable", or_null(verdict.is_stable)},
             {"because", verdict.because},
+            {"caveat", verdict.caveat.empty() ? nlohmann::json() : nlohmann::json(verdict.caveat)},
             {"advice", verdict.advice.empty() ? nlohmann::json() : nlohmann::json(verdict.advice)},
             {"growth", growth_json(verdict.growth)},
             {"doubling_time_s", doubling_json(verdict)},
@@ -195,7 +247,8 @@ nlohmann::json bounces_json(const std::optional<bounce_finding> &bounces)
     return {{"count", bounces->count},
             {"restitution", bounces->restitution},
             {"restitution_range", {bounces->restitution_lowest, bounces->restitution_highest}},
-            {"energy_J", bounces->energy_J}};
+            {"energy_J", bounces->energy_J},
+            {"driven", bounces->is_driven}};
 }
 
 nlohmann::json tracking_json(const motion_evidence &motion)
@@ -210,10 +263,16 @@ nlohmann::json tracking_json(const motion_evidence &motion)
 nlohmann::json margin_json(const stability_margin &margin)
 {
     const std::string words = margin_words(margin);
+    nlohmann::json again = nlohmann::json::array();
+    for (const stable_interval &part : margin.stable_again_ms) {
+        again.push_back({part.from, part.to});
+    }
     return {{"dead_time_margin_ms", or_null(margin.dead_time_ms)},
             {"dead_time_margin_is_open", margin.is_dead_time_open},
             {"unlimited", margin.is_unlimited},
             {"modulus", or_null(margin.modulus)},
+            {"stable_again_ms", again},
+            {"stable_again_is_open", margin.is_again_open},
             {"sentence", words.empty() ? nlohmann::json() : nlohmann::json(words)},
             {"note", margin.note.empty() ? nlohmann::json() : nlohmann::json(margin.note)}};
 }
@@ -235,6 +294,10 @@ nlohmann::json delay_budget_json(const rig &rig)
         json[std::string(part.key)] = part.delay_ms;
     }
     json["total_ms"] = budget.total_ms();
+    json["scheduled"] = nlohmann::json::array();
+    for (const scheduled_delay &later : delays_of_schedule(rig)) {
+        json["scheduled"].push_back({{"from_s", later.from_s}, {"total_ms", later.total_ms}});
+    }
     return json;
 }
 

@@ -14,14 +14,28 @@ namespace berth
 /* In its colour. */
 std::string stability_word(bool is_stable);
 
+/* Of a verdict on the loop by itself: `berth run` will have none where the rig's own run never closes the loop. */
+void add_caveat_of_run(stability_verdict &verdict, const rig &rig);
+
 /* Lines of a summary. */
 void print_verdict(const stability_verdict &verdict);
+void print_caveat(const stability_verdict &verdict); /* nothing where there is none */
 void print_assumptions(const rig &rig);
 void print_delay_budget(const rig &rig);
 void print_schedule(const growth_prediction &prediction); /* nothing where nothing is scheduled */
 
 /* "stable, Lyapunov exponent -0.179 /s (+-0.08) over 400000 ticks, seed 1"; why there is none. */
 std::string exponent_sentence(const growth_prediction &exponent, std::int64_t seed);
+
+/* One line, after a headline. */
+void print_because(const stability_verdict &verdict);
+
+/* Where more than the eigenvalues decides: the verdict first, and they apart from it. */
+void print_unlike_eigenvalues(const std::string &rig_name, const stability_verdict &verdict, double spectral_radius,
+                              double growth_per_s);
+
+/* A growth of eigenvalues beside a verdict by runs: null where it goes the other way. */
+nlohmann::json growth_beside(const stability_verdict &verdict, const nlohmann::json &growth_per_s);
 
 void print_margin(const stability_margin &margin);
 void print_peaks(const motion_evidence &motion);

@@ -119,7 +119,7 @@ std::vector<method> methods_for(const choice_request &request)
 std::vector<difference> differences_for(const choice_request &request)
 {
     const rig &rig = request.rig;
-    std::vector<difference> all{{"as told", {}}};
+    std::vector<difference> all{{"as given", {}}};
     const auto scale = [&](std::string_view key, double share) {
         const double value = number_of(rig, key);
         if (value == 0.0) {

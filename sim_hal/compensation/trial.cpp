@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "../../firmware/loop.h"
+#include "../hil/manipulator_stand_in.h"
 #include "../hil/sim_hal.h"
 #include "coupled_truth.h"
 
@@ -97,6 +97,7 @@ trial_result run_trial(const rig &rig, double duration_s)
     const std::unique_ptr<struct hal, hal_closer> hal(sim_open(of));
     const auto app = std::make_unique<struct app>();
     app_start(app.get(), &of.firmware);
+    manipulator_stand_in manipulator(of);
     coupled_truth truth(of);
     spread swing;
     trial_result result{false, true, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, true, fate::diverges};
@@ -108,7 +109,7 @@ trial_result run_trial(const rig &rig, double duration_s)
     long ticks = 0;
     bool has_started = false;
     bool has_stopped = false;
-    while (!has_stopped && loop_tick(hal.get(), app.get()) == HAL_OK) {
+    while (!has_stopped && manipulator.tick(hal.get(), *app)) {
         const tick_record &record = app->recorder.tick;
         const bool is_running = app->supervisor.state == SUPERVISOR_RUNNING;
         has_stopped = has_started && !is_running;

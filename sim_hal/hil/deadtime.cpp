@@ -87,7 +87,7 @@ class drive_master
 
     void send(struct hal *hal, const hal_tick &tick, double position_m)
     {
-        const robot_command command{position_m, 0, 0, 0, 0, {}};
+        const robot_command command{position_m, 0, 0, 0, 0, 1, {}};
         tick_output out{};
         robot_channel_send(&channel_, &supervisor_, &tick, &command, &out);
         for (std::uint32_t i = 0; i < out.frame_count; i++) {

@@ -15,7 +15,8 @@ void manipulator_stand_in::replace(app &app)
             steps_.start({record.manipulator_position_m, record.manipulator_velocity_m_per_s});
         }
         steps_.advance({record.operator_position_m, record.operator_velocity_m_per_s,
-                        record.operator_force_N - record.force_N, 1e-9 * static_cast<double>(record.scheduled_ns)});
+                        record.operator_force_N - record.used_force_N,
+                        1e-9 * static_cast<double>(record.scheduled_ns)});
         app.manipulator.position_m = steps_.state()(0);
         app.manipulator.velocity_m_per_s = steps_.state()(1);
     }

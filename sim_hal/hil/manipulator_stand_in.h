@@ -4,6 +4,7 @@
 #define SIM_HAL_HIL_MANIPULATOR_STAND_IN_H
 
 #include "../../firmware/app.h"
+#include "../../firmware/loop.h"
 #include "../solver/manipulator_steps.h"
 
 namespace berth
@@ -16,6 +17,16 @@ class manipulator_stand_in
 
     /* After each tick of the loop. */
     void replace(app &app);
+
+    /* A tick of the loop, and then that. False: the hardware is gone. */
+    bool tick(struct hal *hal, app &app)
+    {
+        const bool goes_on = loop_tick(hal, &app) == HAL_OK;
+        if (goes_on) {
+            replace(app);
+        }
+        return goes_on;
+    }
 
   private:
     manipulator_steps steps_;

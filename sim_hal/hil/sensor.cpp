@@ -3,13 +3,14 @@
 #include <cmath>
 
 #include "../../firmware/can/codec.h"
+#include "../../hal/rig/tool_load.h"
 #include "../effects/active.h"
 
 namespace berth
 {
 
 sensor::sensor(const rig &rig)
-    : rig_(rig.sensor), wrench_(rig.wrench), shown_(shown_wrench(rig.wrench)),
+    : rig_(rig.sensor), wrench_(rig.wrench), tool_(tool_load(rig.tool)), shown_(shown_wrench(rig.wrench)),
       shows_wrench_(rig.firmware.wrench.enabled != 0), random_(rig.run.seed, stream_sensor),
       spikes_(rig.run.seed, stream_spikes), spike_probability_(value_of_effect(rig, "sensor.spike_probability")),
       spike_N_(value_of_effect(rig, "sensor.spike_N")), stages_(active_stages(rig, &effect::on_samples)),
@@ -48,7 +49,7 @@ double sensor::electronics(double value, double noise, double resolution, double
 double sensor::shown_N(double force_N, double time_s)
 {
     is_saturated_ = false;
-    return electronics(felt_N(force_N, time_s), rig_.noise_N, rig_.resolution_N, rig_.saturation_N);
+    return electronics(felt_N(force_N, time_s) + tool_[axis_], rig_.noise_N, rig_.resolution_N, rig_.saturation_N);
 }
 
 wrench sensor::shown(const whole_load &load, double time_s)
@@ -63,7 +64,7 @@ wrench sensor::shown(const whole_load &load, double time_s)
     felt[0] = felt_N(load[0], time_s);
     is_saturated_ = false;
     for (std::size_t i = 0; i < 6; i++) {
-        double value = 0.0;
+        double value = tool_[i];
         for (std::size_t j = 0; j < 6; j++) {
             value += shown_[6 * i + j] * felt[j];
         }

@@ -1,6 +1,6 @@
 /* The simulated force sensor's electronics: sample, bias, noise, saturation, quantisation, frames. Spring and
- * low-pass belong to the plant. Without [wrench] the sensor's other axes measure 0; with it they show what crosstalk
- * and mounting make of the whole load, and of the effects those act that bear on the force along the loop. */
+ * low-pass belong to the plant. Without [wrench] the sensor's other axes measure 0. With it they show the whole load
+ * after crosstalk and mounting; effects act on the force along the loop alone. The weight of [tool] is included. */
 #ifndef SIM_HAL_HIL_SENSOR_H
 #define SIM_HAL_HIL_SENSOR_H
 
@@ -48,7 +48,8 @@ class sensor
 
     sensor_rig rig_;
     wrench_rig wrench_;
-    wrench_matrix shown_; /* with [wrench] */
+    std::array<double, 6> tool_; /* its weight, as the sensor shows it */
+    wrench_matrix shown_;        /* with [wrench] */
     bool shows_wrench_;
     random_stream random_;
     random_stream spikes_;

@@ -37,7 +37,7 @@ constexpr std::int64_t progress_every_ticks = 4096;
 log_header header_of(const rig &rig, const sim_options &options)
 {
 #define FORMAT_FIELD(type, name) #type " " #name ";"
-    log_header header = rig_log_header(rig);
+    log_header header = rig_log_header(options.told ? *options.told : rig);
     header.topics.push_back({ulog_rig_id, "rig", "rig:" RIG_RECORD_FIELDS(FORMAT_FIELD)});
     if (!options.robot.empty()) {
         header.infos.emplace_back("berth_robot", options.robot);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "../../hal/hal.h"
@@ -18,6 +19,7 @@ struct sim_options {
     std::function<void(double share)> progress; /* called now and then with 0 to 1 */
     const std::atomic<bool> *stop = nullptr;    /* becomes true: an orderly stop is wanted */
     std::string robot = {};                     /* told in the log: the rig's robot preset; empty: none */
+    std::optional<rig> told = {};               /* told in the log: the rig as its file has it, and the firmware */
 };
 
 /* Opens the simulated rig. Throws input_error. Close with hal_close(). */

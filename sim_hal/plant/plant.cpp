@@ -34,14 +34,22 @@ plant::plant(const rig &rig)
     if (one_sided) {
         surface_m = rig.object.surface_position_m;
     }
-    static const rig_key *const keys[] = {find_key("robot.lag_ms"), find_key("sensor.lag_ms"),
-                                          find_key("object.second_mass_kg"), find_key("object.second_frequency_Hz"),
-                                          find_key("object.second_damping_ratio")};
+    static const rig_key *const keys[] = {find_key("robot.lag_ms"),
+                                          find_key("sensor.lag_ms"),
+                                          find_key("object.second_mass_kg"),
+                                          find_key("object.second_frequency_Hz"),
+                                          find_key("object.second_damping_ratio"),
+                                          find_key("sensor.tool_mass_kg"),
+                                          find_key("object.relaxation_stiffness_N_per_m"),
+                                          find_key("object.relaxation_time_ms")};
     robot_lag_s = 1e-3 * effect_value(rig, keys[0]);
     sensor_lag_s = 1e-3 * effect_value(rig, keys[1]);
     second_mass_kg = effect_value(rig, keys[3]) > 0.0 ? effect_value(rig, keys[2]) : 0.0;
     second_w = two_pi * effect_value(rig, keys[3]);
     second_z = effect_value(rig, keys[4]);
+    tool_mass_kg = effect_value(rig, keys[5]);
+    relaxation_s = 1e-3 * effect_value(rig, keys[7]);
+    relaxation_N_per_m = relaxation_s > 0.0 ? effect_value(rig, keys[6]) : 0.0;
     further_mode_count = static_cast<int>(rig.object.further_mode_count);
     for (int i = 0; i < further_mode_count; i++) {
         const beam_mode of = object_mode(rig.object, i + 1);
@@ -56,7 +64,7 @@ state_type plant::natural_scales() const
     const double force_N = sensor_stiffness_N_per_m;
     state_type scales;
     scales.template head<plant_state_count>() << 1.0, w, force_N, force_N * std::max(1.0, filter_w), 1.0,
-        std::max(1.0, robot_w), 1.0, std::max(1.0, second_w), 1.0, 1.0, force_N, force_N;
+        std::max(1.0, robot_w), 1.0, std::max(1.0, second_w), 1.0, 1.0, force_N, force_N, 1.0, 1.0;
     if constexpr (has_room_for_beam<state_type>) {
         scales.template tail<beam_state_count - plant_state_count>().setOnes();
         for (int i = 0; i < further_mode_count; i++) {
@@ -88,6 +96,7 @@ state_type plant::at_rest(double position_m) const
     state(filter_output) = filter_order > 0 ? spring_N : 0.0;
     state(robot_position) = has_transfer_behaviour ? position_m : 0.0;
     state(second_position) = second_mass_kg > 0.0 ? state(object_position) : 0.0;
+    state(relaxed_position) = relaxation_N_per_m > 0.0 ? state(object_position) : 0.0;
     state(lagged_position) = robot_lag_s > 0.0 ? position_m : 0.0;
     state(lagged_force) = sensor_lag_s > 0.0 ? spring_N : 0.0;
     if constexpr (has_room_for_beam<state_type>) {
@@ -102,7 +111,15 @@ state_type plant::at_rest(double position_m) const
 template <typename state_type>
 void plant::apply_reference_jump(state_type &state, double jump_m) const
 {
-    if (has_transfer_behaviour || robot_lag_s > 0.0 || !is_held) {
+    if (has_transfer_behaviour || robot_lag_s > 0.0) {
+        return;
+    }
+    if (tool_mass_kg > 0.0) {
+        const double pushed_N = filter_w * filter_w * tool_mass_kg * jump_m;
+        state(filter_output) += pushed_N;
+        state(filter_rate) -= 2.0 * filter_z * filter_w * pushed_N;
+    }
+    if (!is_held) {
         return;
     }
     const double impulse_N_s = sensor_damping_N_s_per_m * jump_m;
@@ -132,6 +149,17 @@ void plant::add_linear_effects(state_type &rate, const state_type &state, const 
         rate(object_velocity) += second_N / mass_kg;
         rate(second_position) = state(second_velocity);
         rate(second_velocity) = -second_N / second_mass_kg;
+    }
+    if (relaxation_N_per_m > 0.0) {
+        const double stretched_m = state(object_position) - state(relaxed_position);
+        rate(object_velocity) -= relaxation_N_per_m * stretched_m / mass_kg;
+        rate(relaxed_position) = stretched_m / relaxation_s;
+        rate(fading_behind_relaxed_position) = -state(fading_behind_relaxed_position) / relaxation_s;
+    }
+    if (tool_mass_kg > 0.0) { /* with y' = filter_rate + w^2 m_T r' no acceleration is needed */
+        const double pushed_N_per_s = filter_w * filter_w * tool_mass_kg * robot_velocity_m_per_s(state, line);
+        rate(filter_output) += pushed_N_per_s;
+        rate(filter_rate) -= 2.0 * filter_z * filter_w * pushed_N_per_s;
     }
     if (robot_lag_s > 0.0) {
         rate(lagged_position) = robot_velocity_m_per_s(state, line);

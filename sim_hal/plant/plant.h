@@ -10,7 +10,8 @@
  *   tool in contact    m x'' = F - max(0, k (x - s) + d x') + C where x > s, else m x'' = F + C
  *   beam               x = q1 + q2 + ...; m_i q_i'' = F - d_i q_i' - k_i q_i, the first with m, d and k
  *   mass that hangs on it  m2 x2'' = -C = -m2 (w2^2 (x2 - x) + 2 z2 w2 (x2' - x'))   (or C = 0)
- *   force low-pass     y'' = w_L^2 (F - y) - 2 z_L w_L y'    (order 2)
+ *   what relaxes beside its spring  z = k_R (x - x_R), tau_X x_R' = x - x_R, also against x   (or z = 0)
+ *   force low-pass     y'' = w_L^2 (F + m_T r'' - y) - 2 z_L w_L y'    (order 2; m_T: tool behind the sensor)
  *                      y'  = w_L (F - y)                     (order 1)
  *                      y   = F                               (order 0)
  *   sensor's lag       tau_S s' = y - s                      (or s = y)
@@ -32,7 +33,7 @@ enum plant_index {
     object_position, /* x, m */
     object_velocity, /* x', m/s */
     filter_output,   /* y, N */
-    filter_rate,     /* y', N/s; order 2 */
+    filter_rate,     /* y' less w_L^2 m_T r', which may jump, N/s; order 2 */
     robot_position,  /* p, m */
     robot_velocity,  /* p', m/s */
     second_position, /* x2, m */
@@ -41,6 +42,8 @@ enum plant_index {
     no_state_behind_lagged_position,
     lagged_force, /* s, N */
     no_state_behind_lagged_force,
+    relaxed_position,               /* x_R, m */
+    fading_behind_relaxed_position, /* makes a pair of it: nothing drives it, and it drives nothing */
     plant_state_count
 };
 
@@ -92,6 +95,9 @@ struct plant {
     double second_mass_kg;
     double second_w; /* rad/s */
     double second_z;
+    double tool_mass_kg;
+    double relaxation_N_per_m;
+    double relaxation_s;
 
     struct further_mode {
         double mass_kg;
@@ -101,10 +107,14 @@ struct plant {
     std::array<further_mode, beam_modes_max - 1> further_modes{};
     int further_mode_count = 0;
 
-    bool has_linear_effects() const { return robot_lag_s > 0.0 || sensor_lag_s > 0.0 || second_mass_kg > 0.0; }
+    bool has_linear_effects() const
+    {
+        return robot_lag_s > 0.0 || sensor_lag_s > 0.0 || second_mass_kg > 0.0 || tool_mass_kg > 0.0 ||
+               relaxation_N_per_m > 0.0;
+    }
 
     /* The robot is where it is told to be, the force as it leaves the low-pass, the object alone. */
-    void leave_out_linear_effects() { robot_lag_s = sensor_lag_s = second_mass_kg = 0.0; }
+    void leave_out_linear_effects() { robot_lag_s = sensor_lag_s = second_mass_kg = relaxation_N_per_m = 0.0; }
 
     /* States in use of a beam_state: what a rig without further modes has, or those as well. */
     int state_count() const { return plant_state_count + 2 * further_mode_count; }

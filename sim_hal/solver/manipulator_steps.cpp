@@ -44,7 +44,8 @@ Eigen::Matrix<double, 2, 5> make_map(const manipulator_config &config, double st
 
 manipulator_steps::manipulator_steps(const rig &rig, double period_s, int steps)
     : forces_(active_stages(rig, &effect::on_body, "manipulator")),
-      friction_N_(value_of_effect(rig, "manipulator.coulomb_friction_N")),
+      friction_N_(value_of_effect(rig, "manipulator.coulomb_friction_N") +
+                  value_of_effect(rig, "manipulator.stribeck_friction_N")),
       turning_way_m_(coarse_way * value_of_effect(rig, "manipulator.coulomb_presliding_m")),
       steps_(forces_.empty() ? 1 : steps_of(rig.firmware.manipulator, period_s, steps)), step_s_(period_s / steps_),
       map_(make_map(rig.firmware.manipulator, step_s_)),

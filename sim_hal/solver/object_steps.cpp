@@ -55,10 +55,12 @@ int object_steps_a_tick(const rig &rig)
                               grip_closes_s(rig) > 0.0 || value_of_effect(rig, "object.grip_force_N") > 0.0 ||
                               !active_stages(rig, &effect::on_body, "object").empty();
     const bool has_filter = !active_stages(rig, &effect::on_force).empty();
-    return value_of_effect(rig, "object.impact_damping_s_per_m") > 0.0         ? stiffening_steps_a_tick
-           : has_filter || value_of_effect(rig, "object.second_mass_kg") > 0.0 ? filtered_steps_a_tick
-           : is_nonlinear                                                      ? fine_steps_a_tick
-                                                                               : 1;
+    const bool has_linear_body = value_of_effect(rig, "object.second_mass_kg") > 0.0 ||
+                                 value_of_effect(rig, "object.relaxation_stiffness_N_per_m") > 0.0;
+    return value_of_effect(rig, "object.impact_damping_s_per_m") > 0.0 ? stiffening_steps_a_tick
+           : has_filter || has_linear_body                             ? filtered_steps_a_tick
+           : is_nonlinear                                              ? fine_steps_a_tick
+                                                                       : 1;
 }
 
 object_steps::object_steps(const rig &rig)

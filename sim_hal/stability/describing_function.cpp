@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "../../firmware/pi.h"
 #include "../effects/active.h"
@@ -29,17 +30,32 @@ struct first_harmonic {
     double mean;
 };
 
+/* Sines and cosines at the middles of a period's steps. */
+const std::vector<std::complex<double>> &circle_of(int steps)
+{
+    static thread_local std::vector<std::complex<double>> circle; /* of the last period: most have as many steps */
+    if (circle.size() != static_cast<std::size_t>(steps)) {
+        circle.clear();
+        for (int i = 0; i < steps; i++) {
+            const double angle = two_pi * (i + 0.5) / steps;
+            circle.emplace_back(std::sin(angle), std::cos(angle));
+        }
+    }
+    return circle;
+}
+
 /* What comes out of `respond(value, rate of change by angle)` in the last of the periods. */
 template <typename function>
 first_harmonic drive(const sine &in, int steps, int settling, int averaged, const function &respond)
 {
+    const std::vector<std::complex<double>> &circle = circle_of(steps);
     std::complex<double> sum = 0.0;
     double total = 0.0;
     for (int i = 0; i < (settling + averaged) * steps; i++) {
-        const double angle = two_pi * ((i % steps) + 0.5) / steps;
-        const double out = respond(in.mean + in.amplitude * std::sin(angle), in.amplitude * std::cos(angle));
+        const std::complex<double> at = circle[static_cast<std::size_t>(i % steps)];
+        const double out = respond(in.mean + in.amplitude * at.real(), in.amplitude * at.imag());
         if (i >= settling * steps) {
-            sum += out * std::complex<double>(std::sin(angle), std::cos(angle));
+            sum += out * at;
             total += out;
         }
     }

@@ -32,7 +32,8 @@ bool limits_setpoints(const rig &rig)
 
 bool shapes_samples(const rig &rig)
 {
-    return rig.sensor.resolution_N > 0.0 || rig.sensor.saturation_N != unlimited;
+    return rig.sensor.resolution_N > 0.0 || rig.sensor.saturation_N != unlimited ||
+           value_of_effect(rig, "sensor.curvature_per_N") != 0.0;
 }
 
 /* Where the robot pulls with such a force, on top of its mean. */
@@ -151,13 +152,17 @@ class balance_of_harmonics
     /* What hangs on the sensor's spring, as dynamic stiffness without the object's own spring, damper and mass. */
     complex hanging_stiffness() const
     {
+        const complex relaxing =
+            plant_.relaxation_N_per_m > 0.0
+                ? plant_.relaxation_N_per_m * s_ * plant_.relaxation_s / (1.0 + s_ * plant_.relaxation_s)
+                : 0.0;
         if (plant_.second_mass_kg == 0.0) {
-            return 0.0;
+            return relaxing;
         }
         const complex link = plant_.second_mass_kg *
                              (plant_.second_w * plant_.second_w + 2.0 * plant_.second_z * plant_.second_w * s_);
         const complex inertia = plant_.second_mass_kg * s_ * s_;
-        return inertia * link / (inertia + link);
+        return relaxing + inertia * link / (inertia + link);
     }
 
     /* Returns the dynamic stiffness F/r that the robot feels. */
@@ -240,8 +245,9 @@ class balance_of_harmonics
         } else if (plant_.filter_order == 1) {
             height_N *= std::abs(w / (s_ + w));
         }
-        const double gain = sample_gain(rig_, height_N);
-        parts.push_back({"sensor: quantisation and saturation",
+        const double slope = 2.0 * value_of_effect(rig_, "sensor.curvature_per_N") * object_mean_N_;
+        const double gain = sample_gain(rig_, height_N) * (1.0 + slope);
+        parts.push_back({"sensor: quantisation, saturation and curvature",
                          gain / (1.0 + value_of_effect(rig_, "sensor.gain_error")),
                          0.0,
                          {}});

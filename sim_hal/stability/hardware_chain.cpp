@@ -60,16 +60,20 @@ hardware_chain::hardware_chain(const rig &rig)
     }
     use(object_position, 2);
     link(object_pair);
+    const auto add_body = [&](int pair) {
+        use(2 * pair, 2);
+        link(pair);
+        body_pairs_[static_cast<std::size_t>(body_state_count_ / 2)] = pair;
+        body_state_count_ += 2;
+    };
     if (plant_.second_mass_kg > 0.0) {
-        use(second_position, 2);
-        link(second_pair);
-        has_second_mass_ = true;
-        body_state_count_ = 4;
+        add_body(second_pair);
+    }
+    if (plant_.relaxation_N_per_m > 0.0) {
+        add_body(relaxed_pair);
     }
     for (int i = 0; i < plant_.further_mode_count; i++) {
-        use(static_cast<int>(further_position(i)), 2);
-        link(static_cast<int>(further_position(i)) / 2);
-        body_state_count_ += 2;
+        add_body(static_cast<int>(further_position(i)) / 2);
     }
     if (body_state_count_ > 2) {
         separate_bodies();

@@ -16,8 +16,8 @@ namespace berth
 class hardware_chain
 {
   public:
-    static constexpr int plain_links_max = 6;
-    static constexpr int links_max = plain_links_max - 1 + beam_modes_max - 1; /* no second mass on a beam */
+    static constexpr int plain_links_max = 7;
+    static constexpr int links_max = plain_links_max - 2 + beam_modes_max - 1; /* no further body on a beam */
 
     /* Change of the links over a duration, driven by each other and by (u, u') behind the last link. */
     using transition = block_triangular<links_max + 1>;
@@ -91,8 +91,9 @@ class hardware_chain
     static constexpr int second_pair = second_position / 2;
     static constexpr int robot_lag_pair = lagged_position / 2;
     static constexpr int sensor_lag_pair = lagged_force / 2;
+    static constexpr int relaxed_pair = relaxed_position / 2;
 
-    /* Object, and its further modes or a second mass. */
+    /* Object, and its further modes, or a second mass and what relaxes. */
     static constexpr int body_states_max = 2 * beam_modes_max;
     using body_matrix =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, body_states_max, body_states_max>;
@@ -118,11 +119,7 @@ class hardware_chain
     void separate_bodies();
 
     /* In plant_index, or behind it. */
-    Eigen::Index body_place(int i) const
-    {
-        const Eigen::Index further = has_second_mass_ ? Eigen::Index{second_position} : further_position(0);
-        return i < 2 ? object_position + i : further + i - 2;
-    }
+    Eigen::Index body_place(int i) const { return body_pairs_[static_cast<std::size_t>(i / 2)] * 2 + i % 2; }
 
     pair_vector change_of_link(int row, const beam_state &links, const transition &change, pair_vector inputs) const
     {
@@ -150,7 +147,7 @@ class hardware_chain
     int state_count_ = 0;
     std::array<int, links_max> pairs_{};
     int link_count_ = 0;
-    bool has_second_mass_ = false;
+    std::array<int, beam_modes_max> body_pairs_{object_pair};
     int body_state_count_ = 2;
     body_matrix into_links_;
     body_matrix out_of_links_;

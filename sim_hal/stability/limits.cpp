@@ -14,6 +14,7 @@
 #include "hardware_period.h"
 #include "physical_parameter.h"
 #include "scan_grid.h"
+#include "stable_intervals.h"
 #include "zero_count.h"
 
 namespace berth
@@ -131,23 +132,6 @@ std::vector<crossing> find_crossings(const std::vector<double> &grid, const std:
         before = here;
     }
     return found;
-}
-
-/* `ends` of stable intervals within the grid, by rising value. */
-std::vector<stable_interval> intervals_between(const std::vector<double> &grid, bool starts_stable,
-                                               std::vector<double> ends)
-{
-    if (starts_stable) {
-        ends.insert(ends.begin(), grid.front());
-    }
-    if (ends.size() % 2 == 1) {
-        ends.push_back(grid.back());
-    }
-    std::vector<stable_interval> intervals;
-    for (std::size_t i = 0; i < ends.size(); i += 2) {
-        intervals.push_back({ends[i], ends[i + 1]});
-    }
-    return intervals;
 }
 
 /* Where |w| = 1, and by how much it changes with the value. */
@@ -326,13 +310,17 @@ parameter_limits find_limits(const rig &original, std::string_view key_path, con
             result.first_order_limits.push_back(c.value());
         }
     }
+    result.stable = without_single_values(std::move(result.stable), own);
     return result;
 }
 
 std::vector<stable_interval> stable_within(const rig &original, std::string_view key_path, double from, double to,
                                            const linear_view &linear)
 {
-    parameter_line line(original, *find_key(key_path), linear);
+    const rig_key &key = *find_key(key_path);
+    rig copy = original;
+    const double own = *static_cast<double *>(key.member(copy));
+    parameter_line line(original, key, linear);
     const auto is_stable = [&](double value) { return line.is_stable(value); };
     const double step_max =
         std::min(fine_scan.step * to, longest_step(original, scale_of(key_path), to - from, fine_scan));
@@ -350,7 +338,7 @@ std::vector<stable_interval> stable_within(const rig &original, std::string_view
         const auto stable = intervals_between(part, is_stable(part.front()), std::move(ends));
         intervals.insert(intervals.end(), stable.begin(), stable.end());
     }
-    return intervals;
+    return from < to ? without_single_values(std::move(intervals), own) : intervals;
 }
 
 std::optional<double> dead_time_margin_ms(const rig &rig, const parameter_limits &dead_time,

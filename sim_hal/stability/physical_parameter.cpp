@@ -40,6 +40,9 @@ constexpr physical_parameter parameters[] = {
     {"object.second_mass_kg", parameter_scale::mass},
     {"object.second_frequency_Hz", parameter_scale::frequency},
     {"object.second_damping_ratio", parameter_scale::ratio},
+    {"object.relaxation_stiffness_N_per_m", parameter_scale::stiffness},
+    {"object.relaxation_time_ms", parameter_scale::delay},
+    {"sensor.tool_mass_kg", parameter_scale::mass},
 };
 
 } // namespace
@@ -64,11 +67,14 @@ std::vector<std::string_view> physical_parameters(const rig &rig)
     std::vector<std::string_view> keys;
     for (const physical_parameter &parameter : parameters) {
         const std::string_view key = parameter.key;
-        const bool is_absent = (key.find("robot.transfer") == 0 && !rig.has_transfer_behaviour()) ||
-                               ((key == "robot.lag_ms" || key == "sensor.lag_ms") && value_of(rig, key) == 0.0) ||
-                               (key.find("object.second") == 0 && value_of(rig, "object.second_mass_kg") == 0.0) ||
-                               (key == "sensor.low_pass_frequency_Hz" && rig.sensor.low_pass_order == 0) ||
-                               (key == "sensor.low_pass_damping_ratio" && rig.sensor.low_pass_order < 2);
+        const bool is_absent =
+            (key.find("robot.transfer") == 0 && !rig.has_transfer_behaviour()) ||
+            ((key == "robot.lag_ms" || key == "sensor.lag_ms" || key == "sensor.tool_mass_kg") &&
+             value_of(rig, key) == 0.0) ||
+            (key.find("object.second") == 0 && value_of(rig, "object.second_mass_kg") == 0.0) ||
+            (key.find("object.relaxation") == 0 && value_of(rig, "object.relaxation_stiffness_N_per_m") == 0.0) ||
+            (key == "sensor.low_pass_frequency_Hz" && rig.sensor.low_pass_order == 0) ||
+            (key == "sensor.low_pass_damping_ratio" && rig.sensor.low_pass_order < 2);
         if (!is_absent) {
             keys.push_back(key);
         }

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "../../firmware/cia402_text.h"
 #include "../../hal/rig/rig_file.h"
 #include "../../sim_hal/hil/virtual_rig.h"
 #include "../unit/tick_builder.h"
@@ -21,6 +22,7 @@ namespace
 {
 
 constexpr std::uint32_t mark_id = 0xffffffff;
+constexpr std::uint32_t remote_flag = 0x40000000; /* CAN_RTR_FLAG */
 
 struct wire_frame {
     std::uint32_t id;
@@ -60,6 +62,19 @@ bool get_tick(std::vector<hal_frame> &frames, int &request)
     return false;
 }
 
+void put(const hal_frame &frame)
+{
+    put(frame.id | ((frame.flags & HAL_FRAME_REMOTE) ? remote_flag : 0u), frame.length, frame.data);
+}
+
+/* What is wrong with the drive, in words, on standard error. */
+void say_trouble(const cia402 &drive)
+{
+    char text[CIA402_TEXT_BYTES_MAX];
+    cia402_trouble_text(static_cast<cia402_trouble>(drive.trouble), drive.setup.step, drive.error, text);
+    std::fputs(text, stderr);
+}
+
 /* The firmware, with a sensor that feels nothing and an operator who asks what the peer wants. */
 void run_loop(const berth::rig &rig)
 {
@@ -87,7 +102,7 @@ void run_loop(const berth::rig &rig)
         }
         app_step(app.get(), &in, &out);
         for (std::uint32_t i = 0; i < out.frame_count; i++) {
-            put(out.frames[i].id, out.frames[i].length, out.frames[i].data);
+            put(out.frames[i]);
         }
         const std::int64_t command_nm = std::llround(1e9 * app->recorder.tick.command_position_m);
         std::uint8_t state[8] = {static_cast<std::uint8_t>(app->supervisor.state),
@@ -98,6 +113,7 @@ void run_loop(const berth::rig &rig)
         }
         put_mark(state);
         if (!get_tick(frames, request)) {
+            say_trouble(app->robot_channel.drive);
             return;
         }
     }

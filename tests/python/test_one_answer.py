@@ -2,11 +2,16 @@
 the same verdict, --check agrees with it, and what is advised is a cure. The figures are those of long runs without noise."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
-from answers import ask
-from conftest import EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, command, one_json_object, run_json, settings, topic
+from answers import answers, ask
+from conftest import EXIT_DIFFERENT, EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object, run_json, settings, topic
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from berth_log import read_log  # noqa: E402
+from report_words import verdict  # noqa: E402
 
 BASE = """
 [run]
@@ -120,6 +125,10 @@ def check_advice(file, changes, told):
         cured = one_json_object(command("eigen", file, "--json", *settings(changes), *options).stdout)
         growth_per_s = cured["prediction"]["growth_per_s"]
         assert cured["verdict"] == "stable" and growth_per_s < -max(cured["prediction"]["growth_ci95_per_s"], 1e-6), advice
+        for share in (0.98, 0.95) if change else ():  # no sliver
+            further = float(change[3]) * (share if change[2] == "below" else 2 - share)
+            further = command("eigen", file, "--json", *settings(changes), "--set", f"{change[1]}={further:.9g}")
+            assert further.returncode == EXIT_INPUT or one_json_object(further.stdout)["stable"] is True, advice
 
 
 @pytest.mark.long
@@ -226,6 +235,94 @@ def test_a_loop_that_never_runs_has_one_answer_and_no_margin(write_rig):
     for subcommand, one in told.items():
         assert one["verdict"] == "undetermined" and not safe[subcommand], (subcommand, one["because"])
         assert one["margin"]["dead_time_margin_ms"] is None and one["margin"]["modulus"] is None, subcommand
+
+
+DRIVEN = {"manipulator.initial_position_m": 0, "profile.kind": "multisine", "profile.amplitude_m": 0.01, "profile.frequency_end_Hz": 2}
+
+
+@pytest.mark.parametrize("changes, verdict, cause", [
+    ({"run.emergency_stop_s": 0.5}, "stable", "emergency_stop"),
+    ({"run.enable_off_s": 0.5}, "stable", "enable_off"),
+    ({"run.grip_release_s": 0.5}, "stable", None),
+    ({"bus.loss_probability": 0.6}, "stable", "sensor_stale"),
+    ({"manipulator.initial_velocity_m_per_s": 1, "limits.position_max_m": 0.01}, "stable", "position_limit"),
+    (DRIVEN | {"sensor_channel.force_limit_N": 5}, "driven", "force_limit"),
+    (DRIVEN | {"run.emergency_stop_s": 5}, "driven", "emergency_stop"),
+    (STIFFER | {"run.emergency_stop_s": 0.5}, "unstable", "emergency_stop"),
+], ids=str)
+def test_what_stops_a_run_does_not_hide_what_the_loop_does(changes, verdict, cause, write_rig):
+    told = answers(write_rig(BASE), *settings(changes), commands=("run", "eigen"))
+    run = told["run"]
+    assert run["verdict"] == verdict and run["stable"] is (verdict != "unstable"), run["because"]
+    assert (run["stopped"] or {}).get("cause") == cause
+    if verdict == "stable" and cause:
+        assert "stable by prediction" in run["because"] and "; stopped by " in run["because"]
+
+
+# Stable up to a dead time of 22.56 ms, and again from 24.87 to 26.25 ms.
+ISLAND = """
+[loop]
+rate_Hz = 200
+[manipulator]
+mass_kg = 300.088
+stiffness_N_per_m = 7020.5
+damping_N_s_per_m = 57.9361
+initial_position_m = -0.0015
+[robot]
+dead_time_ms = 12.8501
+interpolation = "linear"
+[sensor]
+delay_ms = 5
+low_pass_frequency_Hz = 117.196
+[object]
+mass_kg = 80.9866
+stiffness_N_per_m = 5967
+damping_N_s_per_m = 49.1272
+"""
+
+
+def test_a_margin_names_where_the_loop_is_stable_again(write_rig):
+    file = write_rig(ISLAND)
+    for subcommand, told in answers(file).items():
+        (from_ms, to_ms), = told["margin"]["stable_again_ms"]
+        assert f"stable again from {from_ms:.4g} to {to_ms:.4g} ms of dead time" in told["margin"]["sentence"], subcommand
+    limit_ms = 12.8501 + told["margin"]["dead_time_margin_ms"]
+    for dead_time_ms, stable in ((limit_ms + 0.1, False), (from_ms + 0.1, True), (to_ms - 0.1, True), (to_ms + 0.1, False)):
+        answers(file, *settings({"robot.dead_time_ms": dead_time_ms}), commands=("run", "eigen"))
+        assert ask("eigen", file, *settings({"robot.dead_time_ms": dead_time_ms}))[0]["stable"] is stable, dead_time_ms
+
+
+@pytest.mark.parametrize("method", ["prediction", "force-lead", "extrapolation-1", "adaptive-inverse", "identification", "tank", "passivity"])
+def test_the_margin_of_a_compensated_loop_says_what_stays_as_it_is(method, write_rig):
+    file = write_rig(BASE)
+    told, _ = ask("eigen", file, "--with", method)
+    assert "with the firmware's settings as they are" in told["margin"]["sentence"]
+    if method in ("tank", "passivity"):
+        bare = ask("eigen", file)[0]["margin"]
+        assert f"without its passivity controller by {bare['dead_time_margin_ms']:.4g} ms" in told["margin"]["sentence"]
+        grows, _ = ask("eigen", file, "--with", method, *settings({"object.stiffness_N_per_m": 5800, "robot.dead_time_ms": 26}))
+        assert grows["stable"] is False or "without its passivity controller the loop is unstable" in grows["margin"]["sentence"]
+
+
+def test_a_run_that_shows_another_mode_than_decides_says_which_to_believe(tmp_path):
+    """A beam's second mode grows slowly, and the first one still decays; terminal, JSON, summary and page say so."""
+    slow = settings({"sensor.low_pass_frequency_Hz": 200, "robot.dead_time_ms": 5, "run.duration_s": 12})
+    told = run_json("ess-beam", tmp_path, *slow)
+    predicted, seen = told["predicted_growth_per_s"], told["growth_per_s"]
+    assert predicted > 0 > seen and told["stable"] is False
+    assert told["caveat"].startswith(f"predicted {predicted:+.3g} /s, this run measured {seen:+.3g} +- ")
+    assert told["caveat"].endswith("believe the prediction")
+    assert one_json_object(command("summary", told["log"], "--json").stdout)["caveat"] == told["caveat"]
+    assert f"caveat         {told['caveat']}" in command("run", "ess-beam", "--no-log", *slow).stdout.decode()
+    assert ask("run", "ess")[0]["caveat"] is None
+    assert any("elieve the prediction" in note for note in verdict(read_log(told["log"]), told | {"cut": False, "missing_ticks": 0}).notes)
+
+
+@pytest.mark.parametrize("subcommand", ["eigen", "limits", "check"])
+def test_the_margin_of_an_arm_says_what_stays_as_it_is(subcommand):
+    margin = ask(subcommand, "ess", *settings({"manipulator.arm": "ess", "object.stiffness_N_per_m": 1500}))[0]["margin"]
+    assert margin["dead_time_margin_ms"] > 0
+    assert "of the arm where it starts, with the firmware's settings as they are" in margin["sentence"]
 
 
 @pytest.mark.parametrize("subcommand", ["run", "eigen", "limits", "check"])

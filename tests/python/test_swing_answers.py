@@ -1,6 +1,7 @@
 """Where what becomes of a swing depends on its size, play and a limited drive, `run`, `eigen`, `limits` and `check` give one
 answer and one margin. The last swing of long runs without noise, read off their logs, tells whether it is right."""
 
+import json
 import sys
 
 import pytest
@@ -69,6 +70,16 @@ def test_commands_agree_on_swings_of_a_size(rig, tmp_path, values, verdict, last
     assert told["eigen"]["verdict"] == told["check"]["verdict"] == verdict
     if lasts is not None:
         assert (last_height_mm(rig, tmp_path, values) > 0.05) is lasts
+    origins = {name: (answer["growth"] or {}).get("origin") for name, answer in told.items()}
+    assert origins["eigen"] == origins["check"] and "measured" not in (origins["eigen"], origins["check"])
+    if verdict == "stable":
+        shown = command("eigen", rig, *settings(values)).stdout.decode()
+        assert f"  stable         {told['eigen']['because']}" in shown, "the growth of the runs, beside that of the eigenvalues"
+    if verdict == "limit cycle":
+        assert told["run"]["growth_per_s"] is None or told["run"]["verdict"] != "limit cycle"
+        assert told["eigen"]["growth_per_s"] is None or told["eigen"]["growth_per_s"] > 0
+        shown = command("eigen", rig, *settings(values)).stdout.decode()
+        assert "limit cycle, spectral radius" not in shown
     if verdict != "stable":
         assert all(answer["margin"]["dead_time_margin_ms"] is None for answer in told.values())
 
@@ -99,3 +110,23 @@ def test_margin_with_play_ends_where_a_swing_lasts(rig, tmp_path):
     for share, lasts in ((0.9, False), (1.1, True)):
         values = PLAY | {"robot.dead_time_ms": 34 + share * min(margins_ms)}
         assert (last_height_mm(rig, tmp_path, values) > 0.05) is lasts
+
+
+# --- effects of the manipulator, which the firmware knows nothing of ------------------------------------------------
+@pytest.mark.parametrize("method", ["passivity", "tank", "prediction", "force-lead"])
+def test_a_manipulators_effect_leaves_the_compensation_on(method):
+    """Friction of 1 uN does nothing, and a loop that only the compensation makes stable stays so."""
+    words = ["run", "ess", "--no-log", "--no-advice", "--json", "--with", method,
+             *settings({"object.stiffness_N_per_m": 14000, "run.duration_s": 30})]
+    plain, rubs = (json.loads(command(*words, *more).stdout)
+                   for more in ([], settings({"manipulator.coulomb_friction_N": 1e-6})))
+    assert rubs["verdict"] == plain["verdict"] == "stable"
+    assert rubs["growth_per_s"] == pytest.approx(plain["growth_per_s"], abs=0.02)
+
+
+def test_runs_behind_the_answer_have_the_manipulators_play():
+    """The more play, the less the manipulator's damper takes."""
+    growths_per_s = [json.loads(command("eigen", "ess", "--json", *settings(
+        {"object.stiffness_N_per_m": 10000, "manipulator.backlash_m": play_m})).stdout)["growth"]["growth_per_s"]
+        for play_m in (0, 1e-4, 5e-4, 1e-3)]
+    assert growths_per_s == sorted(growths_per_s) and growths_per_s[-1] > 0.7 * growths_per_s[0]

@@ -111,6 +111,14 @@ TEST_CASE("linear object: whole ticks are their steps one after another, whereve
     check_everywhere<0>({});
 }
 
+TEST_CASE("linear object: so they are where it relaxes, quickly or slowly")
+{
+    for (const char *const time : {"object.relaxation_time_ms=0.5", "object.relaxation_time_ms=900"}) {
+        CAPTURE(time);
+        check_everywhere<linear_law::kept>({"object.relaxation_stiffness_N_per_m=1500", time});
+    }
+}
+
 TEST_CASE("linear object: so they are with a second mode, also one that creeps or swings by itself for long")
 {
     for (const char *const damping : {"object.second_damping_ratio=0", "object.second_damping_ratio=0.05",

@@ -137,7 +137,7 @@ rig run_rig_of(rig rig, double start_m, std::int64_t ticks)
     rig.firmware.sensor_channel.force_limit_N = 5.4e4;
     rig.firmware.sensor_channel.stale_after_ms = never_ms;
     rig.firmware.reflex = without_reflexes(rig.firmware.reflex);
-    rig.firmware.robot_channel = {ROBOT_PROFILE_BERTH, never_ms, never_ms, never_ms, 1.0};
+    rig.firmware.robot_channel = {ROBOT_PROFILE_BERTH, never_ms, never_ms, never_ms, 1.0, 0};
     rig.firmware.operator_command.stale_after_ms = never_ms;
     rig.firmware.manipulator.initial_position_m = start_m;
     REQUIRE(!complete_and_check(rig));

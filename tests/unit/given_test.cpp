@@ -12,9 +12,9 @@ namespace berth
 namespace
 {
 
-const std::string manipulator = "[manipulator]\nmass_kg = 120\n";
-const std::string robot = "[robot]\ndead_time_ms = 34\n";
-const std::string object = "[object]\nmass_kg = 40\n";
+const std::string stated_manipulator = "[manipulator]\nmass_kg = 120\n";
+const std::string stated_robot = "[robot]\ndead_time_ms = 34\n";
+const std::string stated_object = "[object]\nmass_kg = 40\n";
 
 /* Empty: taken. */
 std::string refusal_of(const std::string &text, const std::vector<std::string> &overrides = {})
@@ -45,22 +45,22 @@ bool has(const std::vector<std::string> &names, const std::string &name)
 
 TEST_CASE("given: object, manipulator and dead time have to be stated")
 {
-    CHECK(refusal_of(manipulator + robot + object) == "");
-    const std::string no_object = refusal_of(manipulator + robot);
+    CHECK(refusal_of(stated_manipulator + stated_robot + stated_object) == "");
+    const std::string no_object = refusal_of(stated_manipulator + stated_robot);
     CHECK(no_object.find("my.toml: object: the section [object] is missing") == 0);
     CHECK(no_object.find("kind = \"none\"") != std::string::npos);
     CHECK(no_object.find("base = \"ess\"") != std::string::npos);
-    CHECK(refusal_of(robot + object).find("my.toml: manipulator.mass_kg: is missing") == 0);
-    CHECK(refusal_of(manipulator + object).find("my.toml: robot.dead_time_ms: is missing") == 0);
-    CHECK(refusal_of(manipulator + robot + "[object]\nkind = \"gripped\"\n").find("object.mass_kg") !=
+    CHECK(refusal_of(stated_robot + stated_object).find("my.toml: manipulator.mass_kg: is missing") == 0);
+    CHECK(refusal_of(stated_manipulator + stated_object).find("my.toml: robot.dead_time_ms: is missing") == 0);
+    CHECK(refusal_of(stated_manipulator + stated_robot + "[object]\nkind = \"gripped\"\n").find("object.mass_kg") !=
           std::string::npos);
-    CHECK(refusal_of(manipulator + robot + "[object]\nkind = \"none\"\n") == "");
-    CHECK(refusal_of(manipulator + robot, {"object.mass_kg=40"}) == "");
+    CHECK(refusal_of(stated_manipulator + stated_robot + "[object]\nkind = \"none\"\n") == "");
+    CHECK(refusal_of(stated_manipulator + stated_robot, {"object.mass_kg=40"}) == "");
 }
 
 TEST_CASE("given: a base is taken on purpose")
 {
-    CHECK(refusal_of("base = \"ess\"\n" + robot) == "");
+    CHECK(refusal_of("base = \"ess\"\n" + stated_robot) == "");
     const rig rig = parse_rig("base = \"ess\"\n[robot]\ndead_time_ms = 34\n", "my.toml");
     CHECK(rig.robot.dead_time_ms == 34.0);
     CHECK(rig.object.stiffness_N_per_m == load_rig("ess").object.stiffness_N_per_m);
@@ -81,7 +81,8 @@ TEST_CASE("given: every shipped rig states what decides")
 
 TEST_CASE("given: what is assumed all the same is listed with its value")
 {
-    const rig rig = parse_rig(manipulator + robot + object + "[sensor]\ndelay_ms = 2\n", "my.toml");
+    const rig rig =
+        parse_rig(stated_manipulator + stated_robot + stated_object + "[sensor]\ndelay_ms = 2\n", "my.toml");
     const std::vector<std::string> keys = assumed_keys(rig);
     for (const char *key : {"sensor.stiffness_N_per_m", "sensor.low_pass_frequency_Hz", "limits.position_max_m",
                             "object.stiffness_N_per_m"}) {
@@ -99,7 +100,8 @@ TEST_CASE("given: what is assumed all the same is listed with its value")
 
 TEST_CASE("given: a printed configuration says what was given and reads back to the same")
 {
-    const rig rig = parse_rig(manipulator + robot + object + "[sensor]\ndelay_ms = 2\n", "my.toml");
+    const rig rig =
+        parse_rig(stated_manipulator + stated_robot + stated_object + "[sensor]\ndelay_ms = 2\n", "my.toml");
     const std::string text = print_config(rig);
     CHECK(text.find("# assumed: frequency f_L") != std::string::npos);
     CHECK(text.find("# given: sample to arrival") != std::string::npos);

@@ -34,7 +34,7 @@ struct sender {
                 std::uint32_t torn_samples = 0)
     {
         out.frame_count = 0;
-        const robot_command command{position_m, limits, missed_ticks, torn_samples, 0, {}};
+        const robot_command command{position_m, limits, missed_ticks, torn_samples, 0, 1, {}};
         return robot_channel_send(&channel, &supervisor_, &tick, &command, &out);
     }
 

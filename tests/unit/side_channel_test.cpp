@@ -48,7 +48,7 @@ struct two_sides {
         supervisor.state = state;
         out.frame_count = 0;
         tick.index = 1; /* without a status */
-        const robot_command command{0.25, 0, 0, 0, 0, {y_m, 7.0, 7.0, 7.0, rz_rad}};
+        const robot_command command{0.25, 0, 0, 0, 0, 1, {y_m, 7.0, 7.0, 7.0, rz_rad}};
         robot_channel_send(&channel, &supervisor, &tick, &command, &out);
     }
 };
