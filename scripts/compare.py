@@ -12,10 +12,10 @@ import sys
 from pathlib import Path
 
 import progress
-from berth_log import InputError, read_log, read_summary, write_whole
+from berth_log import InputError, behind_latest, read_log, read_summary, write_whole
 from page_data import AXIS, VERDICT_CLASSES, Page, filled, shared_parts, with_gaps
 from report_signals import MANIPULATOR, ROBOT, part_that_matters
-from report_words import VERDICT_COLOURS, four_digits, frequency_words, with_interval
+from report_words import VERDICT_COLOURS, four_digits
 
 ROOT = Path(__file__).resolve().parents[1]
 EXIT_INPUT = 2
@@ -23,8 +23,7 @@ EXIT_INPUT = 2
 PANELS = (("command_position_m", 1e3, "mm", "Command", "Where the manipulator sends the robot."),
           ("robot_position_m", 1e3, "mm", "Robot", "Where the robot reports to be."),
           ("force_N", 1.0, "N", "Force", "As the loop receives it from the sensor."))
-RUNS = (("A", MANIPULATOR, "solid"), ("B", ROBOT, "dash"))
-OPACITY = 0.75  # so that dense swings of one do not hide the other
+RUNS = (("A", MANIPULATOR, 0.75), ("B", ROBOT, 0.9))  # opacity: dense swings of one do not hide the other; dashes would break up
 PERIODS_MIN = 4  # of a run that goes on when the other has failed
 
 
@@ -49,10 +48,10 @@ def curves(page, logs):
     """A panel for each signal, with a curve of each run."""
     for field, factor, unit, title, note in PANELS:
         drawn = []
-        for log, (name, colour, dash) in zip(logs, RUNS):
+        for log, (name, colour, opacity) in zip(logs, RUNS):
             values = factor * log.tick[field].astype(float)
-            trace = {"type": "scatter", "mode": "lines", "name": name, "line": {"color": colour, "dash": dash},
-                     "opacity": OPACITY, "hovertemplate": f"%{{y:.6~g}} {unit}"}
+            trace = {"type": "scatter", "mode": "lines", "name": name, "line": {"color": colour},
+                     "opacity": opacity, "hovertemplate": f"%{{y:.6~g}} {unit}"}
             drawn.append(page.curve(*with_gaps(log.tick_s, values, log.period_s), trace))
         page.add(title.lower(), title, note, drawn, {"yaxis": AXIS | {"title": {"text": f"{title.lower()} ({unit})"}}})
 
@@ -69,13 +68,17 @@ def number(value, unit):
 
 
 def growth(summary):
-    """Measured, or what the eigenvalues say of a run that does not show it."""
+    """Measured, or what the eigenvalues say of a run that does not show it; with the digits of `berth compare`."""
     told = summary["growth"]
     if told is None:
         return "none"
-    if told["origin"] == "predicted":
-        return "predicted " + number(told["growth_per_s"], "1/s")
-    return f"{with_interval(told['growth_per_s'], told['growth_ci95_per_s'])} 1/s"
+    return ("predicted " if told["origin"] == "predicted" else "") + number(told["growth_per_s"], "1/s")
+
+
+def force_in_spring(summary):
+    """Only a simulated rig knows it."""
+    peak = summary["peak_force"]["true"]
+    return number(peak and peak["force_N"], "N")
 
 
 def fact_rows(logs, summaries):
@@ -84,8 +87,9 @@ def fact_rows(logs, summaries):
     rows = [cells(("rig", *(log.config["name"] for log in logs))),
             cells(("verdict", *(one["verdict"] for one in summaries)), ("", *marks))]
     rows.append(cells(("growth", *map(growth, summaries))))
-    rows.append(cells(("frequency", *(frequency_words(one) or "none" for one in summaries))))
+    rows.append(cells(("frequency", *(number(one["frequency_Hz"], "Hz") for one in summaries))))
     rows.append(cells(("peak force", *(number(one["peak_force_N"], "N") for one in summaries))))
+    rows.append(cells(("in the sensor's spring", *map(force_in_spring, summaries))))
     rows += [cells((title, *(one[key] for one in summaries)))
              for title, key in (("commit", "version"), ("configuration", "config_hash"))]
     return "\n".join(rows)
@@ -150,6 +154,7 @@ def build_page(logs, summaries, found, path):
 def main():
     progress.end_with_the_pipe()
     arguments = parse_arguments()
+    arguments.logs = [behind_latest(log) for log in arguments.logs]
     try:
         logs, summaries = zip(*(read_run(path, arguments.berth) for path in arguments.logs))
         progress.show(f"compare: draws {arguments.out}")

@@ -59,6 +59,14 @@ def blocks_table(diagnosis):
     return table(head, rows, "blocks", at_fault)
 
 
+def base_parameters(diagnosis):
+    """(block's number, block, parameter's number, parameter) of what was re-tuned; what two blocks share is there once."""
+    found = [(i, block, j, parameter) for i, block in enumerate(diagnosis.blocks)
+             for j, parameter in enumerate(block.told["base"])]
+    first = {(one[3]["key"], one[3]["value"]): one for one in reversed(found)}
+    return [one for one in found if one is first[one[3]["key"], one[3]["value"]]]
+
+
 def causes_tables(diagnosis):
     """Causes with their evidence, and every fitted parameter beside its given value."""
     told = diagnosis.told
@@ -67,7 +75,7 @@ def causes_tables(diagnosis):
     def given_text(parameter):
         section, name = parameter["key"].split(".")
         value = given.get(section, {}).get(name)
-        if value is None:
+        if value is None or value == float("inf"):  # an infinite frequency: the rig has no such effect
             return "none"
         unit = words.UNITS.get(parameter["unit"], parameter["unit"])
         return f"{value:.6g} {unit}".strip() if isinstance(value, (int, float)) else str(value)
@@ -99,8 +107,7 @@ def causes_tables(diagnosis):
             for i, cause in enumerate(told["causes"]) for j, parameter in enumerate(cause["parameters"])]
     named = {parameter["key"] for cause in told["causes"] for parameter in cause["parameters"]}
     rows += [[*parameter_cells(parameter, f"blocks.{i}.base.{j}"), f"re-tuned with the {words.BLOCKS[block.name][0]}"]
-             for i, block in enumerate(diagnosis.blocks) for j, parameter in enumerate(block.told["base"])
-             if parameter["key"] not in named]
+             for i, block, j, parameter in base_parameters(diagnosis) if parameter["key"] not in named]
     return text + ("\n<h2>Parameters</h2>\n" + table(["key", *right("fitted (± 95 %)", "given"), "of"], rows,
                                                     "parameters") if rows else "")
 
@@ -151,10 +158,10 @@ def add_block(page, block):
              {"yaxis": AXIS | {"title": {"text": f"{'position' if block.unit == 'm' else 'force'} ({unit})"}}})
     unit, factor = words.scale_of(0.5 * block.largest_error, block.unit)
     floor = [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": side * fit["floor"] / factor,
-              "y1": side * fit["floor"] / factor, "line": {"color": FLOOR, "width": 1, "dash": "dot"}}
-             for side in (-1, 1)]
+              "y1": side * fit["floor"] / factor, "line": {"color": "#000000", "width": 2, "dash": "dash"}}
+             for side in (-1, 1)]  # lies on curves that fill the plot
     page.add(f"{block.name}-errors", f"{title}: error over time",
-             f"Measured less simulated. Green dots: floor, ± {words.size(fit['floor'], block.unit)} rms.",
+             f"Measured less simulated. Dashes: noise floor, ± {words.size(fit['floor'], block.unit)} rms.",
              [curve(block.before, factor, unit, "as given", BEFORE),
               curve(block.after, factor, unit, "extended", AFTER)],
              {"yaxis": AXIS | {"title": {"text": f"error ({unit})"}}, "shapes": floor}, height_px=260)
@@ -219,17 +226,23 @@ def ranking_plot(block):
     colours = [CHOSEN if one["effect"] in chosen else RIVAL if one["effect"] in rivals else OTHER for one in ranking]
     shares = [words.ranked_share(one) for one in ranking]
     rounds = max(one["round"] for one in ranking)
-    labels = [f"{one['round']}: {one['effect']}" if rounds > 1 else one["effect"] for one in ranking]
+    labels = [(f"{one['round']}: " if rounds > 1 else "") + one["effect"].replace(".", ".<br>") for one in ranking]
     shared = {"type": "bar", "orientation": "h", "y": labels, "marker": {"color": colours}, "showlegend": False,
               "textposition": "auto", "cliponaxis": False}
-    traces = [shared | {"x": [one["delta_bic"] for one in ranking], "name": "BIC better by",
-                        "text": [str(round(one["delta_bic"])) for one in ranking]},
+    # What makes it worse has no bar: its number, at the left of one, would reach into the names.
+    better_by = [max(0.0, one["delta_bic"]) for one in ranking]
+    traces = [shared | {"x": better_by, "name": "BIC better by", "text": [words.short(one["delta_bic"]) for one in ranking],
+                        "textposition": ["auto" if better > 0.0 else "outside" for better in better_by]},
               shared | {"x": [100.0 * share for share, _ in shares], "name": "share explained",
                         "text": [text for _, text in shares], "xaxis": "x2",
                         "textposition": ["auto" if share > 0.0 else "outside" for share, _ in shares]}]
-    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.45], "nticks": 3, "tickangle": 0}, y={"automargin": True, "ticks": ""},
-                  height=max(300, 130 + 26 * len(ranking)))
-    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.55, 1.0], "range": [0, 108], "tickvals": [0, 50, 100]}
+    most = max(better_by)
+    mark = 10.0 ** np.floor(np.log10(max(most, 1.0)))  # two labels fit on every screen
+    mark *= max(many for many in (1, 2, 5) if many * mark <= max(most, 1.0))
+    made = layout("ΔBIC (1)", "", x={"domain": [0.0, 0.42], "range": [0.0, 1.9 * max(most, 1.0)],
+                                     "tickvals": [0, mark], "ticktext": ["0", words.short(mark)], "tickangle": 0},
+                  y={"automargin": True, "ticks": ""}, height=max(300, 130 + 36 * len(ranking)))
+    made["xaxis2"] = AXIS | {"title": {"text": "explained (%)"}, "domain": [0.52, 1.0], "range": [0, 220], "tickvals": [0, 100]}
     return {"title": "Candidates" + (" by round" if rounds > 1 else ""), "data": traces, "layout": made}
 
 

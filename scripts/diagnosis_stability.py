@@ -1,5 +1,5 @@
 """What the extension does to stability: `berth eigen` and `berth limits` on the rig as given and on the extended
-one. Whether they account for an effect at all is tried, not assumed: they are asked again without it."""
+one. Whether they account for an effect at all is tried, not assumed: the analysis is repeated without it."""
 import tomllib
 from dataclasses import dataclass
 
@@ -70,6 +70,8 @@ def measure(diagnosis, berth):
 def kind_of(told):
     """Stable or not; what neither grows nor decays by more than rounding does is marginal: a body without a spring."""
     growth_per_s, rounding_per_s = told["growth_per_s"], 1e-9
+    if growth_per_s is None:  # runs decide, and go the other way than the eigenvalues
+        return told["verdict"]
     if abs(growth_per_s) < rounding_per_s:
         return "marginal (it neither grows nor decays: a motion without a spring)"
     return f"{'stable' if told['stable'] else 'unstable'} (growth {growth_per_s:+.6g} /s)"

@@ -37,6 +37,11 @@ def size(value, unit):
     return f"{value / factor:#.3g}".rstrip(".") + f" {name}"
 
 
+def short(value):
+    """For a bar: whole, and thousands as k where there are many."""
+    return f"{value / 1000:.0f}k" if abs(value) >= 10000 else f"{value:.0f}".replace("-", "−")
+
+
 def percent(share):
     return f"{100.0 * share:.1f} %".replace("-", "−")
 
@@ -54,18 +59,21 @@ def estimate(parameter):
     value, (low, high) = parameter["value"], parameter["ci95"]
     unit = UNITS.get(parameter["unit"], parameter["unit"])
     half = None if low is None or high is None else 0.5 * (high - low)
-    digits = 6
+    if parameter["fitted"] and half is not None and value and half < (least := 10.0 ** (math.floor(math.log10(abs(value))) - 5)):
+        return f"{value:#.6g}".rstrip(".").replace("-", "−") + f" ± < {least:g} {unit}".rstrip().replace("-", "−")
+    digits, mark = 6, ""
     if half and value:
-        digits = min(6, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
-    text = f"{value:.{digits}g}"
+        digits = min(8, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 2))
+        mark = "#"  # zeros too: as many digits as the interval
+    text = f"{value:{mark}.{digits}g}".rstrip(".")
     if half is None:
         text += " (no interval)"
     elif not parameter["fitted"]:
         return f"{text} {unit}".strip().replace("-", "−") + ", as given"
     elif abs(high + low - 2.0 * value) > 0.01 * half:  # cut off where the parameter cannot be
-        text += f" ({low:.2g} to {high:.2g})"
+        text = f"{value:.{digits}g} ({low:.2g} to {high:.2g})"
     else:
-        text += f" ± {half:.2g}"
+        text += f" ± {half:#.2g}".rstrip(".")
     return f"{text} {unit}".strip().replace("-", "−")
 
 
@@ -88,8 +96,8 @@ def ranked_share(candidate):
     """A candidate's share of the explainable error, 0 to 1, and what is written at it."""
     share = candidate["share_explained"]
     if candidate["delta_bic"] <= 0.0:
-        return 0.0, "no more than chance"
-    return min(max(share, 0.0), 1.0), "all and some noise" if share > 1.0 else percent(share)
+        return 0.0, "as chance"
+    return min(max(share, 0.0), 1.0), "with noise" if share > 1.0 else percent(share)
 
 
 def name_of(parameter):

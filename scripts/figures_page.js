@@ -46,6 +46,12 @@ function shortened(axis) {
   return { ...axis, title: { ...axis.title, text } };
 }
 
+// A narrow plot cuts the labels at its sides off, unless it is seen from farther away.
+function fartherAway(scene) {
+  const eye = Object.fromEntries(Object.entries(scene.camera.eye).map(([axis, value]) => [axis, 1.75 * value]));
+  return { ...scene, camera: { ...scene.camera, eye } };
+}
+
 function figureLayout(plot) {
   const base = baseLayout(false);
   const axes = Object.entries(plot.layout).filter(([name]) => NARROW.matches && /^[xy]axis/.test(name));
@@ -53,6 +59,7 @@ function figureLayout(plot) {
   const height = NARROW.matches ? Math.min(plot.layout.height, 400) : plot.layout.height;
   const margin = { ...base.margin, ...plot.layout.margin };
   if (NARROW.matches && plot.data.some((trace) => trace.colorbar)) margin.b = 110;
+  if (NARROW.matches && plot.layout.scene) named.scene = fartherAway(plot.layout.scene);
   return { ...base, ...plot.layout, ...named, height, margin };
 }
 

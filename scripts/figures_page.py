@@ -121,13 +121,15 @@ def grown(mask):
 
 
 def hatched_places(found, mask):
-    """Places of strokes that hatch the gaps which these points leave: less than a point away from one of them."""
+    """Places of strokes that hatch the gaps which these points leave: the map ends at their neighbours on all sides. Where no
+    object is possible there is no stroke, as there the ground has another colour."""
     rows, columns = found.x.shape
     row, column = (grid.ravel() for grid in np.meshgrid(np.linspace(0, rows - 1, HATCHES_HIGH),
                                                         np.linspace(0, columns - 1, HATCHES_WIDE), indexing="ij"))
     gaps = np.argwhere(mask)
-    away = np.abs(row[:, None] - gaps[:, 0]) + np.abs(column[:, None] - gaps[:, 1])
-    inside = away.min(axis=1) < 0.9
+    away = np.maximum(np.abs(row[:, None] - gaps[:, 0]), np.abs(column[:, None] - gaps[:, 1]))
+    nearest = np.rint(row).astype(int), np.rint(column).astype(int)
+    inside = (away.min(axis=1) < 0.98) & ~found.is_impossible[nearest]
     return (np.interp(column[inside], np.arange(columns), found.x[0]),
             np.interp(row[inside], np.arange(rows), found.y[:, 0]))
 
@@ -191,6 +193,14 @@ def contour_plot(contour, maps):
             "layout": layout | {"height": 460, "plot_bgcolor": NOT_POSSIBLE, "hovermode": "closest", "margin": {"t": 56}}}
 
 
+def inner_ticks(low, high):
+    """Round numbers between the ends of an axis, away from the corners, where labels of two axes meet."""
+    step = next(step for step in (10.0 ** power * many for power in range(-4, 5) for many in (1, 2, 5)) if (high - low) / step < 5)
+    margin = 0.12 * (high - low)
+    ticks = np.arange(np.ceil((low + margin) / step), np.floor((high - margin) / step) + 1) * step
+    return {"tickvals": ticks.tolist(), "ticktext": [f"{tick:.6g}" for tick in ticks]}
+
+
 def surface_plot(surface, maps):
     found = surface.map
     height = surface.every_second()[2]
@@ -217,7 +227,8 @@ def surface_plot(surface, maps):
                    "marker": {"color": OWN, "size": 7, "line": {"color": "#111111", "width": 2}},
                    "hovertemplate": f"growth {own['growth_per_s']:.4g} /s<extra>{found.told['rig']}</extra>"})
     axis = {"gridcolor": "#CCCCCC", "backgroundcolor": "rgba(0,0,0,0)"}
-    scene = {"xaxis": axis | {"title": {"text": "ω/ω_M (1)"}}, "yaxis": axis | {"title": {"text": "ζ (1)"}},
+    x_ticks, y_ticks = (inner_ticks(*one) for one in ends)
+    scene = {"xaxis": axis | {"title": {"text": "ω/ω_M (1)"}} | x_ticks, "yaxis": axis | {"title": {"text": "ζ (1)"}} | y_ticks,
              "zaxis": axis | {"title": {"text": "growth (1/s)"}, "range": [bottom, top], "nticks": 5},
              "aspectmode": "manual", "aspectratio": {"x": 1.15, "y": 1.0, "z": 0.7},
              "camera": {"eye": {"x": -1.35, "y": -1.55, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}}}
@@ -249,7 +260,7 @@ def section(figure, claims):
     panels = "\n".join(plot_place(f"{figure.file_stem}-{i}", getattr(panel, "title", ""))
                        for i, panel in enumerate(figure.panels))
     return (f'<section id="{figure.file_stem}">\n<h2>{html.escape(figure.name)} · {html.escape(figure.title)}</h2>\n'
-            f'<div class="panels">\n{panels}\n</div>\n<p class="caption">{html.escape(figure.caption)}</p>\n'
+            f'<div class="panels">\n{panels}\n</div>\n<p class="caption">{html.escape(typeset(figure.caption))}</p>\n'
             f'<ul class="claims">\n{claim_lines(own)}\n</ul>\n</section>')
 
 

@@ -15,6 +15,7 @@ from berth_map import LEVELS_A_SIDE  # noqa: E402
 from map_picture import OWN, WALL, colour_bar, colours, draw_flat  # noqa: E402
 from paper_figures import Contour, Plot, Surface  # noqa: E402
 from report_figure import DASHES as DASHED, STYLE  # noqa: E402
+from report_words import typeset  # noqa: E402
 
 HEIGHT_IN, DOTS_PER_INCH = 6.2, 110
 # Edges in inches, by hand: matplotlib's constrained layout costs as much as all the rest. Maps have an axis on top, and a
@@ -119,7 +120,7 @@ def places_in(width_in, height_in, caption_in, has_map):
 def build_picture(figure):
     """The PNG of one figure."""
     width_in = {1: 9.0, 2: 14.0, 3: 16.0}[len(figure.panels)]
-    caption = textwrap.wrap(figure.caption, int(12 * width_in))
+    caption = textwrap.wrap(typeset(figure.caption), int(12 * width_in))
     caption_in = 0.2 * len(caption) + 0.2
     height_in = HEIGHT_IN + caption_in
     places = places_in(width_in, height_in, caption_in, any(isinstance(panel, Contour) for panel in figure.panels))
@@ -142,6 +143,7 @@ def build_picture(figure):
         whole.text(0.5, 0.5 * places["foot"], "\n".join(caption), fontsize=10, color="#444444", horizontalalignment="center",
                    verticalalignment="center")
         png = io.BytesIO()
-        whole.canvas.print_png(png)  # savefig() would draw everything twice
+        with np.errstate(over="ignore"):  # matplotlib pads faces with values that it does not draw
+            whole.canvas.print_png(png)  # savefig() would draw everything twice
         plt.close(whole)
     return png.getvalue()

@@ -73,6 +73,9 @@ def of_threads(told, name):
         for time_us, count in whole_us(thread["histogram"]).items():
             bins[time_us] = bins.get(time_us, 0) + count
     cycles = sum(thread["cycles"] for thread in threads)
+    if not all({"min", "avg", "max"} <= thread.keys() for thread in threads):  # whole us, as the histogram has them
+        counted = sum(bins.values())
+        return [Histogram(name, cycles, bins, min(bins), sum(us * many for us, many in bins.items()) / counted, max(bins))]
     return [Histogram(name, cycles, bins, min(thread["min"] for thread in threads),
                       sum(thread["avg"] * thread["cycles"] for thread in threads) / cycles,
                       max(thread["max"] for thread in threads))]

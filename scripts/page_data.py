@@ -182,8 +182,11 @@ class Page:
         if self.coarsest == 1:
             return ""
         of_all = f"of every {self.coarsest} samples the lowest and the highest are drawn"
-        if self.shown_s is None or self.coarsest_shown > 1:
+        if self.shown_s is None:
             return f"The page is thinned: {of_all}. The log holds all."
+        if self.coarsest_shown > 1:
+            return (f"The page is thinned: of every {self.coarsest_shown} samples in the part that it opens on, and of every "
+                    f"{self.coarsest} elsewhere, the lowest and the highest are drawn. The log holds all.")
         return f"The page is thinned: outside of the part that it opens on, {of_all}. The log holds all."
 
 

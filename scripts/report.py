@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import progress
-from berth_log import InputError, read_log, read_summary, write_whole
+from berth_log import InputError, behind_latest, read_log, read_summary, write_whole
 from report_accuracy import accuracy_of
 from report_figure import build_figure
 from report_page import build_page
@@ -24,6 +24,8 @@ def parse_arguments():
     parser.add_argument("--accuracy", metavar="JSON", type=Path,
                         help="what `berth accuracy RIG --json` printed, for a run with an arm (default: LOG with "
                              ".accuracy.json instead of .ulg, if there is one)")
+    parser.add_argument("--no-poses", action="store_true",
+                        help="of a rig with an arm: leave out the arm's swing over its poses, which may take a minute")
     parser.add_argument("--out", metavar="FILE.html", type=Path,
                         help="the page to write, and a picture beside it (default: beside the log)")
     return parser.parse_args()
@@ -42,13 +44,14 @@ def refuse_unwritable(page, log):
 def main():
     progress.end_with_the_pipe()
     arguments = parse_arguments()
+    arguments.log = behind_latest(arguments.log)
     try:
         progress.show(f"report: reads {arguments.log}")
         summary = read_summary(arguments.log, arguments.berth)
         log = read_log(arguments.log)
         page = arguments.out or arguments.log.with_suffix(".html")
         refuse_unwritable(page, arguments.log)
-        sweeps = sweeps_of(log, arguments.berth)
+        sweeps = None if arguments.no_poses else sweeps_of(log, arguments.berth)
         progress.show(f"report: draws {page}")
         text = build_page(log, summary, page, accuracy_of(log, arguments.accuracy), sweeps)
         picture = page.with_suffix(".png")

@@ -52,8 +52,11 @@ const ASPECT = 2.4; // of the picture, width over height
 
   // The box, made as wide as the picture is, and lines a round number of metres apart.
   function look(box) {
-    const [left, low] = box.low;
+    let [left, low] = box.low;
     const [right, high] = box.high;
+    const letter_m = Math.max(right - left, ASPECT * (high - low)) / (svg.clientWidth || 1000);
+    low -= 26 * letter_m; // room for the letters at the edges
+    left -= 44 * letter_m;
     const width = 1.1 * Math.max(right - left, ASPECT * (high - low));
     const height = width / ASPECT;
     const pixel_m = width / (svg.clientWidth || 1000); // letters are as large on every screen

@@ -7,6 +7,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import numpy as np  # noqa: E402
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter  # noqa: E402
 
 import report_signals as signals  # noqa: E402
 import report_words as told  # noqa: E402
@@ -89,24 +90,31 @@ def plot_envelope(axes, log, summary):
     held = signals.cycle(log, summary)
     if held is not None:
         axes.semilogy(held.time_s, held.heights_mm, "o", markersize=3.5, color=signals.COMMAND,
-                      label="periods of the cycle that limits hold")
+                      label="cycle, held by limits")
         axes.set_xlim(*signals.part_that_matters(log, summary))
     if not (height_mm > 0.0).any():
         if held is None:
             empty(axes, "no oscillation to show")
         return
-    axes.semilogy(time_s, height_mm, "o", markersize=3.5, color=signals.MANIPULATOR,
-                  label="extremes of the manipulator")
+    axes.semilogy(time_s, height_mm, "o", markersize=3.5, color=signals.MANIPULATOR, label="extremes")
     growth = told.measured_growth(summary)
     if growth is not None:
         line_s = np.array([envelope["fit_from_s"], envelope["fit_to_s"]])
         line_mm = 1e3 * envelope["fit_height_from_m"] * np.exp(summary["growth_per_s"] * (line_s - line_s[0]))
         axes.semilogy(line_s, line_mm, color=signals.ROBOT, linewidth=2,
                       label=f"fitted: {told.with_interval(summary['growth_per_s'], summary['growth_ci95_per_s'])} /s")
+    used = np.zeros(len(time_s), bool)
     if growth is not None:
         used = (time_s >= envelope["fit_from_s"] - 1e-9) & (time_s <= envelope["fit_to_s"] + 1e-9)
-        axes.set_ylim(bottom=0.01 * height_mm[used].min())
-    legend_within(axes)
+    if held is not None:
+        height_mm, used = np.append(height_mm, held.heights_mm), np.append(used, np.ones(len(held.heights_mm), bool))
+    low, high = signals.height_range(height_mm, used, np.ones(len(used), bool))
+    axes.set_ylim(10**low, 10**high)
+    if high - low < 1.5:  # whole powers of ten may all lie outside
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high - low > 0.6 else np.arange(1.0, 10.0)))
+        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    legend_above(axes, 3)
 
 
 def plot_band(axes, log):

@@ -26,17 +26,13 @@ def rest_shapes(log):
 
 
 def add_positions(page, log):
-    layout = {"shapes": rest_shapes(log), "annotations": []}
     note = "Grey: the supervisor does not let the robot move."
+    found = signals.positions(log)
     if log.is_contact:
-        surface_mm = 1e3 * log.config["object"]["surface_position_m"]
-        layout["shapes"].append({"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": surface_mm,
-                                 "y1": surface_mm, "line": {"color": signals.OBJECT, "width": 1, "dash": "dash"}})
-        layout["annotations"].append({"xref": "paper", "x": 1, "xanchor": "right", "y": surface_mm,
-                                      "yanchor": "bottom", "text": "surface", "showarrow": False,
-                                      "font": {"color": signals.OBJECT}})
-        note += " Green dashes: surface of the material, which is met from below."
-    page.add_signals("positions", "Positions", note, signals.positions(log), "position (mm)", "mm", layout,
+        surface_mm = np.full(len(log.tick_s), 1e3 * log.config["object"]["surface_position_m"])
+        found.append(signals.Signal("surface", signals.OBJECT, log.tick_s, surface_mm, "dash"))
+        note += " Green dashes: surface of the material; the tool meets it from below."
+    page.add_signals("positions", "Positions", note, found, "position (mm)", "mm", {"shapes": rest_shapes(log)},
                      height_px=360)
 
 
@@ -59,15 +55,15 @@ def second_axis(title):
 
 
 def add_sides(page, log):
-    """The robot's axes beside that of the loop."""
+    """The robot's axes across the direction of the loop."""
     shapes = {"shapes": rest_shapes(log)}
-    panels = (("side-ways", "Pose: ways beside the direction", signals.sides(log, False), "way (mm)", "mm", shapes),
-              ("side-turns", "Pose: turns", signals.sides(log, True), "turn (mrad)", "mrad", shapes),
-              ("side-loads", "Loads beside the direction", signals.side_loads(log), "force (N)", "",
+    panels = (("side-translation", "Pose: lateral translation", signals.sides(log, False), "translation (mm)", "mm", shapes),
+              ("side-rotation", "Pose: rotation", signals.sides(log, True), "rotation (mrad)", "mrad", shapes),
+              ("side-loads", "Lateral forces and torques", signals.side_loads(log), "force (N)", "",
                shapes | second_axis("torque (N m)")))
     for name, title, found, axis_title, unit, layout in panels:
         if found:
-            page.add_signals(name, title, "In the robot's frame: x is the direction of the loop.", found, axis_title, unit,
+            page.add_signals(name, title, "In the robot's frame. x is the direction of the loop; lateral is across it.", found, axis_title, unit,
                              layout)
 
 
@@ -89,7 +85,7 @@ def add_compensation(page, log):
         ("prediction", "Prediction: what the model does not know", signals.prediction_error(log), "force (N)", "N",
          shapes, "The twin of the hardware moves along with the setpoints. What the sensor shows beyond it is fed back; "
          "0 where the model is right."),
-        ("identified", "Identification: the object", signals.believed_object(log), "share of what was told (%)", "",
+        ("identified", "Identification: the object", signals.believed_object(log), "share of what was given (%)", "",
          shapes | second_axis("damping (N s/m)"), "A motion at a single frequency does not tell mass from stiffness: they "
          "may settle at other values with the same force."),
         ("tracked", "Identification: the robot's dead time", signals.believed_dead_time(log), "dead time (ms)", "ms",
@@ -115,7 +111,9 @@ def add_dead_time(page, log):
     reports = "reports that it " if found.is_reported else ""
     arrow = {"x": found.robot_s, "y": found.level_mm, "ax": found.command_s, "ay": found.level_mm, "axref": "x",
              "ayref": "y", "text": "", "arrowhead": 2, "arrowwidth": 2, "arrowcolor": "#333333"}
-    label = {"x": found.robot_s, "y": found.level_mm, "xanchor": "left", "yanchor": "top", "xshift": 8,
+    # Where the motion falls, the curves go on below.
+    falls = np.interp(found.robot_s, log.tick_s, 1e3 * log.tick["command_position_m"]) < found.level_mm
+    label = {"x": found.robot_s, "y": found.level_mm, "xanchor": "left", "yanchor": "bottom" if falls else "top", "xshift": 8,
              "text": f"<b>{late_ms:.2f} ms{', reported' if found.is_reported else ''}</b>", "showarrow": False, "font": {"size": 14},
              "bgcolor": "#FFFFFFCC"}
     page.add_signals("dead-time", "Dead time: command and robot",
@@ -124,13 +122,6 @@ def add_dead_time(page, log):
                      "time axis.",
                      signals.command_and_robot(log), "position (mm)", "mm",
                      {"annotations": [arrow, label]}, linked=False, range=[found.from_s, found.to_s])
-
-
-def height_range(height_mm, used):
-    """Powers of ten between which an envelope is worth looking at: far below the fit there is only rounding."""
-    least_mm = 0.01 * height_mm[used].min() if used.any() else 1e-6 * height_mm.max()
-    shown = height_mm[height_mm > max(least_mm, 1e-12)]
-    return [float(np.log10(shown.min())) - 0.2, float(np.log10(shown.max())) + 0.2] if shown.size else [-3, 0]
 
 
 def height_ticks(low, high):
@@ -154,7 +145,8 @@ def add_envelope(page, log, summary):
     if len(time_s) == 0 and held is None:
         return
     used = np.zeros(len(time_s), dtype=bool)
-    fit = []
+    from_s, to_s = page.shown_s or span(log)
+    fit, own_axis = [], {}
     note = "Height between successive extremes of the manipulator's free motion. "
     if told.measured_growth(summary) is not None:
         start_s, end_s = envelope["fit_from_s"], envelope["fit_to_s"]
@@ -166,9 +158,13 @@ def add_envelope(page, log, summary):
         fit.append(page.curve(line_s, line_mm, {"type": "scatter", "mode": "lines", "name": name,
                                                 "line": {"color": signals.ROBOT, "width": 2.5},
                                                 "hovertemplate": "%{y:.4~g} mm"}))
-        note += f"The line is the fit that gives the growth rate, ± {summary['growth_ci95_per_s']:.1g} /s (95 %)."
+        note += f"The line is the fit that gives the growth rate, ± {summary['growth_ci95_per_s']:.1g} /s (95 %). "
+        if end_s > to_s and held is None:  # most of the fit lies behind what the page opens on
+            to_s = min(1.02 * end_s, span(log)[1])
+            own_axis = {"linked": False, "range": [from_s, to_s]}
+            note += "This plot has its own time axis, so that all of the fit is seen."
     elif held is None:
-        note += "They give no growth rate that is larger than its interval."
+        note += "The growth that they give is smaller than its uncertainty."
     if held is not None:
         note += f"From {held.from_s:.3g} s on the limits hold the swing as a cycle."
     heights = [page.curve(time_s[chosen], height_mm[chosen],
@@ -183,10 +179,13 @@ def add_envelope(page, log, summary):
                                   {"type": "scatter", "mode": "markers", "name": "a period of the cycle",
                                    "marker": {"color": signals.COMMAND, "size": 6, "symbol": "circle"},
                                    "hovertemplate": "%{y:.4~g} mm"}))
-        height_mm, used = (np.append(one, of_cycle) for one, of_cycle in
-                           ((height_mm, held.heights_mm), (used, np.ones(len(held.heights_mm), bool))))
-    axis = AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log"} | height_ticks(*height_range(height_mm, used))
-    page.add("envelope", "Envelope and growth", note, heights + fit, {"yaxis": axis})
+        height_mm, used, time_s = (np.append(one, of_cycle) for one, of_cycle in
+                                   ((height_mm, held.heights_mm), (used, np.ones(len(held.heights_mm), bool)),
+                                    (time_s, held.time_s)))
+    seen = (time_s >= from_s) & (time_s <= to_s)
+    axis = AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log"} \
+        | height_ticks(*signals.height_range(height_mm, used, seen if seen.any() else np.ones(len(seen), bool)))
+    page.add("envelope", "Envelope and growth", note, heights + fit, {"yaxis": axis}, **own_axis)
 
 
 def merged(bars, shortest_gap_s):

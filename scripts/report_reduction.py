@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+import progress
 from page_data import AXIS
 from report_signals import COMMAND, MANIPULATOR, OBJECT, ROBOT
 
@@ -96,6 +97,7 @@ def sweeps_of(log, berth):
         rig = Path(folder) / "rig.toml"
         rig.write_text(log.config_text)
         for number, joint in enumerate(arm["joint"]):
+            progress.show(f"report: poses of joint {number + 1} of {len(arm['joint'])}")
             low, high = range_of(joint)
             if high - low > 1.999 * np.pi:  # all round: both ends are one pose
                 high -= (high - low) / count
@@ -114,6 +116,10 @@ def number_text(value):
     return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
 
 
+def poses(count):
+    return f"{count} pose{'s' * (count != 1)}"
+
+
 def statement(sweeps):
     """The comparison in a few sentences."""
     compared = sum(int(sweep.compared.sum()) for sweep in sweeps)
@@ -121,8 +127,12 @@ def statement(sweeps):
         return "At no pose is there anything springy along the direction to reduce the arm to."
     falsely_stable = sum(int(sweep.falsely_stable.sum()) for sweep in sweeps)
     falsely_unstable = sum(int(sweep.falsely_unstable.sum()) for sweep in sweeps)
-    says = [f"At {falsely_stable} of {compared} poses the reduced model calls stable what the whole arm makes unstable, "
-            f"at {falsely_unstable} unstable what it makes stable."]
+    says = [f"Both models were compared at {compared} poses."]
+    if falsely_stable + falsely_unstable == 0:
+        says.append("At every pose they agree whether the loop is stable.")
+    else:
+        says.append(f"Stable by the reduced model, unstable by the whole arm: {poses(falsely_stable)}. "
+                    f"Unstable by the reduced model, stable by the whole arm: {poses(falsely_unstable)}.")
     worst = None
     for sweep in sweeps:
         off = sweep.off_percent()
@@ -138,18 +148,18 @@ def statement(sweeps):
         shown = [f"more than {number_text(sweep.looked_to_ms)} ms" if np.isinf(ms) else f"{number_text(ms)} ms"
                  for ms in (reduced_ms, full_ms)]
         bound = "at least" if unseen else "up to"
-        amount = f"off by {bound} {number_text(off)} %" if off < 200 else f"{bound} {1 + off / 100:.0f} times too long"
-        says.append(f"The critical dead time is {amount}: "
-                    f"{shown[0]} in place of {shown[1]}, joint {sweep.joint} at {sweep.angle_rad[at]:.2f} rad.")
+        amount = f"has an error of {bound} {number_text(off)} %" if off < 200 else f"is {bound} {1 + off / 100:.0f} times too long"
+        says.append(f"The critical dead time of the reduced model {amount}: {shown[0]} instead of {shown[1]}, with joint "
+                    f"{sweep.joint} at {sweep.angle_rad[at]:.2f} rad.")
     elif all(np.all(sweep.neither_found[sweep.compared]) for sweep in sweeps):
-        says.append(f"Both bear more than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms of dead time at "
+        says.append(f"Both stay stable with {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms of dead time at "
                     "every pose.")
     none = sum(int((sweep.dead_time_full_ms == 0).sum()) for sweep in sweeps)
     missed = sum(int(((sweep.dead_time_full_ms == 0) & (sweep.dead_time_reduced_ms > 0)).sum()) for sweep in sweeps)
     if none:
         shortest_ms = max(sweep.looked_from_ms for sweep in sweeps)
-        says.append(f"At {none} pose{'s' * (none > 1)} the whole arm is unstable at the shortest dead time already, "
-                    f"{number_text(shortest_ms)} ms; at {missed} of them the reduced model bears a longer one.")
+        says.append(f"The whole arm is unstable even with the shortest dead time, {number_text(shortest_ms)} ms: "
+                    f"{poses(none)}. The reduced model is stable with it at {missed} of them.")
     return " ".join(says)
 
 
@@ -254,12 +264,12 @@ def section(log, sweeps):
         return ""
     head = '<section id="reduction">\n<h2>How far the reduced model misleads, pose by pose</h2>\n'
     if isinstance(sweeps, str):
-        return f"{head}<p>It cannot be told of this rig: {html.escape(sweeps)}.</p>\n</section>"
-    words = ("Each joint by itself, the others where the run starts. Both models, small motions about rest, are in this run's "
-             "loop with the object gripped: the whole arm linearised, and, of the modes that its own springs hold, that by "
-             "which the tool moves most along the direction as the manipulator of one degree of freedom (berth reduce). Above "
-             "0 the oscillation grows. The critical dead time is the robot's, up to which the loop is stable; triangles: "
-             f"longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
+        return f"{head}<p>berth reduce cannot compare the models of this rig: {html.escape(sweeps)}.</p>\n</section>"
+    words = ("One joint moves at a time; the others stay where the run starts. Both models describe small motions about rest, "
+             "in this run's loop, with the object gripped. The whole arm is linearised. The reduced model has one degree of "
+             "freedom: of the modes that the arm's own springs hold, that which moves the tool most along the direction "
+             "(berth reduce). Above 0 the oscillation grows. The critical dead time is that of the robot up to which the "
+             f"loop is stable; triangles: longer than {number_text(max(sweep.looked_to_ms for sweep in sweeps))} ms.")
     if log.config["manipulator"]["arm"].get("attitude", {}).get("actuator") == "thrusters":
         words += " Thrusters are left out of both."
     places = "\n".join(f'<div class="figure-panel"><ul class="legend"></ul><div class="plot" id="{what}-{sweep.joint}"></div></div>'

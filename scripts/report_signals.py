@@ -98,14 +98,18 @@ def forces(log):
 
 
 SIDE_DASHES = {"y": "solid", "z": "dash", "rx": "solid", "ry": "dash", "rz": "dot"}
+SIDE_COLOURS = {"y": (REPORTED, COMMAND), "z": (MANIPULATOR, OBJECT), "rx": (REPORTED, COMMAND), "ry": (MANIPULATOR, OBJECT),
+                "rz": (ROBOT, STORED)}  # of robot and command
 
 
-def sides(log, turns):
-    """The tool's pose beside the loop's direction on the axes that the robot has there: ways in mm, or turns in mrad."""
-    unit = "rad" if turns else "m"
+def sides(log, rotation):
+    """The tool's pose across the loop's direction on the axes that the robot has there: translation in mm, or rotation in
+    mrad. The command is dashed and lies on the robot's curve, so that both are seen where they coincide."""
+    unit = "rad" if rotation else "m"
     return [Signal(f"{axis}, {label}", colour, log.tick_s, 1e3 * log.side[f"{axis}_{what}_{unit}"], dash)
-            for axis, dash in SIDE_DASHES.items() if axis in log.config.get("axis", {}) and axis.startswith("r") == turns
-            for label, what, colour in (("command", "command", COMMAND), ("robot, as reported", "robot", REPORTED))]
+            for axis, colours in SIDE_COLOURS.items() if axis in log.config.get("axis", {}) and axis.startswith("r") == rotation
+            for colour, (label, what, dash) in zip(colours, (("robot, as reported", "robot", "solid"),
+                                                             ("command", "command", "dash")))]
 
 
 def side_loads(log):
@@ -160,7 +164,7 @@ def inverse(log):
     if not is_on(log, "adaptive_inverse"):
         return []
     delay_ms = 1e3 * log.tick["inverse_delay_s"].astype(float)
-    return [Signal("told", OPERATOR, log.tick_s, np.full_like(delay_ms, delay_ms[0]), "dash"),
+    return [Signal("given", OPERATOR, log.tick_s, np.full_like(delay_ms, delay_ms[0]), "dash"),
             Signal("delay", ROBOT, log.tick_s, delay_ms),
             Signal("gain (right axis)", MANIPULATOR, log.tick_s, log.tick["inverse_gain"].astype(float), "dot",
                    is_second_axis=True)]
@@ -176,8 +180,8 @@ def passivity(log):
 
 
 def believed_object(log):
-    """What identification makes of mass and stiffness, as shares of what it was told, and on a second axis of the
-    damping in N s/m."""
+    """Mass and stiffness as identification has them, as shares of their first values, and on a second axis the damping in
+    N s/m."""
     if not is_on(log, "identification") or "believed_mass_kg" not in log.tick:
         return []
     found = []
@@ -185,17 +189,17 @@ def believed_object(log):
                                  ("stiffness", "believed_stiffness_N_per_m", MANIPULATOR)):
         values = log.tick[field].astype(float)
         if values[0] > 0:
-            found.append(Signal(f"{label}, told {values[0]:.6g}", colour, log.tick_s, 100 * values / values[0]))
+            found.append(Signal(f"{label}, given {values[0]:.6g}", colour, log.tick_s, 100 * values / values[0]))
     return found + [Signal("damping (right axis)", COMMAND, log.tick_s,
                            log.tick["believed_damping_N_s_per_m"].astype(float), "dot", is_second_axis=True)]
 
 
 def believed_dead_time(log):
-    """What identification makes of the robot's dead time, in ms, and what it was told."""
+    """The robot's dead time as identification has it, in ms, and as given."""
     if not is_on(log, "identification") or "believed_dead_time_ms" not in log.tick:
         return []
     values = log.tick["believed_dead_time_ms"].astype(float)
-    return [Signal("told", OPERATOR, log.tick_s, np.full_like(values, values[0]), "dash"),
+    return [Signal("given", OPERATOR, log.tick_s, np.full_like(values, values[0]), "dash"),
             Signal("tracked", ROBOT, log.tick_s, values)]
 
 
@@ -290,15 +294,38 @@ def cycle(log, summary):
     return Cycle(float(time_s[first]), ticks * log.period_s, time_s[first:], heights_mm[first:])
 
 
+def height_range(height_mm, used, seen):
+    """Powers of ten between which an envelope is worth looking at, of the heights that are seen: far below the fit there is
+    only rounding."""
+    least_mm = 0.01 * height_mm[used].min() if used.any() else 1e-6 * height_mm.max()
+    shown = height_mm[(height_mm > max(least_mm, 1e-12)) & seen]
+    return [float(np.log10(shown.min())) - 0.2, float(np.log10(shown.max())) + 0.2] if shown.size else [-3, 0]
+
+
 # Before a stop: so many doublings of the motion are of interest, and so many seconds at least. After it: a share of that.
 DOUBLINGS_SHOWN, BEFORE_STOP_MIN_S, AFTER_STOP_SHARE = 10, 1.0, 0.25
 CYCLE_PERIODS_SHOWN = 8  # of a cycle that limits hold
 WHOLE_FROM_SHARE = 0.8  # of the run: a part that is longer is no part
+SWINGS_SHOWN = 20  # of a motion that goes on: more of them fill a plot, on a phone with one block
+
+
+def around_peak_force(log, from_s, to_s):
+    """(from, to) in s of as many swings of the command as a plot can show, about the largest force; all, if there are no
+    more."""
+    command_m = log.tick["command_position_m"]
+    is_seen = (log.tick_s >= from_s) & (log.tick_s <= to_s)
+    above = command_m > command_m[is_seen].mean()
+    rise_s = log.tick_s[1:][~above[:-1] & above[1:] & is_seen[1:]]
+    if len(rise_s) <= SWINGS_SHOWN:
+        return from_s, to_s
+    peak_s = log.tick_s[np.argmax(np.where(is_seen, np.abs(log.tick["force_N"]), -1.0))]
+    first = np.clip(np.searchsorted(rise_s, peak_s) - SWINGS_SHOWN // 2, 0, len(rise_s) - 1 - SWINGS_SHOWN)
+    return from_s if first == 0 else float(rise_s[first]), float(rise_s[first + SWINGS_SHOWN])
 
 
 def part_that_matters(log, summary):
     """(from, to) in s: what led to the stop of a loop that was stopped, the growth of a swing that limits hold and a few of
-    its periods, else the motion until it has died down."""
+    its periods, else the motion until it has died down, or about its largest force where it goes on for long."""
     if len(log.tick_s) == 0:
         return 0.0, 0.0
     start_s, end_s = float(log.tick_s[0]), float(log.tick_s[-1] + log.period_s)
@@ -313,6 +340,8 @@ def part_that_matters(log, summary):
         before_s = max(BEFORE_STOP_MIN_S, DOUBLINGS_SHOWN * (summary["doubling_time_s"] or held.from_s))
         from_s, to_s = max(start_s, held.from_s - before_s), min(end_s, held.from_s + CYCLE_PERIODS_SHOWN * held.period_s)
         from_s = start_s if from_s - start_s < to_s - from_s else from_s  # the release, where it is near
+    elif summary["stable"] is not False:  # growth is seen from its beginning
+        from_s, to_s = around_peak_force(log, from_s, to_s)
     return (start_s, end_s) if to_s - from_s > WHOLE_FROM_SHARE * (end_s - start_s) else (from_s, to_s)
 
 

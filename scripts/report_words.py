@@ -140,6 +140,8 @@ def margin_and_advice(log, summary):
 def verdict(log, summary):
     """The run's verdict as `berth run` tells it, and what has to be known beside it."""
     notes = [note for note in (stop_sentence(log, summary),) if note]
+    if summary["caveat"]:
+        notes.insert(0, typeset(capitalised(summary["caveat"])) + ".")
     if summary["limit_ticks"] and any(summary["limit_ticks"].values()):
         notes.append(f"Limits acted (ticks): {limit_words(summary)}.")
     if summary["motors"] and summary["motors"]["limit_ticks"]:
@@ -189,7 +191,15 @@ def prediction(summary):
 
 
 def margin_fact(margin):
-    return [("margin", margin["sentence"], "of a loop that is stable as it is")] if margin["sentence"] else []
+    """A number and what it means; the sentence stands above."""
+    if not margin["sentence"]:
+        return []
+    margin_ms = margin["dead_time_margin_ms"]
+    if margin_ms is None:
+        return [("dead time margin", "unlimited" if margin["unlimited"] else "none found", "")]
+    at_least = "at least " if margin["dead_time_margin_is_open"] else ""
+    modulus = "" if margin["modulus"] is None else f"; modulus margin {four_digits(margin['modulus'])} (0: unstable)"
+    return [("dead time margin", f"{at_least}{four_digits(margin_ms)} ms", f"more until the loop is unstable{modulus}")]
 
 
 def peak_facts(peaks):
@@ -211,7 +221,7 @@ def facts(log, summary):
         ("growth rate", "not measured" if growth is None else f"{with_interval(growth, summary['growth_ci95_per_s'])} /s",
          "" if growth is None else f"± {summary['growth_ci95_per_s']:.1g} /s (95 %), {growth_stretch(summary)}"),
         *prediction(summary),
-        ("frequency", "not measured" if growth is None else frequency_words(summary), ""),
+        ("frequency", frequency_words(summary) or "not measured", ""),
         *energy_words(summary, log),
         *margin_fact(summary["margin"]),
         *peak_facts(summary["peak_force"]),

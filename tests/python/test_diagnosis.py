@@ -103,7 +103,7 @@ def test_whoever_waits_at_a_terminal_sees_what_is_done(tmp_path):
 def test_the_library_is_listed():
     done = command("effects", "--json")
     listed = {effect["effect"]: effect for effect in json.loads(done.stdout)}
-    assert len(listed) == 40 and listed["robot.backlash"]["parameters"][0]["unit"] == "m"
+    assert len(listed) == 44 and listed["robot.backlash"]["parameters"][0]["unit"] == "m"
     assert all(effect["physics"] and effect["source"] for effect in listed.values())
     assert (ROOT / "sim_hal" / "effects" / "robot_backlash.cpp").exists()
 

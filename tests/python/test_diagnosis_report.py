@@ -2,15 +2,20 @@
 
 import json
 import re
+import sys
+import types
 
 import matplotlib.image
 import numpy as np
 import pytest
 import scipy.signal
 from browser import Browser
-from conftest import EXIT_DONE, command
+from conftest import EXIT_DONE, ROOT, command
 from known_faults import BACKLASH_m, FAULTS, RATE_Hz, SEED, made, place_in, report, told, write_record  # noqa: F401
 from test_report import Page, is_beside
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import diagnosis_page  # noqa: E402
 
 SIZE_MAX_BYTES = 1e6
 SIZES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "kN": 1e3, "N": 1.0, "mN": 1e-3, "µN": 1e-6}
@@ -116,10 +121,10 @@ def test_what_chance_explains_is_no_share():
     """Of an error that is all noise a candidate may take "100 %" of next to nothing."""
     import diagnosis_words
     chance = {"delta_bic": -16.0, "share_explained": 1.0}
-    assert diagnosis_words.ranked_share(chance) == (0.0, "no more than chance")
+    assert diagnosis_words.ranked_share(chance) == (0.0, "as chance")
     assert diagnosis_words.ranked_share(chance | {"delta_bic": 16.0}) == (1.0, "100.0 %")
     assert diagnosis_words.ranked_share(chance | {"delta_bic": 16.0, "share_explained": 1.2}) == \
-        (1.0, "all and some noise")
+        (1.0, "with noise")
 
 
 @pytest.mark.parametrize("shown_by, of", [("robot", ""), ("force", " of the force")])
@@ -137,7 +142,17 @@ def test_a_parameter_that_was_not_fitted_stands_as_given():
     assert diagnosis_words.estimate(one) == "0, as given"
     cut = one | {"value": 0.001, "ci95": [0.0, 0.003], "fitted": True}
     assert diagnosis_words.estimate(cut) == "0.001 (0 to 0.003)"
-    assert diagnosis_words.estimate(cut | {"ci95": [-0.001, 0.003]}) == "0.001 ± 0.002"
+    assert diagnosis_words.estimate(cut | {"ci95": [-0.001, 0.003]}) == "0.0010 ± 0.0020"
+
+
+@pytest.mark.parametrize("value, half, unit, text", [
+    (12.006, 0.062, "Hz", "12.006 ± 0.062 Hz"), (12.0, 0.05, "Hz", "12.000 ± 0.050 Hz"),
+    (11.99999998, 4.2e-8, "Hz", "12.0000 ± < 0.0001 Hz"), (2368.705, 6e-9, "N_per_m", "2368.70 ± < 0.01 N/m"),
+    (100.0, 12.0, "kg", "100 ± 12 kg"), (-0.7, 1e-9, "1", "−0.700000 ± < 1e−06")])
+def test_a_value_has_the_digits_of_its_interval(value, half, unit, text):
+    import diagnosis_words
+    assert diagnosis_words.estimate({"value": value, "ci95": [value - half, value + half], "unit": unit,
+                                     "fitted": True}) == text
 
 
 def test_the_picture_tells_every_cause_within_its_edges(made):
@@ -363,3 +378,13 @@ def test_a_long_record_stays_small_and_keeps_its_extremes(tmp_path):
     time_s, drawn = page.curve("robot-errors", "extended")
     assert len(drawn) < 0.1 * len(long)
     assert time_s[np.nanargmax(drawn)] == pytest.approx(spike / RATE_Hz, abs=1e-6)
+
+
+def test_what_makes_it_worse_has_its_number_right_of_the_names():
+    one = {"round": 1, "delta_bic": 5000.0, "share_explained": 0.9, "effect": "robot.lag"}
+    block = types.SimpleNamespace(told={"ranking": [one, one | {"delta_bic": -102.0, "effect": "robot.gain"}],
+                                        "causes": [], "alternatives": []})
+    drawn = diagnosis_page.ranking_plot(block)
+    bars = drawn["data"][0]
+    assert list(zip(bars["x"], bars["textposition"])) == [(0.0, "outside"), (5000.0, "auto")]
+    assert "102" in bars["text"][0] and drawn["layout"]["xaxis"]["range"][0] == 0.0

@@ -157,6 +157,12 @@ def test_each_claim_stands_under_its_figure_with_its_number(folder):
     assert f"{sum(claim.met for claim in found)} of {len(found)} claims are met" in text
 
 
+def test_minus_is_one_sign(folder):
+    page = (folder / "figures.html").read_text()
+    for caption in re.findall(r'<p class="caption">(.*?)</p>', page, re.S):
+        assert not re.search(r"(?<![\w.])-\d", caption), caption
+
+
 def test_each_figure_has_a_picture(folder):
     assert sorted(path.stem for path in folder.glob("*.png")) == sorted(FIGURES)
     for name in FIGURES:

@@ -1,17 +1,19 @@
 """Every kind of page as a reader sees it, in headless Chromium: on a phone and a desk's screen, light and dark. Nothing
 is wider than the screen, no text lies on another, every plot is drawn, every axis has a unit, no curve hides another."""
 
+import html
 import itertools
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 from browser import Browser
-from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object
+from conftest import BERTH, EXIT_DONE, EXIT_INPUT, ROOT, command, one_json_object, settings
 from matplotlib.image import imread
 from test_report import made as made_report
 from test_report import report
@@ -118,6 +120,19 @@ def index(runs):
     return runs / "index.html"
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("width_px", [320, 768, 1024])
+def test_a_diagnosis_is_whole_on_screens_between(diagnosis, width_px, tmp_path):
+    """No text is cut off, and no column of a table is hidden; the last label of an axis is not on the one before."""
+    with Browser(diagnosis, tmp_path) as browser:
+        browser.look(width_px, "light")
+        browser.evaluate(READY)
+        assert browser.evaluate(CHECKS) == []
+        assert browser.evaluate("document.body.textContent.includes('inf Hz')") is False
+        keys = browser.evaluate("[...document.querySelectorAll('#parameters tbody td:first-child')].map((one) => one.textContent)")
+        assert len(keys) == len(set(keys)) and "robot.dead_time_ms" in keys
+
+
 @pytest.fixture(params=["failing", "arm", "diagnosis", "figures", "compared", "index"])
 def page(request):
     return request.getfixturevalue(request.param).with_suffix(".html")
@@ -143,6 +158,48 @@ def test_a_page_is_readable_on_every_screen(page, tmp_path):
             corner = imread(shot)[:8, :8, :3].mean()
             assert corner > 0.95 if scheme == "light" else corner < 0.15, (width_px, scheme, corner)
         assert browser.console == []
+
+
+@pytest.mark.long
+def test_a_comparison_shows_what_the_command_prints(compared, runs, tmp_path):
+    """The same figures with the same digits, and two lines without gaps."""
+    logs = [html.unescape(found) for found in re.findall(r"<code>([^<]*\.ulg)</code>", compared.read_text())]
+    done = subprocess.run([str(BERTH), "compare", *logs], cwd=runs.parents[1], capture_output=True, text=True, check=True)
+    printed = dict(re.findall(r"^  (verdict|growth|frequency|peak force|in the sensor's spring)(?: \(\S+\))? +(.*)$", done.stdout, re.M))
+    assert len(printed) == 5
+    with Browser(compared, tmp_path) as browser:
+        rows = browser.evaluate("[...document.querySelectorAll('.compared tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))")
+        browser.evaluate(READY)
+        dashes = browser.evaluate("panels.flatMap((panel) => panel.plot.data.map((trace) => trace.line.dash || 'solid'))")
+    assert set(dashes) == {"solid"}
+    shown = {name: [re.sub(r" (N|Hz|1/s)$", "", cell).replace("\u2212", "-") for cell in two] for name, *two in rows}
+    for name, values in printed.items():
+        assert re.split(r" {2,}", values.strip()) == shown[name], name
+
+
+@pytest.mark.long
+def test_the_list_tells_runs_of_a_sweep_apart_and_filters_them(tmp_path):
+    def keep(rig, *words):
+        done = subprocess.run([BERTH, "run", rig, "--no-advice", "--set", "run.duration_s=1", *words], cwd=tmp_path,
+                              capture_output=True, text=True)
+        assert done.returncode == EXIT_DONE, done.stderr
+    for mass_kg in (100, 120, 140):
+        keep("ess", "--set", f"object.mass_kg={mass_kg}")
+    keep("ess-50hz")
+    with Browser(tmp_path / "build" / "runs" / "index.html", tmp_path) as browser:
+        rows = """[...document.querySelectorAll('#runs tbody tr')].filter((row) => !row.hidden)
+                  .map((row) => row.querySelector('.differs').textContent)"""
+        assert sorted(browser.evaluate(rows)) == ["", *(f"object.mass_kg = {mass_kg}" for mass_kg in (100, 120, 140))]
+        browser.evaluate("""(() => { const box = document.querySelector('#filter'); box.value = 'mass_kg=120';
+                         box.dispatchEvent(new Event('input')); return true; })()""")
+        assert browser.evaluate(rows) == [""]
+        for width_px in (641, 700, 800, 900, 1020, 1100, 1101):
+            browser.look(width_px, "light")
+            browser.evaluate("(() => { const box = document.querySelector('#filter'); box.value = '';"
+                             " box.dispatchEvent(new Event('input')); return true; })()")
+            wide = browser.evaluate("[document.documentElement, document.querySelector('.wide')]"
+                                    ".map((part) => part.scrollWidth - part.clientWidth)")
+            assert wide == [0, 0], width_px
 
 
 @pytest.mark.long
@@ -252,6 +309,17 @@ def test_a_page_of_a_cycle_opens_on_the_growth_and_a_few_periods(cycling):
     assert np.median(held.heights_mm) == pytest.approx(height_mm, rel=0.1) and held.from_s < to_s
 
 
+def test_a_page_of_a_motion_that_goes_on_opens_on_as_many_swings_as_can_be_told_apart_about_the_peak_force(tmp_path):
+    """A minute in which 2 Hz lie over a free swing of 0.93 Hz that dies down."""
+    log = ran(tmp_path, "ess", *settings({"profile.kind": "triangle", "profile.amplitude_m": 0.002,
+                                          "profile.duration_s": 0.5}))
+    page, _ = made_report(log)
+    from_s, to_s = page.data["shown"]
+    peak_s = one_json_object(command("summary", log, "--json").stdout)["peak_force"]["measured"]["at_s"]
+    swings = report_signals.SWINGS_SHOWN
+    assert 0.99 * swings / 2.0 < to_s - from_s < swings / 0.93 and from_s <= peak_s <= to_s
+
+
 def test_a_page_leaves_out_what_shows_nothing_and_says_so(cycling):
     page, _ = made_report(cycling)
     assert "Loop health" not in [panel["title"] for panel in page.data["panels"]]
@@ -285,6 +353,20 @@ def test_a_page_of_a_stable_run_opens_on_its_motion(tmp_path):
     halvings = np.log2(100.0)  # the motion is seen down to a hundredth
     assert from_s == 0.0 and to_s == pytest.approx(halvings * np.log(2.0) / -told["growth_per_s"], rel=0.25)
     assert f"Margin {told['margin']['sentence']}" in page.text and "at least" in told["margin"]["sentence"]
+    assert "dead time margin at least 157.5 ms more until" in page.text
+
+
+@pytest.mark.parametrize("rig, changes", [("ess", ()), ("concept-foam", ())])
+def test_all_of_the_fit_is_seen_and_the_axis_holds_what_is_seen(tmp_path, rig, changes):
+    log = ran(tmp_path, rig, *changes)
+    page, _ = made_report(log)
+    fit = one_json_object(command("summary", log, "--json").stdout)["envelope"]
+    envelope = next(panel for panel in page.data["panels"] if panel["name"] == "envelope")
+    from_s, to_s = envelope.get("range", page.data["shown"])
+    assert from_s <= fit["fit_from_s"] and fit["fit_to_s"] <= to_s
+    inside = [1e3 * height for time, height in zip(fit["time_s"], fit["height_m"]) if from_s <= time <= to_s]
+    low, high = envelope["layout"]["yaxis"]["range"]
+    assert min(inside) / 3 < 10**low < min(inside) and max(inside) < 10**high < 3 * max(inside)
 
 
 @pytest.mark.parametrize("name", ["failing", "arm", "diagnosis", "compared"])
@@ -368,6 +450,33 @@ def test_a_map_is_packed_to_a_thousandth_of_a_level(maps):
         assert np.array_equal(has_value, np.isfinite(growth))
         assert np.abs(places[has_value] / 1000 - found.place_on_scale(growth[has_value])).max() < 6e-4
     assert len(packed.packed) == 2 and json.dumps(packed.packed)
+
+
+def test_hatches_cover_the_gaps_that_faulted_points_leave(maps):
+    """Strokes reach the neighbours on all sides, where the map begins again, and none lies where no object is possible."""
+    import figures_page
+    _, found = maps
+    x, y = figures_page.hatched_places(found, found.is_faulted)
+    rows, columns = found.x.shape
+    column, row = np.interp(x, found.x[0], np.arange(columns)), np.interp(y, found.y[:, 0], np.arange(rows))
+    gaps = np.argwhere(found.is_faulted)
+    away = np.maximum(np.abs(row[:, None] - gaps[:, 0]), np.abs(column[:, None] - gaps[:, 1]))
+    assert away.min(axis=1).max() < 1
+    for gap in gaps:  # each side and each corner has a stroke, if it is on the map and possible
+        for way in itertools.product((-0.6, 0.6), repeat=2):
+            place = gap + way
+            nearest = tuple(np.rint(place).astype(int))
+            if 0 <= place[0] <= rows - 1 and 0 <= place[1] <= columns - 1 and not found.is_impossible[nearest]:
+                assert (np.hypot(row - place[0], column - place[1]) < 0.3).any(), (gap, way)
+    assert not found.is_impossible[np.rint(row).astype(int), np.rint(column).astype(int)].any()
+
+
+@pytest.mark.parametrize("low, high", [(0.0, 0.3), (0.8, 3.2), (0.01, 0.15), (1.0, 5.7)])
+def test_labels_of_a_surface_stay_away_from_the_corners(low, high):
+    import figures_page
+    found = figures_page.inner_ticks(low, high)
+    assert len(found["tickvals"]) >= 2 and len(found["tickvals"]) == len(found["ticktext"])
+    assert min(found["tickvals"]) >= low + 0.1 * (high - low) and max(found["tickvals"]) <= high - 0.1 * (high - low)
 
 
 @pytest.mark.parametrize("key, title", [("object.mass_kg", "object mass (kg)"), ("robot.dead_time_ms", "robot dead time (ms)"),

@@ -70,8 +70,12 @@ def test_the_words_are_those_of_the_numbers(berthing, sweeps):
     stable, unstable = (int(np.sum(((growth[:, 0] > 0) == flag) & ((growth[:, 1] > 0) != flag))) for flag in (False, True))
     told = " ".join((ROOT / "scripts/docs/explanation/whole-arm.md").read_text().split())
     assert f"whole arm is not; for `ess-berthing` at {stable} of {len(growth)}." in told
-    assert (f"At {stable} of {len(growth)} poses the reduced model calls stable what the whole arm makes unstable, at "
-            f"{unstable} unstable what it makes stable.") in page.text
+    assert f"Both models were compared at {len(growth)} poses." in page.text
+    if stable + unstable == 0:
+        assert "At every pose they agree whether the loop is stable." in page.text
+    else:
+        assert f"Stable by the reduced model, unstable by the whole arm: {report_reduction.poses(stable)}." in page.text
+        assert f"Unstable by the reduced model, stable by the whole arm: {report_reduction.poses(unstable)}." in page.text
     off = [100 * abs(min(r, 175.0) / f - 1) for sweep in sweeps
            for r, f in zip(sweep.dead_time_reduced_ms, sweep.dead_time_full_ms) if f > 0]
     assert f" {1 + max(off) / 100:.0f} times too long: " in page.text
@@ -113,7 +117,7 @@ def test_poses_with_nothing_springy_are_left_out(tmp_path):
     assert [pose["reduced"] is None for pose in poses] == [False, True, False]
     found = report_reduction.sweep_from({"poses": poses}, 1, {}, (0.0, 0.0))
     assert found.compared.tolist() == [True, False, True]
-    assert " of 2 poses " in report_reduction.statement([found])
+    assert " compared at 2 poses." in report_reduction.statement([found])
     shown = command("reduce", "ess", "--held", "--pose", "0,0", "--direction", "1,0", "--sweep",
                     "2=-0.5:0.5:3").stdout.decode()
     assert "0.000  no spring of the arm moves the tool along the direction" in shown
@@ -123,7 +127,7 @@ def test_poses_with_nothing_springy_are_left_out(tmp_path):
 def test_a_rig_that_has_no_eigenvalues_says_why(tmp_path):
     log, _ = run(tmp_path, "ess", ["manipulator.arm=ess", "extrapolation.order=1", "run.duration_s=1"])
     page, _ = made(log)
-    assert "It cannot be told of this rig:" in page.text and "rig.toml" not in page.text
+    assert "berth reduce cannot compare the models of this rig:" in page.text and "rig.toml" not in page.text
 
 
 def test_without_an_arm_there_is_none(tmp_path):
@@ -136,9 +140,9 @@ def test_dead_times_that_neither_model_ends_at_are_no_error():
             "dead_time_limit_ms": {"reduced": None, "full": None, "looked_from": 2.5, "looked_to": 175.0}}
     ended = pose | {"dead_time_limit_ms": {"reduced": 50.0, "full": 40.0, "looked_from": 2.5, "looked_to": 175.0}}
     both = report_reduction.sweep_from({"poses": [pose, pose]}, 0, {}, (0.0, 0.0))
-    assert report_reduction.statement([both]).endswith("Both bear more than 175 ms of dead time at every pose.")
+    assert report_reduction.statement([both]).endswith("Both stay stable with 175 ms of dead time at every pose.")
     one = report_reduction.sweep_from({"poses": [pose, ended]}, 0, {}, (0.0, 0.0))
-    assert "off by up to 25 %: 50 ms in place of 40 ms, joint 1 at 0.00 rad." in report_reduction.statement([one])
+    assert "an error of up to 25 %: 50 ms instead of 40 ms, with joint 1 at 0.00 rad." in report_reduction.statement([one])
     far = ended | {"dead_time_limit_ms": {"reduced": None, "full": 5.0, "looked_from": 2.5, "looked_to": 175.0}}
     worst = report_reduction.sweep_from({"poses": [ended, far]}, 0, {}, (0.0, 0.0))
-    assert "at least 35 times too long: more than 175 ms in place of 5 ms" in report_reduction.statement([worst])
+    assert "at least 35 times too long: more than 175 ms instead of 5 ms" in report_reduction.statement([worst])
