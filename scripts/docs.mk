@@ -2,7 +2,7 @@
 .PHONY: docs readme
 
 #: make docs           the documentation site: build/docs/index.html
-docs: setup
+docs: python
 	@$(MAKE) $(BUILD)/berth
 	@$(PYTHON) scripts/docs.py
 

@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 import docs_reference
+import notebooks
 import readme
 import yaml
 
@@ -26,13 +27,23 @@ CONFIG = ROOT / "build" / "mkdocs.yml"
 # Titles of the menu and what comes first in each; other pages follow by name.
 SECTIONS = {
     "tutorials": ("Tutorials", ["index", "docking-stability", "wrong-simulation", "empty-board", "hybrid-testing"]),
-    "how-to": ("How-to guides", ["index", "describe-my-rig", "describe-my-robot", "describe-my-sensor"]),
+    "notebooks": ("Notebooks", ["my-rig", "map-and-campaign", "diagnose-a-record", "open-a-log"]),
+    "how-to": ("How-to guides", [  # in the order of the work with a rig
+        "index", "start-a-rig-file", "describe-my-rig", "describe-my-robot", "describe-my-sensor", "arm-from-urdf",
+        "run-and-read", "watch-a-loop-live", "keep-and-compare-runs", "read-pages", "use-from-python", "complete-commands",
+        "read-a-stability-map", "run-a-campaign", "choose-a-compensation", "record-data", "cia402", "build-a-gateway",
+        "build-an-operator-station", "commission", "close-a-loop-in-stages", "add-an-effect", "add-a-rig-key",
+        "add-a-can-message", "add-a-robot-profile", "upgrade"]),
     "reference": ("Reference", ["index", "rig-keys", "cli"]),
     "explanation": ("Explanation", ["index", "the-loop", "one-tick", "stability"]),
     "code": ("Beside the code", ["firmware", "hal"]),
 }
 REFERENCE = SOURCES / "reference" / "index.md"
 SINGLE = ["glossary.md", "verification.md", "changelog.md", "contributing.md"]
+
+# How much more the search counts what it finds on a page. Titles count 1000: a word of the glossary is found there first, and
+# a list of the tests last.
+BOOST = {"glossary.md": 1000, "reference/oracles.md": 0.01}
 
 ANCHOR = re.compile(r'<a id="([\w-]+)"></a>')
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
@@ -84,7 +95,8 @@ class Gathering:
             place = Path("pictures") / file.name
             (GATHERED / place).parent.mkdir(exist_ok=True)
             shutil.copy(file, GATHERED / place)
-            return f"![{text}]({relative(place, here)})"
+            picture = relative(place, here)
+            return f"[![{text}]({picture})]({picture})"
         if file == REFERENCE and anchor in self.made:
             return f"[{text}]({relative(Path('reference') / f'{anchor}.md', here)})"
         if file.suffix == ".md" and file.is_file() and site_name(file):
@@ -106,11 +118,15 @@ class Gathering:
         parts.append(LINK.sub(lambda match: self.link(source, match), text[at:]))
         target = GATHERED / site_name(source)
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text("".join(parts))
+        boost = BOOST.get(str(site_name(source)))
+        head = f"---\nsearch:\n  boost: {boost}\n---\n\n" if boost else ""
+        target.write_text(head + "".join(parts))
 
     def gather(self):
         shutil.rmtree(GATHERED, ignore_errors=True)
         shutil.copytree(SOURCES / "assets", GATHERED / "assets")
+        notebooks.renew()
+        shutil.copytree(notebooks.PAGES, GATHERED / "notebooks")
         for source in readme.pages():
             if site_name(source):
                 self.page(source, source.read_text())
@@ -128,7 +144,7 @@ def title(page):
 
 
 def menu():
-    nav = [{"berth": "index.md"}]
+    nav = [{"Overview": "index.md"}]
     for folder, (name, first) in SECTIONS.items():
         order = {stem: at for at, stem in enumerate(first)}
         pages = sorted((GATHERED / folder).glob("*.md"), key=lambda page: (order.get(page.stem, 99), page.stem))

@@ -3,12 +3,13 @@
 
 usage: readability.py [--check] [--rev REVISION] [--worst N]
 
-Read are README.md, the pages, `berth --help` with that of every command, and the texts in the code that a user sees (string
-literals of messages). --check: exit code 1 where a banned phrase stands in any of them. --rev: README of another
+Read are README.md, the pages, `berth --help` with that of every command, and the texts in the code that a user sees: string
+literals of messages, rig files, templates and scripts of pages. --check: exit code 1 where a banned phrase stands in any of them. --rev: README of another
 revision alone, to compare.
 """
 
 import argparse
+import ast
 import re
 import subprocess
 import sys
@@ -20,7 +21,8 @@ WORDS_MAX = 25
 # Phrases that hide who does what, or that no field uses.
 BANNED = ["is told", "are told", "is said", "are said", "is asked", "are asked", "is borne", "makes up for", "stands in for",
           "stand in for", "is off by", "are off by", "its finer ways", "what is left of", "goes without", "is believed",
-          "are believed", "is late by", "are late by", "comes of nothing", "does as well as", "to every digit", "blows up"]
+          "are believed", "is late by", "are late by", "comes of nothing", "does as well as", "to every digit", "blows up", "told a", "as told",
+          "tells neither"]
 PROSE_OF_QUOTES = {"contributing.md"}  # quotes what not to write
 SENTENCE_END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*\"(\[0-9]|berth)")
 
@@ -59,15 +61,41 @@ def help_texts():
     return {"--help": top} | {f"{name} --help": berth(name, "--help") for name in names}
 
 
+def literals(source):
+    """String literals of a Python source: implicit parts are one, an f-string is what stands around its values. Comments of
+    functions are none; the module's is, as it is the help."""
+    tree = ast.parse(source)
+    comments = {id(one.value) for one in ast.walk(tree) if isinstance(one, ast.Expr)} - {id(getattr(tree.body[0], "value", None))}
+    inner = {id(part) for one in ast.walk(tree) if isinstance(one, ast.JoinedStr) for part in ast.walk(one) if part is not one}
+    for node in ast.walk(tree):
+        if id(node) in comments | inner:
+            continue
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "0" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def texts_of(path):
+    """What a user reads of a source: its messages, or all of a rig, a page's template and its script."""
+    text = path.read_text(errors="replace")
+    if path.suffix == ".py":
+        return list(literals(text))
+    if path.suffix in (".cpp", ".c", ".h"):
+        return re.findall(r'"((?:[^"\\\n]|\\.)*)"', re.sub(r'"\s*\n\s*"', "", text))
+    if path.suffix == ".html":
+        text = re.sub(r"<[^>]*>", " ", text)
+    return [re.sub(r"""["'`]\s*\+\s*["'`]""", "", text)]
+
+
 def messages():
-    """String literals of two words and more in the sources that print."""
-    for folder in ("sim_hal", "hal", "firmware", "scripts"):
+    """(file, text of more than two words) of the sources that print or are shown."""
+    for folder in ("sim_hal", "hal", "firmware", "scripts", "tests/scenarios"):
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".cpp", ".c", ".h") or (path.suffix == ".py" and path.name != "readability.py"):
-                joined = re.sub(r'"\s*\n\s*"', "", path.read_text(errors="replace"))
-                for literal in re.findall(r'"((?:[^"\\\n]|\\.)* (?:[^"\\\n]|\\.)*)"', joined):
-                    if len(literal.split()) > 2:
-                        yield str(path.relative_to(ROOT)), literal
+            if path.suffix in (".cpp", ".c", ".h", ".py", ".toml", ".js", ".html") and path.name != "readability.py":
+                for text in texts_of(path):
+                    if len(text.split()) > 2:
+                        yield str(path.relative_to(ROOT)), text
 
 
 def pages(revision):

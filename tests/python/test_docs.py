@@ -1,6 +1,7 @@
 """The documentation site: it builds without a warning, opens from files without a network, its search finds, and nothing of the
 reference lacks its description."""
 
+import itertools
 import json
 import re
 import subprocess
@@ -15,20 +16,22 @@ from conftest import ROOT
 sys.path.insert(0, str(ROOT / "scripts"))
 import docs  # noqa: E402
 import docs_reference  # noqa: E402
+import notebooks  # noqa: E402
 
 SITE = ROOT / "build" / "docs"
 BUILD_MAX_s = 60.0
 PAGE_MAX_BYTES = 1e6
 SEARCH_MAX_s = 60.0
-WIDTHS = [390, 1400]
-# Search for a word, and a page that has to be among the results.
-FOUND = {"dead time": "explanation/the-loop", "UR10e": "tutorials/docking-stability", "bus-off": "code/hal-linux",
-         "coefficient of restitution": "glossary"}
+SCREENS = list(itertools.product((390, 1400), ("light", "dark")))
+# Search for a word, the page that comes first, and another one that is found.
+FOUND = {"dead time": ("glossary", "explanation/the-loop"), "UR10e": ("tutorials/docking-stability", "how-to/describe-my-robot"),
+         "bus-off": ("glossary", "code/hal-linux"), "coefficient of restitution": ("glossary", "explanation/compensation")}
 
 
 @pytest.fixture(scope="module")
 def site():
     """Path of the first page; the time that its build took is held against its aim."""
+    notebooks.renew()
     begin_s = time.monotonic()
     done = subprocess.run([sys.executable, ROOT / "scripts" / "docs.py"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -42,6 +45,10 @@ def browser(site, tmp_path):
         yield opened
 
 
+def show_in(browser, scheme):
+    browser.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+
+
 def open_page(browser, page):
     browser.events.clear()
     browser.ask("Page.navigate", url=page.as_uri())
@@ -49,21 +56,78 @@ def open_page(browser, page):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("width", WIDTHS)
-def test_pages_fit_their_window_and_need_no_network(browser, width):
+@pytest.mark.parametrize("width, scheme", SCREENS)
+def test_pages_fit_their_window_and_need_no_network(browser, width, scheme):
     pages = sorted(page for page in SITE.rglob("*.html") if page.name != "404.html")
     assert len(pages) > 50
     browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+    show_in(browser, scheme)
     for page in pages:
         open_page(browser, page)
         assert page.stat().st_size < PAGE_MAX_BYTES, page
         content, window = browser.evaluate("[document.documentElement.scrollWidth, window.innerWidth]")
         assert content <= window, f"{page} is {content} px wide in a window of {width}"
+        cut = browser.evaluate("[...document.images].filter(i => i.getBoundingClientRect().right > innerWidth).map(i => i.src)")
+        assert cut == [], f"{page}: pictures are wider than a window of {width}"
         text = page.read_text()
         assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="?(?:https?:)?//', text), page
         broken = browser.evaluate("[...document.images].filter(i => i.complete && !i.naturalWidth).map(i => i.src)")
         assert broken == [], page
     assert browser.console == []
+
+
+# Of each kind of text on a page: the least contrast with what is behind it, by the formula of WCAG 2.
+CONTRASTS = """(() => {
+  const parsed = (colour) => (colour.match(/[\\d.]+/g) || []).map(Number);
+  const over = (below, [r, g, b, a = 1]) => [r, g, b].map((value, i) => a * value + (1 - a) * below[i]);
+  const behind = (element) => {
+    const layers = [];
+    for (let one = element; one; one = one.parentElement) layers.unshift(parsed(getComputedStyle(one).backgroundColor));
+    return layers.reduce(over, [255, 255, 255]);
+  };
+  const light = (rgb) => rgb.map((value) => value / 255)
+    .map((value) => value <= 0.03928 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, value, i) => sum + value * [0.2126, 0.7152, 0.0722][i], 0);
+  const contrast = (element) => {
+    const ground = behind(element);
+    const [a, b] = [light(over(ground, parsed(getComputedStyle(element).color))), light(ground)].sort((x, y) => y - x);
+    return (a + 0.05) / (b + 0.05);
+  };
+  const kinds = ["article h1", "article h2", "article p", "article p a", "article td", "article th", "article td code",
+                 "article li", "article pre code", "article pre code span", ".md-nav__link", ".md-header__topic"];
+  return Object.fromEntries(kinds.map((kind) => [kind, [...document.querySelectorAll(kind)]
+    .filter((one) => one.checkVisibility() && one.textContent.trim() && !one.matches(".headerlink, .md-nav__link--passed"))
+    .map(contrast)]).filter(([, found]) => found.length).map(([kind, found]) => [kind, Math.min(...found)]));
+})()"""
+CONTRAST_MIN = 4.5
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("width, scheme", SCREENS)
+def test_text_can_be_read_in_both_schemes(browser, width, scheme):
+    browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+    show_in(browser, scheme)
+    kinds = set()
+    for name in ("tutorials/docking-stability", "tutorials/hybrid-testing", "reference/cli", "explanation/stability"):
+        open_page(browser, SITE / f"{name}.html")
+        found = browser.evaluate(CONTRASTS)
+        assert {kind: contrast for kind, contrast in found.items() if contrast < CONTRAST_MIN} == {}, name
+        kinds |= set(found)
+    assert len(kinds) >= 10
+    browser.evaluate("document.querySelector('article p').style.color = '#777'")
+    assert browser.evaluate(CONTRASTS)["article p"] < CONTRAST_MIN
+
+
+@pytest.mark.long
+def test_a_page_follows_the_system_until_its_reader_chooses(browser):
+    for scheme, name in (("light", "default"), ("dark", "slate"), ("light", "default")):
+        show_in(browser, scheme)
+        assert browser.evaluate(f"""new Promise((done) => {{
+          const look = (left) => document.body.dataset.mdColorScheme === "{name}" || left === 0 ? done(left) : setTimeout(look, 50, left - 1);
+          look(200);
+        }})""") > 0, f"the page has not become {scheme}"
+        open_page(browser, SITE / "glossary.html")
+        assert browser.evaluate("document.body.dataset.mdColorScheme") == name
 
 
 @pytest.mark.long
@@ -76,8 +140,18 @@ def test_search_finds(browser, words):
     while not found and time.monotonic() < deadline_s:
         found = browser.evaluate("""[...document.querySelectorAll(".md-search-result__link")]
           .map(link => link.getAttribute("href"))""")
-    assert any(FOUND[words] in link for link in found), found
+    first, other = FOUND[words]
+    assert first in found[0] and any(other in link for link in found), found
     assert browser.console == []
+
+
+def test_guides_are_in_the_order_of_the_work():
+    """The menu names every guide, and the list of guides has the same order."""
+    _, order = docs.SECTIONS["how-to"]
+    folder = docs.SOURCES / "how-to"
+    assert sorted(order) == sorted(page.stem for page in folder.glob("*.md"))
+    listed = re.findall(r"\]\(([\w-]+)\.md\)", (folder / "index.md").read_text())
+    assert ["index", *listed] == order
 
 
 @pytest.mark.parametrize("change", [
