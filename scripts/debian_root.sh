@@ -24,9 +24,12 @@ if [ ! -e "$root/made" ]; then
     touch "$root/made"
 fi
 cp /etc/resolv.conf "$root/etc/resolv.conf"
-for settings in /etc/pip.conf /etc/apt/apt.conf.d/*proxy* /etc/ssl/certs/ca-certificates.crt; do
+for settings in /etc/pip.conf /etc/apt/apt.conf.d/*proxy*; do
     [ ! -e "$settings" ] || install -D "$settings" "$root$settings"
 done
+# Beside the place where the root's own set-up writes those of its package.
+certificates=/etc/ssl/certs/ca-certificates.crt
+[ ! -e "$certificates" ] || install -D "$certificates" "$root/etc/ssl/certificates-of-the-host.crt"
 rm -rf "$root/berth"
 git clone --quiet . "$root/berth"
 export root command
@@ -35,5 +38,5 @@ unshare --mount bash -ec '
     mount --bind /dev "$root/dev"
     mount -t proc proc "$root/proc"
     mount -t sysfs sysfs "$root/sys"
-    chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 PIP_CERT=/etc/ssl/certs/ca-certificates.crt \
+    chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 PIP_CERT=/etc/ssl/certificates-of-the-host.crt \
         bash -ec "apt-get update -qq; apt-get install -y -qq --no-install-recommends make git >/dev/null; cd /berth; $command"'
