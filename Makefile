@@ -10,11 +10,12 @@ include $(addprefix scripts/,programs.mk tests.mk target.mk docs.mk python.mk ca
 help:
 	@sed -n 's/^#: //p' $(MAKEFILE_LIST)
 
-#: make run            set up, build, run the reference case ess: log, HTML report and PNG in build/runs
+#: make run            set up, build, run the reference case ess: log, HTML report and PNG in
+#:                     build/runs/ess/latest, beside earlier runs
 run: setup
 	@$(MAKE) all
-	build/berth run ess --out build/runs
-	@$(PYTHON) scripts/report.py build/runs/ess.ulg
+	build/berth run ess
+	@build/berth report build/runs/ess/latest
 
 #: make all            build build/berth and build/berth-loop; with WERROR=1 warnings are errors
 all: $(BUILD)/berth $(BUILD)/berth-loop
@@ -44,7 +45,7 @@ ifeq ($(origin RECORD),file)
 		--out build/diagnosis/example
 endif
 	build/berth diagnose $(RECORD) --rig $(RIG) --out build/diagnosis
-	@$(PYTHON) scripts/diagnosis_report.py build/diagnosis
+	@build/berth report build/diagnosis
 
 #: make score          how often the diagnosis is right: 300 records with hidden effects (SEED=6001, COUNT=300)
 score: setup-test

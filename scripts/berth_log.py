@@ -23,6 +23,12 @@ class InputError(Exception):
     """What is wrong with the files given, in a sentence for the person who gave them."""
 
 
+def behind_latest(log):
+    """A log that was named through the link `latest`, by the name of its run: a later run moves the link."""
+    folder = log.parent
+    return folder.parent / os.readlink(folder) / log.name if folder.name == "latest" and folder.is_symlink() else log
+
+
 @dataclass(frozen=True)
 class ConfigRow:
     """One line of the resolved configuration; `key` ends in its unit, `note` says what it is."""

@@ -134,7 +134,7 @@ def maps_at_400_Hz(data):
         values["wider_Hz"] = wider_Hz
         remark = (f"With a force low-pass of {WIDE_LOW_PASS_HZ} Hz in place of "
                   f"{data.case.assumptions.low_pass_Hz:g} Hz: up to {wider_Hz:.2f} Hz, at {wider_ratio:.2f}. "
-                  "The paper tells neither low-pass nor masses.")
+                  "The paper states neither low-pass nor masses.")
     return [
         Claim("5", "400 Hz: a wide area is stable", "Fig. 14", above(share, WIDE_AREA_TIMES * slow),
               f"{100 * share:.1f} % of what the robot could display is stable, {share_times:.1f} times that "

@@ -1,14 +1,19 @@
 # Sources, flags and how the programs are linked. Variables that change what is built:
 #   CROSS_COMPILE=aarch64-linux-gnu-   for another machine, in build/aarch64-linux-gnu
 #   SANITIZE=1                         with address and undefined-behaviour sanitizers, in build/sanitize
+#   FUZZ=1                             the same with what libFuzzer has to see, in build/fuzz
 #   WERROR=1                           warnings are errors, as in our own tests
 #   FILE_BY_FILE=1                     each file by itself, which rebuilds less after a small edit
 CROSS_COMPILE ?=
 SANITIZE ?=
+FUZZ ?=
 WERROR ?=
 FILE_BY_FILE ?=
 ifneq ($(CROSS_COMPILE),)
 BUILD := build/$(CROSS_COMPILE:%-=%)
+else ifneq ($(FUZZ),)
+BUILD := build/fuzz
+SANITIZE := 1
 else ifneq ($(SANITIZE),)
 BUILD := build/sanitize
 endif
@@ -34,7 +39,7 @@ HAL := $(call sources,hal hal/rig)
 EFFECTS := $(call sources,sim_hal/effects)
 # The rig in virtual time, and what only looks at it.
 RIG_IN_TIME := $(call sources,$(addprefix sim_hal/,hil plant solver))
-LOOKS := $(call sources,sim_hal $(addprefix sim_hal/,stability compensation log rths arm diagnosis) $(wildcard sim_hal/diagnosis/*))
+LOOKS := $(call sources,sim_hal $(addprefix sim_hal/,stability compensation commission log rths arm diagnosis) $(wildcard sim_hal/diagnosis/*))
 CLI := $(call sources,sim_hal/cli)
 TARGET := $(wildcard hal/linux/*.cpp)
 FAR_END := $(call sources,sim_hal/far_end) hal/linux/can_socket.cpp hal/linux/can_link.cpp
@@ -102,6 +107,9 @@ COMMON += -fsanitize=address,undefined -fno-sanitize-recover=all -O1
 # seen here.
 HOST_ONLY := -fno-sanitize=null,alignment,object-size,vptr,pointer-overflow
 LDFLAGS += -fsanitize=address,undefined
+endif
+ifneq ($(FUZZ),)
+COMMON += -fsanitize=fuzzer-no-link
 endif
 
 object = $(patsubst %,$(BUILD)/obj/%.o,$(1))
@@ -191,11 +199,16 @@ $(BUILD)/target_tests_gpiod2: $(TARGET_TEST_OBJECTS) $(BUILD)/obj/gpio2.o $(BUIL
 $(BUILD)/peer: $(call object,tests/peers/peer.cpp) $(ONCE_TICK_AND_RIG) $(RIG_FILES)
 	$(LINK) $(LIBRARIES)
 
+# Readers of files under libFuzzer: with SANITIZE=1 it sees no way through the code but this file's, with FUZZ=1 all.
+$(call object,tests/fuzz/parsers.cpp): COMMON += -fsanitize=fuzzer-no-link
+$(BUILD)/parsers: $(call object,tests/fuzz/parsers.cpp $(LOOKS)) $(ONCE_TICK_AND_RIG) $(RIG_FILES)
+	$(LINK) -fsanitize=fuzzer $(LIBRARIES)
+
 # What another architecture is asked for: to run a rig and to replay a log.
 $(BUILD)/replay: $(call object,tests/peers/replay.cpp $(filter sim_hal/log/%,$(LOOKS))) $(ONCE_TICK_AND_RIG) $(RIG_FILES)
 	$(LINK) $(LIBRARIES)
 
-$(BUILD)/tick_bench $(BUILD)/arm_bench: $(BUILD)/%_bench: $(BUILD)/obj/tests/bench/%_bench.cpp.o $(call object,$(LOOKS)) $(TICK_AND_RIG) $(RIG_FILES)
+$(BUILD)/tick_bench $(BUILD)/arm_bench $(BUILD)/campaign_bench: $(BUILD)/%_bench: $(BUILD)/obj/tests/bench/%_bench.cpp.o $(call object,$(LOOKS)) $(TICK_AND_RIG) $(RIG_FILES)
 	$(LINK) $(LIBRARIES)
 
 # Pinocchio and MuJoCo as their Python packages bring them, with their own flags.

@@ -36,7 +36,8 @@ MACHINES = {
 }
 # nokaslr: where the kernel lies at random it isolates its page tables on every arm64 processor, needed or not, and that
 # is some 3 us of each tick of the loop.
-KERNEL_OPTIONS = "panic=-1 quiet loglevel=1 nokaslr"
+# getty_auto: a login prompt would take half of what is typed in a shell.
+KERNEL_OPTIONS = "panic=-1 quiet loglevel=1 nokaslr systemd.getty_auto=no"
 SHELL = "stty -echo </dev/console; setsid -c sh -i </dev/console >/dev/console 2>&1\n"
 CAN_CARDS = ["-object", "can-bus,id=robot", "-object", "can-bus,id=sensor"] + 2 * [
     "-device", "kvaser_pci,canbus=robot", "-device", "kvaser_pci,canbus=sensor"]

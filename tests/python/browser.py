@@ -22,7 +22,7 @@ HARMLESS = ("GL Driver Message (OpenGL, Performance",
 
 
 class Browser:
-    """One page, opened; `console` collects what it writes and what it throws."""
+    """One page, a file or an address, opened; `console` collects what it writes and what it throws."""
 
     def __init__(self, page, profile):
         program = shutil.which("chromium")
@@ -41,7 +41,7 @@ class Browser:
         self.session = self.ask("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
         for domain in ("Runtime", "Log", "Page"):
             self.ask(f"{domain}.enable")
-        self.ask("Page.navigate", url=page.as_uri())
+        self.ask("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         self.wait_for("Page.loadEventFired")
 
     def __enter__(self):

@@ -33,6 +33,9 @@ class Parameters:
     m_2: float = 0.0  # hangs on the object; 0: none
     f_2: float = 0.0
     zeta_2: float = 0.0
+    m_T: float = 0.0  # of the tool behind the sensor
+    k_R: float = 0.0  # of what relaxes; 0: nothing
+    tau_R_ms: float = 0.0
 
     def settings(self):
         """The same as keys of a rig file."""
@@ -41,8 +44,14 @@ class Parameters:
             "object.second_frequency_Hz": repr(self.f_2),
             "object.second_damping_ratio": repr(self.zeta_2),
         }
+        relaxing = {
+            "object.relaxation_stiffness_N_per_m": repr(self.k_R),
+            "object.relaxation_time_ms": repr(self.tau_R_ms),
+        }
         return {
             **(second if self.m_2 else {}),
+            **(relaxing if self.k_R else {}),
+            **({"sensor.tool_mass_kg": repr(self.m_T)} if self.m_T else {}),
             "loop.rate_Hz": self.rate_Hz,
             "robot.dead_time_ms": repr(self.T_R_ns / 1e6),
             "sensor.delay_ms": repr(1e3 * self.sample_ticks / self.rate_Hz),
@@ -65,7 +74,7 @@ class CharacteristicEquation:
     def __init__(self, parameters):
         p = parameters
         self.p = p
-        self.states = 6 if p.m_2 else 4
+        self.states = 4 + (2 if p.m_2 else 0) + (1 if p.k_R else 0)
         T = mpf(1) / p.rate_Hz
         self.whole = p.T_R_ns * p.rate_Hz // 10**9
         rest = mpf(p.T_R_ns) / 10**9 - self.whole * T
@@ -73,6 +82,10 @@ class CharacteristicEquation:
         self.second = self.part(T - rest)
         self.rest, self.T = rest, T
         self.Phi = self.second[0] * self.first[0]
+        # Where the robot's velocity jumps by 1 m/s, the tool gives the low-pass an impulse.
+        jump = mpmath.zeros(self.states, 1)
+        jump[3] = (2 * mp.pi * mpf(p.f_L)) ** 2 * mpf(p.m_T) / mpf(p.k_S)
+        self.jump = self.second[0] * jump
         G = mpmath.zeros(3)
         G[0, 1] = 1
         G[1, 0], G[1, 1], G[1, 2] = -mpf(p.K) / p.M, -mpf(p.D) / p.M, -1 / mpf(p.M)
@@ -106,6 +119,12 @@ class CharacteristicEquation:
             G[1, :] += pull * (mpf(p.m_2) / m)
             G[4, 5] = 1
             G[5, :] = -pull
+        if p.k_R:
+            rate = 1000 / mpf(p.tau_R_ms)
+            own = n - 1  # how far the spring of what relaxes is stretched
+            G[1, own] -= mpf(p.k_R) / m
+            G[own, 1] = 1
+            G[own, own] = -rate
         G[n, n + 1] = 1
         E = mpmath.expm(G * duration_s) if duration_s > 0 else mpmath.eye(n + 2)
         return E[:n, :n], E[:n, n], E[:n, n + 1]
@@ -117,6 +136,7 @@ class CharacteristicEquation:
         Phi1, g1, h1 = self.first
         Phi2, g2, h2 = self.second
         driven = Phi2 * (g1 * (now - velocity * self.rest) + h1 * velocity) + g2 * now + h2 * ((after - now) / self.T)
+        driven += self.jump * ((after - now) / self.T - velocity)
         plant = mpmath.lu_solve(z * mpmath.eye(self.states) - self.Phi, driven)
         force = mpf(self.p.k_S) * plant[2] * z**-self.p.sample_ticks
         answer = mpmath.lu_solve(z * mpmath.eye(2) - self.A, self.b * force)
@@ -135,6 +155,8 @@ class CharacteristicEquation:
         now = Phi2 @ (g1 * (1 - r / T) + h1 / T) + g2 - h2 / T
         before = Phi2 @ (g1 * (r / T) - h1 / T)
         after = h2 / T
+        jump = double(self.jump) / T
+        now, before, after = now - 2 * jump, before + jump, after + jump
         # x, v of the manipulator; plant; setpoints sent, newest first; samples taken, newest first.
         plant, sent, samples = 2, 2 + self.states, 2 + self.states + whole + 1
         matrix = np.zeros((samples + ticks, samples + ticks))

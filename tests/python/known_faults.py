@@ -49,7 +49,7 @@ def made(request, tmp_path_factory):
     error_m = write_record(record, FAULTS[request.param])
     done = command("diagnose", record, "--rig", "ess", "--out", folder / "out")
     assert done.returncode == EXIT_DONE, done.stderr.decode()
-    assert f"scripts/diagnosis_report.py {folder / 'out'}" in done.stdout.decode()
+    assert f"report: build/berth report {folder / 'out'}\n" in done.stdout.decode()
     made = report(folder / "out")
     assert made.returncode == EXIT_DONE, made.stderr
     assert str(folder / "out" / "report.html") in made.stdout and str(folder / "out" / "report.png") in made.stdout

@@ -92,11 +92,13 @@ LAYOUTS = ("decode_force", "decode_wrench2i_force", "decode_wrench2i_torque", "d
            "decode_wrench2m_torque", "decode_wrench3i_fx_fy", "decode_wrench3i_fz_tx", "decode_wrench3i_ty_tz",
            "decode_wrench3m_x", "decode_wrench3m_y", "decode_wrench3m_z", "decode_wrench2u_force",
            "decode_wrench2u_torque", "decode_wrench2s_first", "decode_wrench2s_second")
-DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "period_us", "interpolation_time", "interpolation_index")
+DRIVE_SETUP = ("node_id", "heartbeat_ms", "our_heartbeat", "life_time_factor", "period_us", "interpolation_time",
+               "interpolation_index", "encoder_counts", "encoder_revolutions", "gear_motor_revolutions",
+               "gear_shaft_revolutions", "feed_counts", "feed_shaft_revolutions", "polarity", "homing_method")
 THROUGH_POINTERS = {"manipulator_step": ("rk4", "semi_implicit_euler"), "app_step": LAYOUTS + DRIVE_SETUP,
                     "receive_frames": LAYOUTS, "receive_frame": LAYOUTS, "sensor_channel_receive": LAYOUTS,
                     "command_robot": DRIVE_SETUP, "robot_channel_send": DRIVE_SETUP,
-                    "cia402_setup_step": DRIVE_SETUP}
+                    "cia402_setup_step": DRIVE_SETUP, "value_of": DRIVE_SETUP}
 # Neither do functions that move bytes and know nothing of numbers.
 DEAD_ENDS = re.compile(r"^(__assert_fail|abort|__stack_chk_fail|_Unwind_Resume|__cxa_\w+|mem(set|cpy|move))(@|$)")
 

@@ -409,7 +409,7 @@ def test_the_report_shows_every_axis(tmp_path):
     log = run_json(rig_file(tmp_path, PLANAR_AXES, wrench_section()), tmp_path, *LAYOUT, "--set", "run.duration_s=2")["log"]
     command(ROOT / "scripts" / "report.py", log, program=(ROOT / ".venv" / "bin" / "python",))
     page = open(log.replace(".ulg", ".html")).read()
-    for word in ("Pose: ways beside the direction", "Pose: turns", "Loads beside the direction", "rz, robot, as reported",
+    for word in ("Pose: lateral translation", "Pose: rotation", "Lateral forces and torques", "rz, robot, as reported",
                  "y, command"):
         assert word in page, word
     assert "rx, command" not in page

@@ -162,7 +162,7 @@ def test_a_manual_page_opens_without_warnings(name, tmp_path):
         defaults = re.findall(r"^  --[a-z-]+ [^ =]*=(\S*[a-z0-9]\S*)", command(name, "--help").stdout.decode(), re.MULTILINE)
         assert all(f"Default: {default}." in text for default in defaults)
     else:
-        assert all(f"berth {one}" in text for one in subcommands())
+        assert all(f"berth {one}" in text for one in subcommands()) and "--version" in text
 
 
 def test_an_unknown_shell_or_page_is_refused():

@@ -220,7 +220,7 @@ FREE = {"limits.position_min_m": -5, "limits.position_max_m": 5, "limits.velocit
 def test_a_limit_cycle_stands_beside_the_one_that_harmonic_balance_predicts(effect):
     told = one_json_object(command("run", "ess", "--no-log", "--json", *settings(FREE | effect)).stdout)
     assert told["verdict"] == "limit cycle" and told["stable"] is False
-    words = re.search(r"height of (\S+) mm; harmonic balance predicts (\S+) mm", told["because"])
+    words = re.search(r"height of (\S+) mm and \S+ Hz; harmonic balance predicts (\S+) mm", told["because"])
     seen_mm, predicted_mm = map(float, words.groups())
     assert seen_mm == pytest.approx(predicted_mm, rel=0.1)
 
@@ -293,10 +293,13 @@ def test_json_of_the_prediction_has_the_same_keys():
         assert told["margin"]["modulus"] == pytest.approx(0.5389, abs=1e-4), subcommand
 
 
+OF_ARM = "of the arm where it starts, with the firmware's settings as they are"
+
+
 @pytest.mark.parametrize("rig_name, settings, note", [
     ("concept-foam", [], None),
-    ("concept-arm-foam", [], None),  # a whole arm
-    ("ess-pose", [], None),  # a dead time of its own on each axis, and an operator
+    ("concept-arm-foam", [], OF_ARM),
+    ("ess-pose", [], OF_ARM),  # a dead time of its own on each axis, and an operator
     ("concept-foam", ["sensor.loss_probability=0.02"], "without what changes from tick to tick"),
 ])
 def test_a_loop_is_stable_up_to_the_margin_that_its_run_says(rig, rig_name, settings, note):

@@ -183,7 +183,7 @@ def test_the_report_shows_a_grip(tmp_path):
     log = run_json(rig_file(tmp_path, beam=True), tmp_path, *grip_settings("closes"))["log"]
     command(ROOT / "scripts" / "report.py", log, program=(ROOT / ".venv" / "bin" / "python",))
     page = open(log.replace(".ulg", ".html")).read()
-    for word in ("Pose: ways beside the direction", "Pose: turns", "Loads beside the direction", "beam_length_m"):
+    for word in ("Pose: lateral translation", "Pose: rotation", "Lateral forces and torques", "beam_length_m"):
         assert word in page, word
 
 

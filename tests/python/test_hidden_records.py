@@ -17,7 +17,7 @@ sys.path.insert(0, str(FOLDER))
 import detectability  # noqa: E402
 import equivalents  # noqa: E402
 import scenario as scenarios  # noqa: E402
-from effects import LIBRARY, Change  # noqa: E402
+from effects import ASKED_FOR, LIBRARY, Change  # noqa: E402
 from noise import Noise  # noqa: E402
 
 T = 0.0025
@@ -200,6 +200,7 @@ def test_an_object_that_a_scaled_sensor_looks_like_is_found_from_afar():
 
 
 def test_every_effect_of_the_library_can_be_drawn():
-    assert len(LIBRARY) == 40
+    listed = {one["effect"] for one in json.loads(command("effects", "--json").stdout)}
+    assert {*LIBRARY, *ASKED_FOR} == listed and not {*LIBRARY} & {*ASKED_FOR}
     blocks = {name.split(".")[0] for name in LIBRARY}
     assert blocks == {"robot", "manipulator", "object", "sensor", "loop"}

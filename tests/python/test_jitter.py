@@ -3,6 +3,7 @@ Lyapunov exponent against numpy's product of the loop's matrices over the very l
 
 import json
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -128,7 +129,6 @@ NO_PICTURE = {
     "nothing": ("{}", "has no histogram"),
     "a list": ("[1]", "has no histogram"),
     "no number": ({"thread": {"0": {"histogram": {"late": 1}, "cycles": 1, "min": 0, "avg": 0, "max": 1}}}, "has no histogram"),
-    "no minimum": ({"thread": {"0": {"histogram": {"3": 1}, "cycles": 1}}}, "has no histogram"),
     "half of it": ('{"thread"', "is not JSON"),
 }
 
@@ -361,3 +361,11 @@ def test_run_predicts_with_the_exponent(values, tmp_path):
     print(f"{values}: measured {result['growth_per_s']:.6f}, predicted {result['predicted_growth_per_s']:.6f} /s")
     assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=2e-3)
     assert abs(result["growth_per_s"] - steady) > abs(result["growth_per_s"] - result["predicted_growth_per_s"])
+
+
+def test_a_histogram_without_the_least_the_mean_and_the_largest_tells_them(tmp_path):
+    path = tmp_path / "short.json"
+    path.write_text(json.dumps({"thread": {"0": {"histogram": {"8": 120, "9": 77}, "cycles": 197}}}))
+    words = [sys.executable, ROOT / "scripts" / "jitter_plot.py", path, "--out", tmp_path / "short.png"]
+    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert re.search(r"short +197 +8\.0 +8\.4 +9 .* 9\.0\n", told) and (tmp_path / "short.png").exists()

@@ -20,6 +20,7 @@ RUNS = {
                                               "inverse_filter.bandwidth_Hz": 60})),
 }
 ASKED = {
+    "run, bounces": ("concept-foam", "--no-log", *settings({"manipulator.arm": "ess"})),  # long enough for one
     "deadtime": ("ess",),
     "check": ("ess", *settings({"robot.dead_time_ms": 600})),
     "check, a schedule": ("ess", *settings({"run.dead_time_jump_s": 5, "run.dead_time_jump_ms": 10})),
@@ -65,6 +66,8 @@ def outputs(tmp_path_factory):
     found["summary"] = printed("summary", folder / "ess.ulg")
     found["compare"] = printed("compare", log, folder / str(list(RUNS).index("run, inverse filter")) / "ess.ulg")
     found["map"] = printed("map", "ess", "--vary", "mass", "--grid", "4x4", "--out", folder)
+    printed("commission", "ess", "--stage", "watch", "--out", folder / "stages")
+    found["commission"] = printed("commission", "ess", "--stage", "tare", "--out", folder / "stages")
     if data_folder() is not None:
         found["rths"] = printed("rths", data_folder() / "rths", "--perturbed", "1")
     return found | {name: printed(name, *words) for name, words in ASKED.items()}

@@ -2,13 +2,14 @@
 
 import json
 import math
+import resource
 import threading
 import time
 
 import berth
 import numpy as np
 import pytest
-from conftest import EXIT_DONE, ROOT, command, settings
+from conftest import EXIT_DONE, ROOT, command, run_json, settings
 from pyulog import ULog
 
 CONTACT = {"object.kind": "contact", "object.damping_N_s_per_m": 30, "manipulator.initial_position_m": -0.01}
@@ -246,6 +247,24 @@ def test_eigenvalues_take_a_fiftieth_of_starting_the_command():
         rig["object.mass_kg"] = 50 + 0.1 * i
         rig.eigenvalues()
     assert (time.perf_counter() - begin) / count < of_command_s / 50
+
+
+def test_a_run_takes_no_longer_than_that_of_the_command(tmp_path):
+    """As a ratio of the least processor time of several: with its log, at most 1.1 of the whole command."""
+    rig = berth.Rig.load("ess")
+
+    def least_s(work, who):
+        def once():
+            begin = resource.getrusage(who)
+            work()
+            end = resource.getrusage(who)
+            return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
+        return min(once() for _ in range(7))
+
+    of_command_s = least_s(lambda: run_json("ess", tmp_path), resource.RUSAGE_CHILDREN)
+    here_s = least_s(lambda: rig.run(log=tmp_path / "here.ulg", advice=False), resource.RUSAGE_SELF)
+    print(f"{here_s:.4f} s here, {of_command_s:.4f} s of the command: {here_s / of_command_s:.2f}")
+    assert here_s < 1.1 * of_command_s
 
 
 def test_what_a_notebook_shows(tmp_path):

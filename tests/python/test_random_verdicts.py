@@ -32,7 +32,7 @@ def check_one(told):
     """A verdict has a reason, one that is open what to do as well, one that is not agrees with `stable`."""
     assert told["because"], told["verdict"]
     stable = {"stable": [True], "unstable": [False], "limit cycle": [False], "driven": [True, None],
-              "bouncing": [True, False, None], "undetermined": [None]}[told["verdict"]]
+              "bouncing": [True, None], "undetermined": [None]}[told["verdict"]]
     assert told["stable"] in stable
     if told["stable"] is None:
         assert told["advice"]

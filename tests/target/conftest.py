@@ -29,6 +29,7 @@ SCENARIOS = {path.stem: tomllib.loads(path.read_text())
              for path in sorted((ROOT / "tests" / "scenarios").glob("*.toml"))}
 GUESTS_AT_ONCE = int(os.environ.get("BERTH_GUESTS_AT_ONCE", min(2, os.cpu_count())))
 BERTH = ROOT / "build" / "berth"
+CLOSED_LOOP_s = int(os.environ.get("BERTH_CLOSED_LOOP_s", 60))  # of the reference case under load, the dearest step
 TIMEOUT_s = 3600  # of the host's time, for a machine that is busy with other things
 
 
@@ -85,7 +86,7 @@ def write_scenario(path, scenario):
 
 def boot_with(arch, results, steps, **options):
     """Runs steps in a guest."""
-    command = f"sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {' '.join(steps)}\n"
+    command = f"CLOSED_LOOP_s={CLOSED_LOOP_s} sh tests/target/run_steps.sh /src/{PROGRAMS[arch]} {' '.join(steps)}\n"
     with (results / "console").open("w") as console:
         code = guest_run.run(command, arch=arch, icount=True, results=results, timeout_s=TIMEOUT_s, output=console,
                              **options)

@@ -11,7 +11,7 @@ import canopen
 import cantools
 import numpy as np
 import pytest
-from conftest import ROOT, berth
+from conftest import CLOSED_LOOP_s, ROOT, berth
 from target_log import TargetLog, state_names
 
 GROWTH_AGREES = 0.02  # of the growth rate in simulation
@@ -201,7 +201,7 @@ def there_is_a_sync_in_each_tick_and_heartbeats_both_ways(ran, tmp_path):
 
 
 LOOPS = [
-    Loop("closed_loop", "ess", 24_000, 50, (it_grows_as_in_simulation,),
+    Loop("closed_loop", "ess", 400 * CLOSED_LOOP_s, 50, (it_grows_as_in_simulation,),
          (candump_saw_every_setpoint_that_the_loop_logged, the_loop_took_every_force_that_candump_saw,
           cantools_decodes_the_positions_that_were_commanded, setpoints_reach_the_wire_soon,
           its_log_says_who_stamps_the_frames)),

@@ -2,10 +2,10 @@
 real-time scheduling. Its motion and its bus: test_loops.py."""
 
 import pytest
-from conftest import berth
+from conftest import CLOSED_LOOP_s, berth
 from target_log import TargetLog
 
-TICKS = 24_000
+TICKS = 400 * CLOSED_LOOP_s
 
 
 @pytest.fixture
