@@ -225,7 +225,7 @@ def draw(found, picture):
     stable = f"{100 * told['stable_share']:.1f} %"
     if found.lower is not None:
         stable += f" to {100 * told['lower_end']['stable_share']:.1f} %"
-    title = f"{told['rig']}{robot}, {what}: {stable} stable"
+    title = f"{told['rig']}{robot}, {what}: stable at {stable} of the points"
     axes.set_title(title if len(title) <= 70 else title.replace(": ", ":\n"))
     figure.savefig(picture, dpi=130)
     plt.close(figure)
@@ -236,7 +236,9 @@ def main():
     progress.end_with_the_pipe()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="+", type=Path, help="a CSV file written by `berth map`")
-    for csv in parser.parse_args().csv:
+    parser.add_argument("--quiet", action="store_true", help="do not print the names of the pictures")
+    arguments = parser.parse_args()
+    for csv in arguments.csv:
         picture = csv.with_suffix(".png")
         try:
             found = read_map(csv)
@@ -248,7 +250,8 @@ def main():
         except (OSError, ValueError, KeyError) as error:
             progress.show()
             sys.exit(f"{csv}: not a map written by `berth map`: {error}")
-        print(picture)
+        if not arguments.quiet:
+            print(picture)
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def add_positions(page, log):
 def add_following(page, log):
     page.add_signals("following", "Following error",
                      "Command less position of the robot, at the same tick: what the dead time and the robot leave.",
-                     signals.following(log), "command − robot (mm)", "mm", {"shapes": rest_shapes(log)}, height_px=220)
+                     signals.following(log), "error (mm)", "mm", {"shapes": rest_shapes(log)}, height_px=220)
 
 
 def add_forces(page, log):
@@ -124,13 +124,18 @@ def add_dead_time(page, log):
                      {"annotations": [arrow, label]}, linked=False, range=[found.from_s, found.to_s])
 
 
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 def height_ticks(low, high):
     """An axis from one power of ten to another: labels at whole powers, at 1, 2 and 5 of each if these are few, or where
     plotly likes them."""
     decades = high - low
     axis = {"range": [low, high], "exponentformat": "power"}
-    if decades > 3:
-        return axis | {"dtick": max(1, round(decades / 6))}
+    if decades > 3:  # plotly's own labels of powers are a quarter larger than those of the other axes
+        powers = range(math.ceil(low), math.floor(high) + 1, max(1, round(decades / 6)))
+        return axis | {"tickvals": [10.0 ** power for power in powers],
+                       "ticktext": ["10" + str(power).translate(RAISED) for power in powers]}
     if decades > 0.7:
         values = [float(f"{digit}e{power}") for power in range(math.floor(low), math.ceil(high) + 1) for digit in (1, 2, 5)]
         return axis | {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
@@ -147,7 +152,7 @@ def add_envelope(page, log, summary):
     used = np.zeros(len(time_s), dtype=bool)
     from_s, to_s = page.shown_s or span(log)
     fit, own_axis = [], {}
-    note = "Height between successive extremes of the manipulator's free motion. "
+    note = "Height, peak to peak, between successive extremes of the manipulator's free motion. "
     if told.measured_growth(summary) is not None:
         start_s, end_s = envelope["fit_from_s"], envelope["fit_to_s"]
         used = (time_s >= start_s - 1e-9) & (time_s <= end_s + 1e-9)
@@ -183,7 +188,7 @@ def add_envelope(page, log, summary):
                                    ((height_mm, held.heights_mm), (used, np.ones(len(held.heights_mm), bool)),
                                     (time_s, held.time_s)))
     seen = (time_s >= from_s) & (time_s <= to_s)
-    axis = AXIS | {"title": {"text": "height, peak to peak (mm)"}, "type": "log"} \
+    axis = AXIS | {"title": {"text": "height (mm)"}, "type": "log"} \
         | height_ticks(*signals.height_range(height_mm, used, seen if seen.any() else np.ones(len(seen), bool)))
     page.add("envelope", "Envelope and growth", note, heights + fit, {"yaxis": axis}, **own_axis)
 

@@ -184,7 +184,7 @@ def growth_stretch(summary):
 
 def prediction(summary):
     """What the loop's eigenvalues, or its Lyapunov exponent, say of the growth; none where it has neither."""
-    predicted = summary.get("predicted_growth_per_s")
+    predicted = summary["prediction"]["growth_per_s"]
     if predicted is None:
         return []
     return [("predicted growth", signed(four_digits(predicted)) + " /s", "of small motions, at the start")]

@@ -22,14 +22,6 @@ std::string_view bare_name(std::string_view path)
     return dot == std::string_view::npos ? path : path.substr(dot + 1);
 }
 
-/* A key that only lacks its unit counts as very near. */
-std::size_t distance(std::string_view wanted, std::string_view known)
-{
-    const bool lacks_unit =
-        known.size() > wanted.size() && known.substr(0, wanted.size()) == wanted && known[wanted.size()] == '_';
-    return lacks_unit ? 0 : edit_distance(wanted, known);
-}
-
 std::string range_text(const rig_key &key)
 {
     if (key.high == 1.0) {
@@ -132,6 +124,18 @@ std::size_t edit_distance(std::string_view a, std::string_view b)
     return row[b.size()];
 }
 
+std::size_t key_distance(std::string_view wanted, std::string_view known)
+{
+    std::size_t shortest = edit_distance(wanted, known);
+    std::size_t end = known.find('_', known.rfind('.') == std::string_view::npos ? 0 : known.rfind('.'));
+    while (end != std::string_view::npos) {
+        const std::string_view without_unit = known.substr(0, end);
+        shortest = std::min(shortest, without_unit == wanted ? 0 : edit_distance(wanted, without_unit) + 1);
+        end = known.find('_', end + 1);
+    }
+    return shortest;
+}
+
 const std::vector<rig_key> &rig_keys()
 {
     static const std::vector<rig_key> keys = make_keys();
@@ -152,7 +156,7 @@ std::string_view nearest_key(std::string_view path)
     /* The beginning of a key, cut off before its unit, is nearer than all else. */
     const auto to_wanted = [&](const rig_key &key) {
         const std::string_view known = has_section ? key.path : bare_name(key.path);
-        return known.substr(0, path.size()) == path ? 0 : distance(path, known);
+        return known.substr(0, path.size()) == path ? 0 : key_distance(path, known);
     };
     return std::min_element(keys.begin(), keys.end(),
                             [&](const rig_key &a, const rig_key &b) { return to_wanted(a) < to_wanted(b); })

@@ -55,6 +55,9 @@ std::string_view nearest_key(std::string_view path);
 /* Levenshtein distance. */
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
+/* Edit distance to a key, or to the key without its unit, which counts one; 0 where only the unit is missing. */
+std::size_t key_distance(std::string_view wanted, std::string_view known);
+
 /* The section most like `name`, which is `name` itself if there is one. */
 std::string_view nearest_section(std::string_view name);
 

@@ -94,11 +94,14 @@ static std::string keys_of_section(std::string_view section)
 std::string unknown_key_words(std::string_view path)
 {
     const std::string_view nearest = nearest_key(path);
-    const bool has_section = path.find('.') != std::string_view::npos;
-    const std::string_view known = has_section ? nearest : nearest.substr(nearest.rfind('.') + 1);
-    const bool is_beginning = known.substr(0, path.size()) == path;
-    const std::size_t far_off = known.size() / 2 + 1;
-    return is_beginning || edit_distance(path, known) < far_off
+    const std::size_t dot = path.rfind('.');
+    const bool has_section = dot != std::string_view::npos;
+    const bool is_same_section = has_section && nearest.substr(0, dot + 1) == path.substr(0, dot + 1);
+    const std::string_view known = has_section && !is_same_section ? nearest : nearest.substr(nearest.rfind('.') + 1);
+    const std::string_view wanted = is_same_section ? path.substr(dot + 1) : path;
+    const bool is_beginning = known.substr(0, wanted.size()) == wanted;
+    const std::size_t far_off = std::min(known.size(), wanted.size()) / 2 + 1;
+    return is_beginning || key_distance(wanted, known) < far_off
                ? "unknown key; the nearest known one is " + std::string(nearest)
                : "unknown key, and none is near; " + keys_of_section(path.substr(0, path.find('.'))) +
                      "`berth schema` lists all";

@@ -84,14 +84,14 @@ bool is_file(const std::string &value)
 /* What names something that the program knows and reads from files as well. */
 bool names_a_file_too(const std::string &name)
 {
-    static const std::set<std::string> names = {"RIG", "--rig", "NAME", "--robot", "ARM", "--arm"};
+    static const std::set<std::string> names = {"RIG", "--rig", "NAME", "--robot", "ARM", "--arm", "LOG", "A"};
     return names.count(name) > 0;
 }
 
 /* What names something that the program knows. */
 std::vector<std::string> known_words(const std::string &name)
 {
-    if (name == "RIG" || name == "--rig") {
+    if (name == "RIG" || name == "--rig" || name == "LOG" || name == "A") { /* of a log: the rig's newest run */
         return names_of_files(shipped_rigs());
     }
     if (name == "NAME" || name == "--robot") {

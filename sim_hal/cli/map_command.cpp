@@ -372,13 +372,15 @@ int map_command(const map_arguments &arguments)
     atomic_file beside(stem + ".json");
     beside.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     beside.finish();
+    json["csv"] = stem + ".csv";
+    json["picture"] = nullptr;
     if (arguments.picture) {
-        const int exit_code = run_script("map_picture.py", "map: draws " + stem + ".png", {stem + ".csv"});
+        const int exit_code = run_script("map_picture.py", "map: draws " + stem + ".png", {stem + ".csv", "--quiet"});
         if (exit_code != 0) {
             return exit_code;
         }
+        json["picture"] = stem + ".png";
     }
-    json["csv"] = stem + ".csv";
     json["compute_s"] = taken.count();
     json["compute_cpu_s"] = cpu_taken_s;
     json["threads"] = threads;
@@ -391,9 +393,8 @@ int map_command(const map_arguments &arguments)
     print_map_summary(request, sums, json);
     print_delay_budget(job.chosen.rig);
     std::printf("map       %s.csv\n", stem.c_str());
-    if (!arguments.picture) {
-        std::printf("picture   .venv/bin/python scripts/map_picture.py %s.csv\n", stem.c_str());
-    }
+    std::printf(arguments.picture ? "picture   %s.png\n" : "picture   .venv/bin/python scripts/map_picture.py %s.csv\n",
+                stem.c_str());
     return 0;
 }
 

@@ -23,7 +23,7 @@ th, td { border-bottom: 1px solid var(--line); padding: .3rem .6rem; text-align:
 th, #difference td:first-child { color: var(--quiet); font-weight: 600; }
 #runs td { white-space: nowrap; }
 #runs .number { font-variant-numeric: tabular-nums; text-align: right; }
-#difference td:nth-child(n+2) { overflow-wrap: anywhere; }
+#difference td:nth-child(n+2) { overflow-wrap: anywhere; min-width: 6em; }
 #difference th, #difference td { vertical-align: top; }
 .stable { color: light-dark(#00629B, #5FB4EA); font-weight: 600; }
 .unstable { color: light-dark(#B84A00, #F38B4A); font-weight: 600; }

@@ -223,7 +223,6 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         {"growth_per_s", nullptr},
         {"growth_ci95_per_s", nullptr},
         {"frequency_Hz", nullptr},
-        {"predicted_growth_per_s", nullptr},
         {"prediction_left_out", nullptr},
         {"why_not_predicted", nullptr},
         {"ticks", result.ticks},
@@ -269,7 +268,6 @@ nlohmann::json as_json(const run_result &result, const rig &rig)
         json["frequency_Hz"] = result.evidence.swing_Hz; /* of the cycle, limits included */
     }
     if (result.predicted.growth_per_s) {
-        json["predicted_growth_per_s"] = *result.predicted.growth_per_s;
         json["prediction_left_out"] = attitude_left_out(rig.firmware.arm);
     } else {
         json["why_not_predicted"] = result.predicted.why_not;

@@ -27,7 +27,7 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, dead_time_ms, duration_s):
     result = run_json("ess", tmp_path, *ARM, *settings, "--set", f"run.duration_s={duration_s}",
                       "--set", "manipulator.initial_position_m=0", "--set", "profile.kind=minimum_jerk",
                       "--set", "profile.amplitude_m=0.001", "--set", "profile.duration_s=1")
-    assert result["predicted_growth_per_s"] == pytest.approx(expected, rel=1e-9)
+    assert result["prediction"]["growth_per_s"] == pytest.approx(expected, rel=1e-9)
     assert growth_in(result, 2.5e-3) == pytest.approx(expected, rel=0.03)
 
 
@@ -77,7 +77,7 @@ def test_growth_is_measured_between_orders(tmp_path):
     told = one_json_object(command("summary", run["log"], "--json").stdout)
     assert 46.1 <= told["envelope"]["time_s"][0] < told["envelope"]["fit_from_s"]
     assert told["growth_per_s"] == run["growth_per_s"]
-    assert run["growth_per_s"] == pytest.approx(run["predicted_growth_per_s"], rel=0.15), "a moved arm's: 0.3 m off"
+    assert run["growth_per_s"] == pytest.approx(run["prediction"]["growth_per_s"], rel=0.15), "a moved arm's: 0.3 m off"
 
 
 def test_of_an_arm_nobody_knows_whether_the_loop_makes_energy(tmp_path):
@@ -92,7 +92,7 @@ def test_growth_is_that_of_the_gripped_object(tmp_path, duration_s, limits_act):
     late = run_json("ess", tmp_path, *(word for setting in (
         "manipulator.initial_position_m=0", "run.grip_close_s=60", f"run.duration_s={duration_s}", "object.mass_kg=198",
         "profile.kind=minimum_jerk", "profile.amplitude_m=0.05", "profile.duration_s=2") for word in ("--set", setting)))
-    assert late["predicted_growth_per_s"] > 1.0
+    assert late["prediction"]["growth_per_s"] > 1.0
     assert late["stable"] is False and late["growth_per_s"] is None
     assert any(late["limit_ticks"].values()) == limits_act
 
@@ -277,7 +277,7 @@ def test_gravity_leaves_no_rest_to_linearise_about(tmp_path):
     for words in (("eigen", "ess", *heavy), ("reduce", "ess", *heavy)):
         done = command(*words)
         assert done.returncode == EXIT_INPUT and b"base.gravity_m_per_s2" in done.stderr, done.stderr.decode()
-    assert run_json("ess", tmp_path, *heavy, "--set", "run.duration_s=2")["predicted_growth_per_s"] is None
+    assert run_json("ess", tmp_path, *heavy, "--set", "run.duration_s=2")["prediction"]["growth_per_s"] is None
 
 
 def with_thrusters(tmp_path):
@@ -305,7 +305,7 @@ def test_thrusters_are_left_out_and_it_is_said(tmp_path):
     run = command("run", "ess", *arm, "--no-log", "--set", "run.duration_s=2").stdout.decode()
     assert "thrusters have no linearisation and are left out" in run
     told = run_json("ess", tmp_path, *arm, "--set", "run.duration_s=2")
-    assert told["predicted_growth_per_s"] is not None and "thrusters" in told["prediction_left_out"][0]
+    assert told["prediction"]["growth_per_s"] is not None and "thrusters" in told["prediction_left_out"][0]
     assert run_json("ess", tmp_path, *ARM, "--set", "run.duration_s=2")["prediction_left_out"] == []
 
 

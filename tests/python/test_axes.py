@@ -182,7 +182,7 @@ def six_axes(folder):
 def test_six_axes_on_a_spatial_arm(tmp_path):
     result = run_json(six_axes(tmp_path), tmp_path, *LAYOUT, "--set", "object.mass_kg=0.5", "--set",
                       "object.stiffness_N_per_m=0")
-    assert result["state"] == "running" and result["predicted_growth_per_s"] < 0
+    assert result["state"] == "running" and result["prediction"]["growth_per_s"] < 0
     assert result["frames_rejected"] == 0 and result["frames_lost"] == 0
     side, arm = topic(result["log"], "side"), topic(result["log"], "arm")
     for i, name in enumerate(("y_{}_m", "z_{}_m", "rx_{}_rad", "ry_{}_rad", "rz_{}_rad")):
@@ -396,7 +396,7 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, stiffer, duration_s):
     alone = one_json_object(command("eigen", rig_file(tmp_path, name="alone"), "--json").stdout)["growth_per_s"]
     assert abs(expected - alone) > 0.01, "the axes are part of it"
     result = run_json(file, tmp_path, *LAYOUT)
-    assert result["predicted_growth_per_s"] == pytest.approx(expected, rel=1e-9)
+    assert result["prediction"]["growth_per_s"] == pytest.approx(expected, rel=1e-9)
     turned = topic(result["log"], "side")["rz_manipulator_rad"]
     late = np.diff(turned[2 * len(turned) // 3:])
     half = len(late) // 2

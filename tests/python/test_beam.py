@@ -162,7 +162,7 @@ def test_it_grows_as_its_eigenvalues_say(tmp_path, name):
     values = BEAMS[name] | {"run.duration_s": 30.0}
     result = run_json(RIG, tmp_path, *settings(values))
     expected = np.log(loop_of(values).largest()) * 400.0
-    assert result["predicted_growth_per_s"] == pytest.approx(expected, rel=1e-5)
+    assert result["prediction"]["growth_per_s"] == pytest.approx(expected, rel=1e-5)
     assert result["growth_per_s"] == pytest.approx(expected, rel=0.01)
 
 
@@ -329,5 +329,5 @@ def test_what_fell_at_first_and_then_grows_slowly_is_not_called_stable():
              "--set", "object.beam_damping_ratio=0.06")
     short = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=20").stdout)
     long = one_json_object(command("run", "ess-beam", *words, "--set", "run.duration_s=120").stdout)
-    assert short["growth_per_s"] is None and short["predicted_growth_per_s"] > 0
+    assert short["growth_per_s"] is None and short["prediction"]["growth_per_s"] > 0
     assert short["stable"] is not True and long["stable"] is False

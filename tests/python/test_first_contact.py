@@ -91,7 +91,7 @@ def test_what_blows_up_is_unstable_with_what_stopped_it_and_what_to_do(rig, tmp_
     file = rig(HELD + OBJECT)
     told = run_json(file, tmp_path, advised=True)
     assert told["verdict"] == "unstable" and told["stable"] is False
-    assert told["predicted_growth_per_s"] == pytest.approx(4.32, abs=0.01)
+    assert told["prediction"]["growth_per_s"] == pytest.approx(4.32, abs=0.01)
     assert told["doubling_time_s"] == pytest.approx(0.16, abs=0.005)
     assert told["stopped"]["cause"] == "position_limit"
     assert told["stopped"]["after_s"] == pytest.approx(1.19, abs=0.01)
@@ -190,7 +190,7 @@ def test_an_object_may_be_taken_on_purpose(rig, tmp_path):
     told = run_json(rig('base = "ess"\n' + HELD), tmp_path, advised=True)
     given = run_json(rig(HELD + "[object]\nmass_kg = 100\nstiffness_N_per_m = 2368.705056261446\n"
                          "damping_N_s_per_m = 19.46773764467334\n"), tmp_path)
-    assert told["predicted_growth_per_s"] == pytest.approx(given["predicted_growth_per_s"], rel=1e-9)
+    assert told["prediction"]["growth_per_s"] == pytest.approx(given["prediction"]["growth_per_s"], rel=1e-9)
 
 
 def test_a_robot_that_touches_nothing_swings_as_the_manipulator_alone(rig, tmp_path):
@@ -252,7 +252,7 @@ def test_the_same_words_on_terminal_json_page_and_picture(rig, tmp_path):
 def test_a_docking_rig_gets_an_answer_before_it_blows_up(rig, tmp_path):
     told = run_json(rig(DOCKING), tmp_path, advised=True)
     assert told["verdict"] in ("bouncing", "unstable") and told["stable"] is False
-    assert told["predicted_growth_per_s"] > 0
+    assert told["prediction"]["growth_per_s"] > 0
     assert told["stopped"]["cause"] == "position_limit"
 
 

@@ -349,7 +349,7 @@ def test_map_has_the_band_without_jitter_and_exponents_at_the_upper_end(write, t
 def test_run_predicts_for_a_preset_with_jitter(write, tmp_path):
     result = run_json("ess", tmp_path, "--no-log", "--robot", "abb-egm", "--jitter", write(histogram(COUNTS)))
     assert result["robot"]["preset"] == "abb-egm"
-    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=2e-3)
+    assert result["growth_per_s"] == pytest.approx(result["prediction"]["growth_per_s"], rel=2e-3)
 
 
 # --- the prediction of a run --------------------------------------------------------------------------------------
@@ -358,9 +358,9 @@ def test_run_predicts_for_a_preset_with_jitter(write, tmp_path):
 def test_run_predicts_with_the_exponent(values, tmp_path):
     result = run_json("ess", tmp_path, "--no-log", *settings(values))
     steady = eigen()["growth_per_s"]
-    print(f"{values}: measured {result['growth_per_s']:.6f}, predicted {result['predicted_growth_per_s']:.6f} /s")
-    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=2e-3)
-    assert abs(result["growth_per_s"] - steady) > abs(result["growth_per_s"] - result["predicted_growth_per_s"])
+    print(f"{values}: measured {result['growth_per_s']:.6f}, predicted {result['prediction']['growth_per_s']:.6f} /s")
+    assert result["growth_per_s"] == pytest.approx(result["prediction"]["growth_per_s"], rel=2e-3)
+    assert abs(result["growth_per_s"] - steady) > abs(result["growth_per_s"] - result["prediction"]["growth_per_s"])
 
 
 def test_a_histogram_without_the_least_the_mean_and_the_largest_tells_them(tmp_path):

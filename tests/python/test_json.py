@@ -58,7 +58,7 @@ def test_the_verdict_says_no_more_than_the_run_shows(changes, stable, tmp_path):
     result = run_json("ess", tmp_path, "--no-log", *settings(changes))
     assert result["stable"] is stable
     if stable is False:
-        assert result["predicted_growth_per_s"] > 0
+        assert result["prediction"]["growth_per_s"] > 0
 
 
 UNCLEAR = {"sensor.noise_N": 20, "run.duration_s": 15, "manipulator.damping_N_s_per_m": 5, "object.damping_N_s_per_m": 0,
@@ -75,7 +75,7 @@ def test_a_growth_that_its_interval_holds_zero_of_is_no_finding(seed, tmp_path):
     assert result["because"].endswith("; this run does not show whether it grows or decays")
     hidden = run_json("ess", tmp_path, "--no-log", *settings(values | {"object.backlash_m": 1e-9}))
     assert hidden["stable"] is True and hidden["because"].endswith("; this run alone does not tell")
-    assert hidden["predicted_growth_per_s"] is None and hidden["because"].startswith("a run without noise: ")
+    assert hidden["prediction"]["growth_per_s"] is None and hidden["because"].startswith("a run without noise: ")
     longer = run_json("ess", tmp_path, "--no-log", *settings(values | {"run.duration_s": 60, "sensor.noise_N": 1}))
     assert abs(longer["growth_per_s"]) > longer["growth_ci95_per_s"] and longer["stable"] is True
 

@@ -140,7 +140,9 @@ def test_a_folder_that_cannot_be_written(tmp_path):
 
 @pytest.mark.long
 def test_picture(tmp_path):
-    result, _ = map_json(tmp_path, "ess", "--vary", "elasticity", "--grid", "40x30")
+    result, _ = map_json(tmp_path, "ess", "--vary", "elasticity", "--grid", "40x30", "--picture")
+    assert result["picture"] == str(tmp_path / "ess-elasticity.png")
+    (tmp_path / "ess-elasticity.png").unlink()
     done = subprocess.run([sys.executable, "scripts/map_picture.py", result["csv"]], cwd=ROOT, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     from matplotlib.image import imread

@@ -54,7 +54,7 @@ def test_the_log_has_a_bit_for_every_joint_and_the_ticks_are_counted(told):
 
 def test_a_growth_beside_motors_at_their_limits_says_so(told):
     found, shown = told
-    assert found["growth_per_s"] > 0.03 > found["predicted_growth_per_s"]
+    assert found["growth_per_s"] > 0.03 > found["prediction"]["growth_per_s"]
     assert SMALL in line_of(shown, "unstable")
     assert "motors were at their torque limit in " in line_of(shown, "unstable")
 

@@ -14,7 +14,7 @@ AT_REST = {"manipulator.initial_position_m": 0, "run.duration_s": 20}
 def test_of_a_loop_at_rest_the_model_tells(tmp_path, arm):
     told = run_json("ess", tmp_path, *settings(AT_REST | arm))
     assert told["growth_per_s"] is None and told["peak_force_N"] == 0
-    if told["predicted_growth_per_s"] < 0:
+    if told["prediction"]["growth_per_s"] < 0:
         assert told["verdict"] == "stable" and told["because"].endswith("; nothing moved in this run")
     else:
         assert told["verdict"] == "unstable"

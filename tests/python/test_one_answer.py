@@ -308,7 +308,7 @@ def test_a_run_that_shows_another_mode_than_decides_says_which_to_believe(tmp_pa
     """A beam's second mode grows slowly, and the first one still decays; terminal, JSON, summary and page say so."""
     slow = settings({"sensor.low_pass_frequency_Hz": 200, "robot.dead_time_ms": 5, "run.duration_s": 12})
     told = run_json("ess-beam", tmp_path, *slow)
-    predicted, seen = told["predicted_growth_per_s"], told["growth_per_s"]
+    predicted, seen = told["prediction"]["growth_per_s"], told["growth_per_s"]
     assert predicted > 0 > seen and told["stable"] is False
     assert told["caveat"].startswith(f"predicted {predicted:+.3g} /s, this run measured {seen:+.3g} +- ")
     assert told["caveat"].endswith("believe the prediction")

@@ -259,7 +259,7 @@ def test_a_layout_changes_nothing_but_the_steps_of_the_force(layout, logs):
 def test_a_run_grows_as_the_model_says_at_each_rate(rate_Hz, logs):
     result, _ = logs("ess", {"sensor.rate_Hz": rate_Hz, "sensor_channel.layout": "three_frames_motorola",
                              "run.duration_s": 20})
-    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=5e-4)
+    assert result["growth_per_s"] == pytest.approx(result["prediction"]["growth_per_s"], rel=5e-4)
 
 
 def test_a_slow_sensor_is_an_older_force():

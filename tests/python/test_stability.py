@@ -113,9 +113,9 @@ def test_the_table_for_a_person_has_every_parameter_of_the_json():
 @pytest.mark.parametrize("rig", REFERENCE)
 def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
     result, _ = logs(rig)
-    print(f"{rig}: measured {result['growth_per_s']:.6f} /s, predicted {result['predicted_growth_per_s']:.6f} /s")
-    assert result["predicted_growth_per_s"] == pytest.approx(ask("eigen", rig)["growth_per_s"], rel=1e-9)
-    assert result["growth_per_s"] == pytest.approx(result["predicted_growth_per_s"], rel=0.01)
+    print(f"{rig}: measured {result['growth_per_s']:.6f} /s, predicted {result['prediction']['growth_per_s']:.6f} /s")
+    assert result["prediction"]["growth_per_s"] == pytest.approx(ask("eigen", rig)["growth_per_s"], rel=1e-9)
+    assert result["growth_per_s"] == pytest.approx(result["prediction"]["growth_per_s"], rel=0.01)
 
 
 @pytest.mark.parametrize("rig, values, why", [
@@ -126,7 +126,7 @@ def test_run_tells_the_predicted_growth_beside_the_measured_one(rig, logs):
 ])
 def test_no_prediction_where_the_rig_is_not_linear_or_its_dead_time_very_long(rig, values, why, tmp_path):
     told = run_json(rig, tmp_path, *settings({"run.duration_s": 2, **values}))
-    assert told["predicted_growth_per_s"] is None and why in told["why_not_predicted"]
+    assert told["prediction"]["growth_per_s"] is None and why in told["why_not_predicted"]
     shown = command("run", rig, "--no-log", *settings({"run.duration_s": 2, **values})).stdout.decode()
     assert f"  not predicted  {told['why_not_predicted']}\n" in shown
 
