@@ -2,7 +2,7 @@
 """Runs a command on a PREEMPT_RT Debian kernel with SocketCAN and simulated GPIO, in QEMU; ends with its exit code.
 
 usage: run.py [--arch arm64|amd64] [--icount] [--systemd] [--results DIRECTORY] [--timeout SECONDS] COMMAND...
-       run.py [--arch arm64|amd64] --shell
+       run.py [--arch arm64|amd64] [--icount] [--systemd] --shell
 
 In the guest the repository is read-only at /src, which is the working directory, and DIRECTORY is /results. There are
 two CAN buses with an emulated SJA1000 controller at each end, can0 to can2 and can1 to can3, and two virtual ones,
@@ -77,6 +77,8 @@ def initramfs_with(image, script, systemd, folder):
 
 
 def qemu_command(arch, image, initramfs, results, mark, icount):
+    """`icount`: "" for the PC's time. Else virtual time, which skips the guest's sleep ("off") or not ("on", for somebody
+    who types)."""
     program, console = MACHINES[arch]
 
     def share(tag, path, *options):
@@ -85,7 +87,7 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
 
     return [
         *program, "-accel", "tcg", "-smp", "1", "-m", "768", *CAN_CARDS,
-        *(["-icount", "shift=0,sleep=off"] if icount else []),
+        *(["-icount", "shift=0,sleep=" + icount] if icount else []),
         *share("source", ROOT, "readonly=on"), *share("results", results),
         "-display", "none", "-nodefaults", "-no-reboot", "-serial", "stdio", "-monitor", "none",
         "-kernel", str(image / "kernel"), "-initrd", str(initramfs),
@@ -102,7 +104,8 @@ def run(script, *, arch="arm64", icount=False, systemd=False, results, timeout_s
     mark = "guest-" + secrets.token_hex(6)
     with tempfile.TemporaryDirectory(prefix="berth-guest-") as folder:
         initramfs = initramfs_with(image, script, systemd, Path(folder))
-        command = qemu_command(arch, image, initramfs, results, mark, icount)
+        sleeps = "on" if output is None else "off"
+        command = qemu_command(arch, image, initramfs, results, mark, sleeps if icount else "")
         try:
             if output is None:
                 return subprocess.run(command, check=False).returncode
@@ -161,7 +164,7 @@ def main():
     script = words[0] if len(words) == 1 else shlex.join(words)
     try:
         if given.shell:
-            return run(SHELL, arch=given.arch, systemd=given.systemd, results=given.results, output=None)
+            return run(SHELL, arch=given.arch, icount=given.icount, systemd=given.systemd, results=given.results, output=None)
         return run(script + "\n", arch=given.arch, icount=given.icount, systemd=given.systemd,
                    results=given.results, timeout_s=given.timeout)
     except NoGuest as problem:
