@@ -44,23 +44,47 @@ const std::vector<std::complex<double>> &circle_of(int steps)
     return circle;
 }
 
-/* What comes out of `respond(value, rate of change by angle)` in the last of the periods. */
+/* Periods whose harmonics differ by less are the same: what is driven has settled, and goes on so. */
+constexpr double settled = 1e-10;
+
+bool is_same(const first_harmonic &a, const first_harmonic &b)
+{
+    return std::abs(a.gain - b.gain) <= settled * std::abs(a.gain) &&
+           std::abs(a.mean - b.mean) <= settled * std::abs(a.mean);
+}
+
+template <typename function>
+first_harmonic drive_period(const sine &in, int steps, const function &respond)
+{
+    std::complex<double> sum = 0.0;
+    double total = 0.0;
+    for (const std::complex<double> &at : circle_of(steps)) {
+        const double out = respond(in.mean + in.amplitude * at.real(), in.amplitude * at.imag());
+        sum += out * at;
+        total += out;
+    }
+    return {2.0 * sum / static_cast<double>(steps) / in.amplitude, total / steps};
+}
+
+/* What comes out of `respond(value, rate of change by angle)`: the mean of the last of the periods, or one period if
+ * it has settled before. */
 template <typename function>
 first_harmonic drive(const sine &in, int steps, int settling, int averaged, const function &respond)
 {
-    const std::vector<std::complex<double>> &circle = circle_of(steps);
-    std::complex<double> sum = 0.0;
-    double total = 0.0;
-    for (int i = 0; i < (settling + averaged) * steps; i++) {
-        const std::complex<double> at = circle[static_cast<std::size_t>(i % steps)];
-        const double out = respond(in.mean + in.amplitude * at.real(), in.amplitude * at.imag());
-        if (i >= settling * steps) {
-            sum += out * at;
-            total += out;
+    first_harmonic sum{0.0, 0.0};
+    first_harmonic before{0.0, 0.0};
+    for (int period = 0; period < settling + averaged; period++) {
+        const first_harmonic now = drive_period(in, steps, respond);
+        if (period > 0 && is_same(now, before)) {
+            return now;
+        }
+        before = now;
+        if (period >= settling) {
+            sum.gain += now.gain / static_cast<double>(averaged);
+            sum.mean += now.mean / averaged;
         }
     }
-    const double count = static_cast<double>(averaged) * steps;
-    return {2.0 * sum / count / in.amplitude, total / count};
+    return sum;
 }
 
 } // namespace
