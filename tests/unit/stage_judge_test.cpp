@@ -12,8 +12,6 @@
 namespace
 {
 
-using berth::stage_outcome;
-
 constexpr std::uint32_t in_order = CONDITION_FEEDBACK_FRESH | CONDITION_SENSOR_FRESH | CONDITION_OPERATOR_FRESH;
 
 /* Two seconds at 400 Hz in one state, one force sample a tick. */
@@ -81,7 +79,7 @@ TEST_CASE("stage judge: watch")
         berth::stage_run run = made_run(SUPERVISOR_START);
         one.spoil(run);
         const berth::stage_entry entry = berth::judge_watch(ess, run);
-        CHECK((entry.outcome == stage_outcome::passed) == std::string(one.because).empty());
+        CHECK((entry.outcome == berth::stage_outcome::passed) == std::string(one.because).empty());
         CHECK(entry.because.find(one.because) != std::string::npos);
     }
 }
@@ -90,7 +88,7 @@ TEST_CASE("stage judge: tare compares with the file, and proposes")
 {
     const berth::rig ess = berth::load_rig("ess", {"tare.force_x_N=4"});
     const berth::stage_entry entry = berth::judge_tare(ess, {{{0, 0, -9.8}, made_run(SUPERVISOR_START)}});
-    CHECK(entry.outcome == stage_outcome::passed);
+    CHECK(entry.outcome == berth::stage_outcome::passed);
     REQUIRE(entry.proposed.size() == 1);
     CHECK(entry.proposed[0].first == "tare.force_x_N");
     CHECK(entry.proposed[0].second == doctest::Approx(5.0));
@@ -113,7 +111,7 @@ TEST_CASE("stage judge: the diagnosis of the robot decides about the step")
     for (const auto &one : cases) {
         CAPTURE(static_cast<int>(one.verdict));
         const berth::stage_entry entry = berth::step_entry(robot_diagnosis(one.verdict), ess);
-        CHECK((entry.outcome == stage_outcome::passed) == one.passes);
+        CHECK((entry.outcome == berth::stage_outcome::passed) == one.passes);
         CHECK(entry.proposed.size() == one.proposed);
     }
     CHECK(berth::step_entry({}, ess).outcome == stage_outcome::failed);
@@ -126,7 +124,7 @@ TEST_CASE("stage judge: shadow wants the margin, and proposes the feedback at wh
     const berth::loop_promise damped{0.03, -0.3, "", {}};
     const berth::loop_promise growing{-0.01, 4.0, "", 0.6};
     const berth::loop_promise unknown{{}, {}, "it has no eigenvalues", {}};
-    CHECK(berth::judge_shadow(ess, run, damped, damped, 0.01).outcome == stage_outcome::passed);
+    CHECK(berth::judge_shadow(ess, run, damped, damped, 0.01).outcome == berth::stage_outcome::passed);
     CHECK(berth::judge_shadow(ess, run, damped, damped, 0.04).outcome == stage_outcome::failed);
     const berth::stage_entry entry = berth::judge_shadow(ess, run, growing, damped, 0.01);
     CHECK(entry.outcome == stage_outcome::failed);
@@ -162,5 +160,5 @@ TEST_CASE("stage judge: the ramp tells how far it came")
     run.motion.stop = {};
     CHECK(berth::judge_ramp(ramp, run, 0.01).outcome == stage_outcome::failed);
     CHECK(berth::judge_ramp(berth::load_rig("ess", {"feedback.ramp_s=2"}), run, 0.01).outcome ==
-          stage_outcome::passed);
+          berth::stage_outcome::passed);
 }
