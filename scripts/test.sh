@@ -123,7 +123,7 @@ on_kernels() {
 }
 # A guest under load computes for several minutes of the host's time a minute of its own.
 on_one_kernel() { BERTH_CLOSED_LOOP_s=20 on_kernels arm64 aarch64-linux-gnu; }
-on_both_kernels() { on_kernels "arm64 or amd64" aarch64-linux-gnu x86_64-linux-gnu; }
+on_both_kernels() { BERTH_POWER_CUTS=20 on_kernels "arm64 or amd64" aarch64-linux-gnu x86_64-linux-gnu; }
 
 # What sanitizers leave to the full tier, as it takes longest, and what counts what is instrumented there.
 long_with_sanitizers='*theory/chooser_*,*theory/claims_*,*theory/concept_*,*theory/describing_*,*theory/growth_test*,*theory/lyapunov_*,*theory/map_*,*theory/restitution_*,*theory/solver_*,*theory/stability_*'

@@ -24,7 +24,7 @@ guest=$guest_cache/$arch
 tools=(busybox-static dash libc6 libgcc-s1 libstdc++6 libgpiod2 gpiod can-utils rt-tests libnuma1 iproute2 libbpf1 libelf1
     libmnl0 libbsd0 libmd0 libcap2 libtirpc3 libgssapi-krb5-2 libkrb5-3 libk5crypto3 libcom-err2 libkrb5support0
     libkeyutils1 libxtables12 libselinux1 libpcre2-8-0 libdb5.3 zlib1g util-linux libcap-ng0 libsmartcols1)
-modules=(can-raw can-bcm can-gw vcan kvaser_pci softdog configfs virtio_pci 9pnet_virtio 9p)
+modules=(can-raw can-bcm can-gw vcan kvaser_pci softdog configfs virtio_pci virtio_blk ext4 9pnet_virtio 9p)
 
 say() { echo "guest $arch: $*" >&2; }
 

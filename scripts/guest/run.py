@@ -76,7 +76,7 @@ def initramfs_with(image, script, systemd, folder):
     return path
 
 
-def qemu_command(arch, image, initramfs, results, mark, icount):
+def qemu_command(arch, image, initramfs, results, mark, icount, disk):
     program, console = MACHINES[arch]
 
     def share(tag, path, *options):
@@ -86,6 +86,7 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
     return [
         *program, "-accel", "tcg", "-smp", "1", "-m", "768", *CAN_CARDS,
         *(["-icount", "shift=0,sleep=off"] if icount else []),
+        *(["-drive", f"file={disk},format=raw,if=none,id=disk", "-device", "virtio-blk-pci,drive=disk"] if disk else []),
         *share("source", ROOT, "readonly=on"), *share("results", results),
         "-display", "none", "-nodefaults", "-no-reboot", "-serial", "stdio", "-monitor", "none",
         "-kernel", str(image / "kernel"), "-initrd", str(initramfs),
@@ -93,16 +94,18 @@ def qemu_command(arch, image, initramfs, results, mark, icount):
     ]  # fmt: skip
 
 
-def run(script, *, arch="arm64", icount=False, systemd=False, results, timeout_s=300, output=sys.stdout):
+def run(script, *, arch="arm64", icount=False, systemd=False, results, timeout_s=300, output=sys.stdout,
+        disk=None):
     """Runs a shell script in the guest; its exit code. What it prints goes line by line to `output`; without one, the
-    guest has the terminal."""
+    guest has the terminal. What `output` raises ends the guest at once, as a power cut does. `disk`: a file that is the
+    guest's /dev/vda."""
     image = make_image(arch, systemd)
     results = Path(results).absolute()
     results.mkdir(parents=True, exist_ok=True)
     mark = "guest-" + secrets.token_hex(6)
     with tempfile.TemporaryDirectory(prefix="berth-guest-") as folder:
         initramfs = initramfs_with(image, script, systemd, Path(folder))
-        command = qemu_command(arch, image, initramfs, results, mark, icount)
+        command = qemu_command(arch, image, initramfs, results, mark, icount, disk)
         try:
             if output is None:
                 return subprocess.run(command, check=False).returncode
