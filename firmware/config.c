@@ -8,6 +8,7 @@
 #include "canopen.h"
 #include "reflexes.h"
 #include "sensor_layout.h"
+#include "types.h"
 
 struct app_config config_default(void)
 {
@@ -259,6 +260,7 @@ struct config_error config_validate(const struct app_config *config)
          {"manipulator.substeps", "must be from 1 to 1000"}},
         {command->interface < 0 || command->interface >= OPERATOR_INTERFACE_COUNT,
          {"operator.interface", "must be motion or force"}},
+        {command->bus < 0 || command->bus >= HAL_BUS_COUNT, {"operator.bus", "must be robot or sensor"}},
         {!positive(command->position_limit_m), {"operator.position_limit_m", must_be_positive}},
         {!positive(command->velocity_limit_m_per_s), {"operator.velocity_limit_m_per_s", must_be_positive}},
         {!positive(command->force_limit_N), {"operator.force_limit_N", must_be_positive}},

@@ -60,6 +60,7 @@ struct manipulator_config {
 /* [operator]: what an operator command may be, and how old */
 struct operator_config {
     int32_t interface; /* enum operator_interface */
+    int32_t bus;       /* enum hal_bus: commands and requests are taken from this one alone */
     double position_limit_m;
     double velocity_limit_m_per_s;
     double force_limit_N;

@@ -5,7 +5,8 @@
 #include "can/berth_can.h"
 #include "canopen.h"
 
-/* A message of the robot's bus; the sensor's come from its layout. */
+/* A message of the robot's bus; the sensor's come from its layout, and the operator's from the bus that is
+ * configured. */
 struct message_row {
     uint8_t profiles;         /* of the robot channel that have this message, one bit each; and ARM */
     struct reception_row row; /* of a drive: its number is added to the identifier */
@@ -58,6 +59,11 @@ static struct reception_row sensor_row(const struct app_config *config, int part
                                   .per_tick = (uint32_t)((config_period_ns(config) + sample_ns - 1) / sample_ns)};
 }
 
+static int is_of_operator(int message)
+{
+    return message >= RECEIVED_OPERATOR_MOTION && message <= RECEIVED_OPERATOR_LINE;
+}
+
 static struct reception_row row_for(const struct app_config *config, int message)
 {
     if (message >= RECEIVED_FORCE) {
@@ -71,6 +77,9 @@ static struct reception_row row_for(const struct app_config *config, int message
     if (is_absent || !(entry->profiles & (1u << config->robot_channel.profile)) ||
         (needs_arm && config->arm.kind == ARM_NONE)) {
         row.bus = HAL_BUS_COUNT;
+    }
+    if (is_of_operator(message) && row.bus != HAL_BUS_COUNT) {
+        row.bus = (uint8_t)config->operator_command.bus;
     }
     if (entry->profiles == CIA402) {
         row.id += (uint32_t)config->cia402.node_id;

@@ -143,6 +143,9 @@ static std::vector<rig_key> make_own_keys()
 
         KEY("operator.interface", firmware.operator_command.interface, r::any,
             "the operator commands a motion (x_op, v_op) or a force on the manipulator", {"motion", "force"}),
+        KEY("operator.bus", firmware.operator_command.bus, r::any,
+            "bus from which the operator's commands and requests are taken; those on the other one are not heard",
+            {"robot", "sensor"}),
         up_to(2.1, KEY("operator.position_limit_m", firmware.operator_command.position_limit_m, r::positive,
                        "largest commanded position; larger commands are rejected")),
         up_to(8.3, KEY("operator.velocity_limit_m_per_s", firmware.operator_command.velocity_limit_m_per_s,

@@ -9,7 +9,8 @@ namespace berth
 
 operator_station::operator_station(const rig &rig)
     : profile_(rig), orders_(rig.orders), interface_(rig.firmware.operator_command.interface),
-      release_s_(rig.run.release_s), period_ns_(config_period_ns(&rig.firmware))
+      bus_(static_cast<std::uint8_t>(rig.firmware.operator_command.bus)), release_s_(rig.run.release_s),
+      period_ns_(config_period_ns(&rig.firmware))
 {
 }
 
@@ -25,8 +26,7 @@ hal_frame operator_station::motion_frame(const profile_point &point, std::uint8_
         codec_round(velocity_m_per_s, berth_can_operator_motion_velocity_m_per_s_decode(1)));
     raw.request = request;
     raw.counter = counter_;
-    hal_frame frame{0, BERTH_CAN_OPERATOR_MOTION_FRAME_ID, HAL_BUS_ROBOT, BERTH_CAN_OPERATOR_MOTION_LENGTH, 0, 0,
-                    {}};
+    hal_frame frame{0, BERTH_CAN_OPERATOR_MOTION_FRAME_ID, bus_, BERTH_CAN_OPERATOR_MOTION_LENGTH, 0, 0, {}};
     berth_can_operator_motion_pack(frame.data, &raw, sizeof frame.data);
     return frame;
 }
@@ -40,14 +40,14 @@ hal_frame operator_station::force_frame(const profile_point &point, std::uint8_t
         berth_can_operator_force_force_n_encode(codec_round(force_N, berth_can_operator_force_force_n_decode(1)));
     raw.request = request;
     raw.counter = counter_;
-    hal_frame frame{0, BERTH_CAN_OPERATOR_FORCE_FRAME_ID, HAL_BUS_ROBOT, BERTH_CAN_OPERATOR_FORCE_LENGTH, 0, 0, {}};
+    hal_frame frame{0, BERTH_CAN_OPERATOR_FORCE_FRAME_ID, bus_, BERTH_CAN_OPERATOR_FORCE_LENGTH, 0, 0, {}};
     berth_can_operator_force_pack(frame.data, &raw, sizeof frame.data);
     return frame;
 }
 
 hal_frame operator_station::order_frame(const arm_order &order)
 {
-    hal_frame frame{0, 0, HAL_BUS_ROBOT, 8, 0, 0, {}};
+    hal_frame frame{0, 0, bus_, 8, 0, 0, {}};
     if (order.kind == ARM_ORDER_LINE) {
         berth_can_operator_line_t raw{};
         const double step_m = berth_can_operator_line_x_m_decode(1);

@@ -17,6 +17,8 @@ class operator_station
 
     std::int64_t next_frame_ns() const { return next_frame_ns_; }
 
+    std::uint8_t bus() const { return bus_; } /* enum hal_bus */
+
     /* Puts the frame that is due on the bus. */
     void send(can_bus &bus);
 
@@ -42,6 +44,7 @@ class operator_station
     std::uint8_t joint_counter_ = 0;
     std::uint8_t line_counter_ = 0;
     std::int32_t interface_;
+    std::uint8_t bus_;
     double release_s_;
     std::int64_t period_ns_;
     std::int64_t next_frame_ns_ = 0;

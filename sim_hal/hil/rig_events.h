@@ -49,7 +49,7 @@ class rig_events
             } else if (next_report_ns_ == next_ns) {
                 report_robot_position(hardware.robot_position_m(robot_, now_ns_));
             } else if (operator_station_.next_frame_ns() == next_ns) {
-                operator_station_.send(buses_[HAL_BUS_ROBOT]);
+                operator_station_.send(buses_[operator_station_.bus()]);
             } else if (drive_event_ns() == next_ns) {
                 drive_->handle_event();
             } else { /* the robot stops, unless the loop is about to send where to go on */

@@ -13,6 +13,8 @@ VARIANTS = {
     "inverse filter": {"robot.transfer_frequency_Hz": 12, "inverse_filter.enabled": "true", "sensor.noise_N": 1},
     "force interface with chirp": {"operator.interface": "force", "profile.kind": "chirp", "profile.amplitude_N": 20,
                                    "profile.duration_s": 30},
+    "operator on the sensor's bus": {"operator.bus": "sensor", "profile.kind": "chirp", "profile.amplitude_m": 0.01,
+                                     "profile.duration_s": 30},
     "multisine": {"profile.kind": "multisine", "profile.amplitude_m": 0.01, "profile.duration_s": 10},
     "emergency stop": {"run.emergency_stop_s": 5.0},
     "enable taken away": {"run.enable_off_s": 5.0},

@@ -110,6 +110,8 @@ const std::vector<config_case> relation_cases = {
     {"manipulator.substeps", "too many", [](app_config &c) { c.manipulator.substeps = 1001; }},
     {"operator.interface", "below", [](app_config &c) { c.operator_command.interface = -1; }},
     {"operator.interface", "above", [](app_config &c) { c.operator_command.interface = OPERATOR_INTERFACE_COUNT; }},
+    {"operator.bus", "below", [](app_config &c) { c.operator_command.bus = -1; }},
+    {"operator.bus", "above", [](app_config &c) { c.operator_command.bus = HAL_BUS_COUNT; }},
     {"limits.position_min_m", "equal to the maximum", [](app_config &c) { c.limits.position_min_m = 1.0; }},
     {"limits.position_min_m", "above the maximum", [](app_config &c) { c.limits.position_min_m = 1.1; }},
     {"manipulator.initial_position_m", "below the range",

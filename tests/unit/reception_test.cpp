@@ -66,6 +66,17 @@ reception started_with_arm()
     return reception;
 }
 
+/* Whose operator sits on the sensor's bus. */
+reception started_with_station_on_sensor_bus()
+{
+    app_config config = config_default();
+    config.arm.kind = ARM_PLANAR;
+    config.operator_command.bus = HAL_BUS_SENSOR;
+    reception reception;
+    reception_start(&reception, &config);
+    return reception;
+}
+
 reception started_with_axes()
 {
     app_config config = config_default();
@@ -109,6 +120,18 @@ const std::vector<table_row> arm_rows = {
     {RECEIVED_FORCE, bench::force_frame(0.0, 1)},
 };
 
+std::vector<table_row> with_station_on_sensor_bus(std::vector<table_row> rows)
+{
+    for (table_row &row : rows) {
+        if (row.message >= RECEIVED_OPERATOR_MOTION && row.message <= RECEIVED_OPERATOR_LINE) {
+            row.frame.bus = HAL_BUS_SENSOR;
+        }
+    }
+    return rows;
+}
+
+const std::vector<table_row> station_rows = with_station_on_sensor_bus(arm_rows);
+
 hal_frame side_frame(std::uint32_t id)
 {
     hal_frame frame = bench::feedback_frame(0.0, 1);
@@ -137,6 +160,7 @@ struct table {
 const table tables[] = {{dbc_rows, [] { return started(); }},
                         {drive_rows, started_with_drive},
                         {arm_rows, started_with_arm},
+                        {station_rows, started_with_station_on_sensor_bus},
                         {pose_rows, started_with_axes}};
 
 TEST_CASE("reception: every row takes its frame, on its bus and nowhere else")
