@@ -58,12 +58,16 @@ def described(section, names):
 
 # --- rig keys --------------------------------------------------------------------------------------------------------
 
+LARGEST = 1e300  # a bound beyond it says no more than that the number is finite
+
+
 def schema_range(key):
     """The values that a key may have, in words."""
     if "enum" in key:
         return ", ".join(f"`{value}`" for value in key["enum"])
     names = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "maxLength": "characters: at most"}
-    words = [f"{word} {key[bound]:g}" for bound, word in names.items() if key.get(bound) is not None]
+    words = [f"{word} {key[bound]:g}" for bound, word in names.items()
+             if abs(key.get(bound) or 0) < LARGEST and key.get(bound) is not None]
     return " ".join(words + ["or inf"] * bool(key.get("inf")))
 
 

@@ -61,6 +61,10 @@ rig impact_of(const rig &original)
     made.firmware.operator_command.interface = OPERATOR_INTERFACE_MOTION;
     made.firmware.limits = {-5.0, 5.0, 100.0, 1e7}; /* what a frame can hold, and no less */
     made.firmware.sensor_channel.force_limit_N = 1e9;
+    if (!made.firmware.wrench
+             .enabled) { /* a sample arrives at the same time in any layout, and here has the widest range */
+        made.firmware.sensor_channel.layout = SENSOR_ONE_FRAME;
+    }
     made.profile = {};
     made.profile.offset_m = surface_m;
     made.sensor.noise_N = made.sensor.bias_N = made.sensor.loss_probability = made.sensor.stale_probability = 0.0;
@@ -154,7 +158,9 @@ std::optional<played_bounce> play_bounce(const rig &original)
             break;
         }
     }
-    return found;
+    const bool was_stopped =
+        left < 0 && app->supervisor.stop_cause != STOP_NONE; /* so that it is not known to stay */
+    return was_stopped ? std::nullopt : found;
 }
 
 bool comes_to_surface(const rig &original)

@@ -23,8 +23,8 @@ struct played_bounce {
 };
 
 /* Of a rig with object.kind = "contact" and a manipulator of one degree of freedom; nothing where the tool never
- * reaches the surface, or takes longer than 20000 ticks, and than 10 s, to it or in the material. Throws
- * input_error. */
+ * reaches the surface, is stopped in the material, or takes longer than 20000 ticks, and than 10 s, to it or in it.
+ * Throws input_error. */
 std::optional<played_bounce> play_bounce(const rig &rig);
 
 /* Whether the rig's own run brings the tool to the surface: without noise, but for an arm. Throws input_error. */

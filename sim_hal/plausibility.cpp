@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "../firmware/pi.h"
+#include "../firmware/sensor_layout.h"
 #include "../hal/rig/rig_file.h"
 #include "delay_budget.h"
 #include "effects/effect.h"
@@ -72,6 +73,7 @@ class value_checks
     {
         check_frequencies();
         check_sensor();
+        check_range();
         check_gain();
         check_dead_time();
         check_delay();
@@ -243,6 +245,18 @@ class value_checks
                 in_short(rig_.object.mass_kg) + " kg is " + in_short(ratio) + " times the manipulator's",
                 "beyond " + in_short(mass_ratio_largest) + " times, the simulated manipulator hardly counts",
                 "check both units (g?)");
+        }
+    }
+
+    void check_range()
+    {
+        const sensor_channel_config &channel = rig_.firmware.sensor_channel;
+        const double range_N = sensor_layouts[channel.layout].force_max_N;
+        if (channel.force_limit_N > range_N) {
+            add("sensor_channel.force_limit_N", in_short(channel.force_limit_N) + " N",
+                "the frames of sensor_channel.layout hold " + in_short(range_N) +
+                    " N: a larger force saturates them before the limit acts",
+                "choose a lower limit, or a layout with a wider range");
         }
     }
 

@@ -172,7 +172,7 @@ void refuse_unstated(const rig &rig, const std::string &origin)
     for (const auto &one : decisive) {
         if (one.is_missing) {
             throw input_error(origin, one.key,
-                              std::string(one.what) + ", and the answer hangs on it: " + one.remedy +
+                              std::string(one.what) + ", and without it berth has no answer: " + one.remedy +
                                   "; base = \"ess\" takes all that is left out from the reference case on purpose");
         }
     }

@@ -73,6 +73,7 @@ const std::vector<named_part> sensor_parts = {
     {"one-axis",
      "one frame per sample, a stiff sensor and a low-pass of 20 Hz, as in the rig ess",
      {{"sensor_channel.layout", "one_frame"},
+      {"sensor_channel.force_limit_N", "20000.0"},
       {"sensor.stiffness_N_per_m", "2e7"},
       {"sensor.low_pass_order", "2"},
       {"sensor.low_pass_frequency_Hz", "20.0"},
@@ -81,6 +82,7 @@ const std::vector<named_part> sensor_parts = {
      "forces and torques in two frames; the loop moves along x",
      {{"sensor_channel.layout", "two_frames_intel"},
       {"sensor_channel.axis", "x"},
+      {"sensor_channel.force_limit_N", "300.0"},
       {"sensor.stiffness_N_per_m", "2e7"},
       {"sensor.low_pass_order", "2"},
       {"sensor.low_pass_frequency_Hz", "20.0"},
@@ -88,6 +90,7 @@ const std::vector<named_part> sensor_parts = {
     {"unfiltered",
      "one frame per sample without a low-pass, and noise of 0.5 N",
      {{"sensor_channel.layout", "one_frame"},
+      {"sensor_channel.force_limit_N", "20000.0"},
       {"sensor.stiffness_N_per_m", "2e7"},
       {"sensor.low_pass_order", "0"},
       {"sensor.noise_N", "0.5"}}},
@@ -100,7 +103,6 @@ const std::vector<setting> common_settings = {
     {"manipulator.mass_kg", "200.0"},
     {"manipulator.stiffness_N_per_m", "7900.0"},
     {"manipulator.damping_N_s_per_m", "125.0"},
-    {"sensor_channel.force_limit_N", "20000.0"},
     {"limits.position_min_m", "-1.0"},
     {"limits.position_max_m", "1.0"},
     {"limits.velocity_m_per_s", "2.0"},
@@ -267,7 +269,7 @@ std::string rig_template(const template_choice &choice)
             "# Before a robot is switched on: [limits] and sensor_channel.force_limit_N are wide here. Set them to "
             "what "
             "your\n"
-            "# robot, its payload and your sensor stand.\n"
+            "# robot, its payload and your sensor withstand.\n"
             "# The schema in the first line tells editors (taplo, Even Better TOML) every key, its unit and its "
             "range.\n"
             "name = "

@@ -138,9 +138,12 @@ void tell_delay_of_rows(diagnosis &result)
         std::string_view effect;
         const char *key;
         const char *signal;
+        const char *rule;
     };
-    constexpr delay delays[] = {{"sensor.delay", "sensor.delay_ms", "force_N"},
-                                {"robot.dead_time", "robot.dead_time_ms", "robot_position_m"}};
+    constexpr delay delays[] = {
+        {"sensor.delay", "sensor.delay_ms", "force_N", "a row has the newest force that had arrived at its time"},
+        {"robot.dead_time", "robot.dead_time_ms", "robot_position_m",
+         "a row has where the robot was at its time, not what had arrived"}};
     const double row_ms = 1e3 * result.data.period_s;
     for (const block_diagnosis &block : result.blocks) {
         for (const delay &one : delays) {
@@ -154,10 +157,9 @@ void tell_delay_of_rows(diagnosis &result)
             const double whole = std::round(rows);
             const double uncertain = std::max(alike, told.ci95 / row_ms);
             if (whole != 0.0 && uncertain < coarse && std::abs(rows - whole) < uncertain) {
-                result.notes.push_back(
-                    std::string(one.key) +
-                    formatted(" is wrong by a whole number of rows, %.0f: the same is seen where ", whole) +
-                    one.signal + " stands in other rows; a row has what had arrived when its command was computed");
+                result.notes.push_back(std::string(one.key) +
+                                       formatted(" is wrong by a whole number of rows, %.0f. A column ", whole) +
+                                       one.signal + " that is written late looks the same: " + one.rule);
             }
         }
     }
