@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "../decide/printable.h"
 #include "../samples/events.h"
 #include "search.h"
 
@@ -29,9 +30,11 @@ struct cause {
     double delta_bic = 0.0;
     double share_explained = 0.0;
     bool is_shown_by_force = false; /* told in the robot, where it happens; the share is of the force's error */
-    double held_out_gain = 0.0;     /* share by which the held-out sum of squares falls */
+    double held_out_gain = 0.0;     /* share by which the squared error falls on data that no fit has seen */
     double held_out_gain_low = 0.0;
     double held_out_gain_high = 0.0;
+    double probability = 0.0;     /* how sure the evidence is, within the library */
+    cause_evidence evidence = {}; /* what it is printed for */
 };
 
 struct alternative {
