@@ -118,6 +118,12 @@ struct diagnosis_input {
     const rig *without_switching_fault = nullptr; /* the rig as given, where that fault is one of thresholds */
 };
 
+/* Of the record that is fitted: what weighs or sizes causes sees no more of it than a fit does. */
+inline held_out_parts unseen_parts(const diagnosis_input &input)
+{
+    return input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none;
+}
+
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
                                events_of_records &events, std::vector<event_finding> found_events);
 
