@@ -97,3 +97,15 @@ TEST_CASE("printable: the probability is the smaller one of draws and BIC, and n
     CHECK(berth::probability_of(loses, 1e6) == 0.0);
     CHECK(berth::probability_of({}, 1e6) == 0.0);
 }
+
+TEST_CASE("printable: a rival has a size and predicts better, however little sure")
+{
+    const auto why = [](const berth::cause_evidence &rival) {
+        const char *const said = berth::why_no_rival(rival);
+        return std::string(said == nullptr ? "" : said);
+    };
+    CHECK(why({0.5, false, {1.0, 2.0}, {2.0, 1.5}}).empty());
+    CHECK(why({0.5, true, {1.0, 1.0}, {2.0, 2.0}}) == "may have no size at all");
+    CHECK(why({0.5, false, {2.0, 1.0}, {1.0, 1.5}}) == "does not predict unseen data better");
+    CHECK(why({0.5, false, {}, {}}) == "does not predict unseen data better");
+}

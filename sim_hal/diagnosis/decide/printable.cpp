@@ -88,4 +88,12 @@ const char *why_not_printable(const cause_evidence &cause)
     return nullptr;
 }
 
+const char *why_no_rival(const cause_evidence &rival)
+{
+    if (rival.may_be_none) {
+        return "may have no size at all";
+    }
+    return gain_of(rival).value > 0.0 ? nullptr : "does not predict unseen data better";
+}
+
 } // namespace berth

@@ -20,6 +20,10 @@ struct cause_evidence {
 /* nullptr: it is. Else why not, to stand behind the name of the effect. */
 const char *why_not_printable(const cause_evidence &cause);
 
+/* The same of a rival, which the record cannot tell from a cause: it has a size, and with it unseen data are
+ * predicted better, however little sure. */
+const char *why_no_rival(const cause_evidence &rival);
+
 /* Share by which the squared error falls, with its 95 % interval. */
 struct unseen_gain {
     double value;

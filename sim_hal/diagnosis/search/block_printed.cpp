@@ -171,7 +171,8 @@ void block_search::name_rivals_of_a_short_delay(block_diagnosis &result)
                 input_.options.replays_max);
         if (unseen_mean_square(instead.rig) - best < left) {
             result.alternatives.push_back(
-                {&other, bic_of(instead.cost, incumbent_.rows, instead.parameters.size()) - bic_better_by(0.0)});
+                {&other, bic_of(instead.cost, incumbent_.rows, instead.parameters.size()) - bic_better_by(0.0),
+                 nullptr, instead});
         }
     }
 }

@@ -18,7 +18,8 @@ struct written_records {
 };
 
 /* What is said of each cause that was fitted is what `extended` gains with it, against the same without it. A cause
- * with which it gains nothing is withdrawn, and the others are judged again without it. */
+ * with which it gains nothing is withdrawn, and the others are judged again without it. Rivals have
+ * to have a size and to gain, however little sure. */
 void judge_written_model(std::vector<block_diagnosis> &blocks, rig &extended, const written_records &records);
 
 } // namespace berth
