@@ -6,7 +6,9 @@
 #include "../../../hal/rig/rig_file.h"
 #include "../formatted.h"
 #include "../replay/robot_start.h"
+#include "record_columns.h"
 #include "record_gaps.h"
+#include "row_times.h"
 
 namespace berth
 {
@@ -14,7 +16,8 @@ namespace berth
 namespace
 {
 
-constexpr double longest_step = 1.5; /* in median steps: what is longer is no step to the next row */
+constexpr double jitter_least = 0.01; /* of a period: less is not worth a word */
+constexpr double longest_step = 1.5;  /* in median steps: what is longer is no step to the next row */
 
 std::string place_of(const record &made, const row_marks &marks, std::size_t row)
 {
@@ -134,6 +137,7 @@ struct row_findings {
     std::size_t late = 0;
     double latest_s = 0.0;
     double jitter_s = 0.0;
+    std::size_t at_stamps = 0; /* rows that were brought to an even grid */
 };
 
 std::string counted(std::size_t count, const std::string &one)
@@ -151,15 +155,65 @@ void add_notes(record &made, const row_findings &found)
                              ", a few in each: the commands in between are interpolated, and nothing is "
                              "compared there");
     }
+    if (found.at_stamps > 0) {
+        made.notes.push_back(
+            formatted("time stamps jitter by up to %.3g ms, and the position is smooth over them: rows "
+                      "were taken at their stamps, and are brought to even times",
+                      1e3 * std::max(found.jitter_s, found.latest_s)));
+        return;
+    }
     if (found.late > 0) {
         made.notes.push_back(
             counted(found.late, "time stamp") +
             formatted(" late, by up to %.3g ms: these rows count where they were due", 1e3 * found.latest_s));
     }
-    if (found.jitter_s > 0.01 * made.period_s) {
+    if (found.jitter_s > jitter_least * made.period_s) {
         made.notes.push_back(
             formatted("time stamps jitter by up to %.3g ms; rows count as evenly spaced", 1e3 * found.jitter_s));
     }
+}
+
+std::vector<double> part_of(const std::vector<double> &values, stamped_part rows)
+{
+    return {values.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+            values.begin() + static_cast<std::ptrdiff_t>(rows.end)};
+}
+
+/* When the rows of a segment were due: as many are early as late. */
+std::vector<double> due_times_s(const record &made, stamped_part rows, const std::vector<std::int64_t> &places)
+{
+    std::vector<double> phases_s;
+    for (std::size_t n = rows.begin; n < rows.end; n++) {
+        phases_s.push_back(made.time_s[n] - made.period_s * static_cast<double>(places[n - rows.begin]));
+    }
+    const double phase_s = quantile(phases_s, 0.5);
+    std::vector<double> due_s(places.size());
+    std::transform(places.begin(), places.end(), due_s.begin(),
+                   [&](std::int64_t place) { return phase_s + made.period_s * static_cast<double>(place); });
+    return due_s;
+}
+
+/* Of a testing machine, whose rows no loop has made: a tick has its own time. Rows that were brought to even times.
+ */
+std::size_t bring_to_even_times(record &made, stamped_part rows, const std::vector<std::int64_t> &places)
+{
+    if (!made.command_position_m.empty() || made.has_operator() || made.robot_position_m.empty()) {
+        return 0;
+    }
+    const std::vector<double> stamp_s = part_of(made.time_s, rows);
+    const std::vector<double> due_s = due_times_s(made, rows, places);
+    if (!are_taken_at_stamps(stamp_s, due_s, part_of(made.robot_position_m, rows))) {
+        return 0;
+    }
+    for (const signal_member &signal : signal_members) {
+        std::vector<double> &values = made.*signal.member;
+        if (values.size() == made.size()) {
+            const std::vector<double> even =
+                signal.name == "t_s" ? due_s : at_due_times(stamp_s, due_s, part_of(values, rows));
+            std::copy(even.begin(), even.end(), values.begin() + static_cast<std::ptrdiff_t>(rows.begin));
+        }
+    }
+    return rows.end - rows.begin;
 }
 
 } // namespace
@@ -214,8 +268,11 @@ void find_segments(record &made, const std::vector<stamped_part> &parts)
     }
     for (const record_segment &segment : made.segments) {
         const stamped_part rows{segment.begin, segment.end};
-        const lateness stamps =
-            lateness_of(made.time_s, rows, places_on_grid(made.time_s, rows, made.period_s), made.period_s);
+        const std::vector<std::int64_t> places = places_on_grid(made.time_s, rows, made.period_s);
+        const lateness stamps = lateness_of(made.time_s, rows, places, made.period_s);
+        if (stamps.jitter_s > jitter_least * made.period_s || stamps.late > 0) {
+            found.at_stamps += bring_to_even_times(made, rows, places);
+        }
         found.late += stamps.late;
         found.latest_s = std::max(found.latest_s, stamps.largest_s);
         found.jitter_s = std::max(found.jitter_s, stamps.jitter_s);

@@ -212,3 +212,38 @@ def blind(folder, values, rig=None):
     tick = topic(log)
     save(folder / "record.csv", None, t_s=1e-6 * tick["timestamp"], command_position_m=tick["command_position_m"],
          force_N=tick["force_N"])
+
+
+# --- a testing machine --------------------------------------------------------------------------------------------
+MACHINE = """\
+name = "machine"
+[loop]
+rate_Hz = 200
+[object]
+mass_kg = 2.0
+stiffness_N_per_m = { value = 3000.0, tolerance = 0.1 }
+damping_N_s_per_m = { value = 20.0, tolerance = 0.3 }
+[sensor]
+low_pass_order = 0
+delay_ms = 0.0
+[bus]
+ideal = true
+"""
+
+
+@recipe()
+def machine(folder, taken_at_stamps, rows=6000, noise_N=0.05, seed=4):
+    """Motion and force of mass, spring and damper in closed form, with stamps up to 0.3 of a row early or late; the rows
+    were taken at them, or evenly."""
+    rng = np.random.default_rng(seed)
+    due_s = np.arange(rows) / 200.0
+    stamp_s = due_s + rng.uniform(-0.3, 0.3, rows) / 200.0
+    at_s = stamp_s if taken_at_stamps else due_s
+    w = 2.0 * np.pi * np.array([0.3, 0.7, 1.1, 1.9, 2.7])
+    angle = np.outer(at_s, w) + rng.uniform(0.0, 2.0 * np.pi, len(w))
+    size_m = 1e-3 * np.array([4.0, 2.0, 1.5, 0.6, 0.3])
+    position_m, velocity = np.sin(angle) @ size_m, np.cos(angle) @ (size_m * w)
+    force_N = -2.0 * (np.sin(angle) @ (size_m * w * w)) + 3000.0 * position_m + 20.0 * velocity
+    (folder / "rig.toml").write_text(MACHINE)
+    save(folder / "record.csv", t_s=stamp_s, robot_position_m=position_m,
+         force_N=force_N + noise_N * rng.standard_normal(rows))

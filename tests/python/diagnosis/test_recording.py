@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from checks import (at, block, causes, check, doubt, near, no_cause, no_note, not_verdict, note, nothing, size, verdict)
 from make_run import (FAULTLESS, FAULTLESS_RUN, NOISE_m, NOISE_N, at_a_rate_that_changes, coarse_command, echoed, faultless,
-                      in_parts, jittered_and_gapped, low_passed, missing_rows, moved_with_its_force, rippled,
+                      in_parts, jittered_and_gapped, low_passed, machine, missing_rows, moved_with_its_force, rippled,
                       stamped_in_ms, stamped_late, stamped_late_now_and_then, still, two_rows_late, unevenly_stamped, with_an_operator, with_another,
                       with_reports)
 from recipes import hidden, logged_late, run_with
@@ -54,6 +54,11 @@ ROWS = [
                                                                          late_ms=late_ms),
           nothing(), note("late, by up to"), no_note("rows are missing"), no_note("gap in"))
       for one_in, late_ms in ((100, 2.4), (20, 2.0), (300, 9.0))],
+    # A motion is smooth over the times at which it was measured.
+    Row("rows of a machine taken at uneven times", machine(taken_at_stamps=True), nothing(),
+        note("taken at their stamps")),
+    Row("rows of a machine taken evenly and stamped unevenly", machine(taken_at_stamps=False), nothing(),
+        note("rows count as evenly spaced")),
     Row("single rows missing", faultless(missing_rows, seed=20261122, count=25), verdict("nothing_detectable"),
         note("rows are missing in")),
     # --- brakes that are on, a sensor that is dead or stuck
