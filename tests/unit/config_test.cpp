@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/config.h"
+#include "hal/hal.h"
 #include "not_finite.h"
 
 namespace

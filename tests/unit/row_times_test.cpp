@@ -10,8 +10,8 @@
 namespace
 {
 
-constexpr double period_s = 0.005;
-constexpr std::size_t rows = 2000;
+constexpr double row_period_s = 0.005;
+constexpr std::size_t row_count = 2000;
 
 double motion_m(double time_s)
 {
@@ -28,11 +28,11 @@ struct uneven_rows {
 uneven_rows made_rows(double jitter, bool at_stamps, double noise_m)
 {
     std::minstd_rand random(11);
-    std::uniform_real_distribution<double> off(-jitter * period_s, jitter * period_s);
+    std::uniform_real_distribution<double> off(-jitter * row_period_s, jitter * row_period_s);
     std::normal_distribution<double> noise;
     uneven_rows made;
-    for (std::size_t n = 0; n < rows; n++) {
-        made.due_s.push_back(3.0 + period_s * static_cast<double>(n));
+    for (std::size_t n = 0; n < row_count; n++) {
+        made.due_s.push_back(3.0 + row_period_s * static_cast<double>(n));
         made.stamp_s.push_back(made.due_s.back() + off(random));
         made.position_m.push_back(motion_m(at_stamps ? made.stamp_s.back() : made.due_s.back()) +
                                   noise_m * noise(random));
@@ -67,8 +67,8 @@ TEST_CASE("row times: values at even times are those of the motion")
 {
     const uneven_rows made = made_rows(0.3, true, 0.0);
     const std::vector<double> even = berth::at_due_times(made.stamp_s, made.due_s, made.position_m);
-    REQUIRE(even.size() == rows);
-    for (std::size_t n = 0; n < rows; n++) {
+    REQUIRE(even.size() == row_count);
+    for (std::size_t n = 0; n < row_count; n++) {
         CHECK(even[n] == doctest::Approx(motion_m(made.due_s[n])).epsilon(0.0).scale(1.0).epsilon(1e-7));
     }
     CHECK(berth::at_due_times({0.0, 0.1}, {0.0, 0.1}, {1.0, 2.0}) == std::vector<double>{1.0, 2.0});

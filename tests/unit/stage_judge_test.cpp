@@ -114,7 +114,7 @@ TEST_CASE("stage judge: the diagnosis of the robot decides about the step")
         CHECK((entry.outcome == berth::stage_outcome::passed) == one.passes);
         CHECK(entry.proposed.size() == one.proposed);
     }
-    CHECK(berth::step_entry({}, ess).outcome == stage_outcome::failed);
+    CHECK(berth::step_entry({}, ess).outcome == berth::stage_outcome::failed);
 }
 
 TEST_CASE("stage judge: shadow wants the margin, and proposes the feedback at which it is used up")
@@ -125,9 +125,9 @@ TEST_CASE("stage judge: shadow wants the margin, and proposes the feedback at wh
     const berth::loop_promise growing{-0.01, 4.0, "", 0.6};
     const berth::loop_promise unknown{{}, {}, "it has no eigenvalues", {}};
     CHECK(berth::judge_shadow(ess, run, damped, damped, 0.01).outcome == berth::stage_outcome::passed);
-    CHECK(berth::judge_shadow(ess, run, damped, damped, 0.04).outcome == stage_outcome::failed);
+    CHECK(berth::judge_shadow(ess, run, damped, damped, 0.04).outcome == berth::stage_outcome::failed);
     const berth::stage_entry entry = berth::judge_shadow(ess, run, growing, damped, 0.01);
-    CHECK(entry.outcome == stage_outcome::failed);
+    CHECK(entry.outcome == berth::stage_outcome::failed);
     REQUIRE(entry.proposed.size() == 1);
     CHECK(entry.proposed[0].first == "feedback.gain");
     CHECK(berth::judge_shadow(ess, run, unknown, unknown, 0.01).because.find("no eigenvalues") != std::string::npos);
@@ -154,11 +154,11 @@ TEST_CASE("stage judge: the ramp tells how far it came")
     berth::stage_run run = made_run(SUPERVISOR_RUNNING); /* half of it */
     run.motion.stop = {STOP_GROWTH, 2.0};
     const berth::stage_entry stopped = berth::judge_ramp(ramp, run, 0.01);
-    CHECK(stopped.outcome == stage_outcome::failed);
+    CHECK(stopped.outcome == berth::stage_outcome::failed);
     CHECK(stopped.because == "the loop was stopped: growth, at a feedback of 0.500");
     CHECK(stopped.values[0].measured == doctest::Approx(0.5));
     run.motion.stop = {};
-    CHECK(berth::judge_ramp(ramp, run, 0.01).outcome == stage_outcome::failed);
+    CHECK(berth::judge_ramp(ramp, run, 0.01).outcome == berth::stage_outcome::failed);
     CHECK(berth::judge_ramp(berth::load_rig("ess", {"feedback.ramp_s=2"}), run, 0.01).outcome ==
           berth::stage_outcome::passed);
 }
