@@ -97,7 +97,8 @@ std::string unknown_key_words(std::string_view path)
     const std::size_t dot = path.rfind('.');
     const bool has_section = dot != std::string_view::npos;
     const bool is_same_section = has_section && nearest.substr(0, dot + 1) == path.substr(0, dot + 1);
-    const std::string_view known = has_section && !is_same_section ? nearest : nearest.substr(nearest.rfind('.') + 1);
+    const std::string_view known =
+        has_section && !is_same_section ? nearest : nearest.substr(nearest.rfind('.') + 1);
     const std::string_view wanted = is_same_section ? path.substr(dot + 1) : path;
     const bool is_beginning = known.substr(0, wanted.size()) == wanted;
     const std::size_t far_off = std::min(known.size(), wanted.size()) / 2 + 1;

@@ -375,7 +375,8 @@ int map_command(const map_arguments &arguments)
     json["csv"] = stem + ".csv";
     json["picture"] = nullptr;
     if (arguments.picture) {
-        const int exit_code = run_script("map_picture.py", "map: draws " + stem + ".png", {stem + ".csv", "--quiet"});
+        const int exit_code =
+            run_script("map_picture.py", "map: draws " + stem + ".png", {stem + ".csv", "--quiet"});
         if (exit_code != 0) {
             return exit_code;
         }
@@ -393,7 +394,8 @@ int map_command(const map_arguments &arguments)
     print_map_summary(request, sums, json);
     print_delay_budget(job.chosen.rig);
     std::printf("map       %s.csv\n", stem.c_str());
-    std::printf(arguments.picture ? "picture   %s.png\n" : "picture   .venv/bin/python scripts/map_picture.py %s.csv\n",
+    std::printf(arguments.picture ? "picture   %s.png\n"
+                                  : "picture   .venv/bin/python scripts/map_picture.py %s.csv\n",
                 stem.c_str());
     return 0;
 }
