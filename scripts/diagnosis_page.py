@@ -84,23 +84,25 @@ def causes_tables(diagnosis):
         return [parameter["key"], number(words.estimate(parameter), f"{of}.value"),
                 (given_text(parameter), 'class="number"')]
 
-    def evidence(cause, of):
+    def share_of_counted(cause, of):
+        share = cause["share_explained"]
+        if share is None:
+            return ""
         of_force = " of the force's" if words.is_shown_by_force(cause) else ""
-        return [number(words.share_text(cause["share_explained"], told["verdict"]) + of_force, f"{of}.share_explained"),
-                number(words.gain_text(cause["held_out_gain"]), f"{of}.held_out_gain.value"),
-                number(f"{cause['probability']:.3g}", f"{of}.probability")]
+        return number(words.share_text(share, told["verdict"]) + of_force, f"{of}.share_explained")
 
     text = ""
     if told["causes"]:
-        rows = [[cause["effect"],
-                 "counted in single samples" if words.is_counted(cause) else
-                 number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
-                 *evidence(cause, f"causes.{i}")]
+        rows = [[cause["effect"], "counted in single samples", share_of_counted(cause, f"causes.{i}"), ""]
+                if words.is_counted(cause) else
+                [cause["effect"], number(f"{cause['delta_bic']:.1f}", f"causes.{i}.delta_bic"),
+                 number(words.share_text(cause["share_explained"], told["verdict"]), f"causes.{i}.share_explained"),
+                 number(words.gain_text(cause["held_out_gain"]), f"causes.{i}.held_out_gain.value")]
                 for i, cause in enumerate(told["causes"])]
-        rows += [[f"or {other['effect']}", number(words.rival_text(other), f"alternatives.{i}.delta_bic"), "", "", ""]
+        rows += [[f"or {other['effect']}", number(words.rival_text(other), f"alternatives.{i}.delta_bic"), "", ""]
                  for i, other in enumerate(told["alternatives"])]
         text += "<h2>Causes</h2>\n" + table(["effect", *right("BIC better by", "share explained",
-                                                              "held-out gain (95 %)", "probability")], rows, "causes")
+                                                              "held-out gain (95 %)")], rows, "causes")
     rows = [[*parameter_cells(parameter, f"causes.{i}.parameters.{j}"), cause["effect"]]
             for i, cause in enumerate(told["causes"]) for j, parameter in enumerate(cause["parameters"])]
     named = {parameter["key"] for cause in told["causes"] for parameter in cause["parameters"]}

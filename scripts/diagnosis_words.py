@@ -83,7 +83,7 @@ def gain_text(gain):
 
 
 def is_counted(cause):
-    """Found in single samples: no fit, hence no BIC, belongs to it."""
+    """Found in single samples: no fit, hence no BIC and no gain, belongs to it."""
     return cause["delta_bic"] is None
 
 
@@ -108,15 +108,15 @@ def name_of(parameter):
 def cause_sentence(cause, verdict):
     found = ", ".join(f"{name_of(parameter)} = {estimate(parameter)}" for parameter in cause["parameters"])
     text = f"{cause['effect']}: {found}."
-    share = share_text(cause["share_explained"], verdict)
-    unseen = (f"on data that the fit never saw the squared error falls by {gain_text(cause['held_out_gain'])}. The probability, "
-              f"among the effects of the library, is {cause['probability']:.3g}.")
     if is_counted(cause):
+        share = cause["share_explained"]
         of_force = " of the force" if is_shown_by_force(cause) else ""
-        return (f"{text} It explains {share} of the explainable error{of_force}, and {unseen} It was counted in single samples, "
-                "not fitted: no BIC belongs to it.")
-    return (f"{text} It explains {share} of the explainable error, BIC is better by {round(cause['delta_bic'])}, and "
-            f"{unseen}")
+        explains = "" if share is None else \
+            f" It explains {share_text(share, verdict)} of the explainable error{of_force}."
+        return text + f"{explains} It was counted in single samples, not fitted: no BIC and no held-out gain belong to it."
+    return (f"{text} It explains {share_text(cause['share_explained'], verdict)} of the explainable error, BIC is "
+            f"better by {round(cause['delta_bic'])}, and on data that the fit never saw the squared error, weighted by "
+            f"the noise, falls by {gain_text(cause['held_out_gain'])}.")
 
 
 def place(block):

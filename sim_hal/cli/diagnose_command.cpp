@@ -63,17 +63,16 @@ nlohmann::json as_json(const part_rms &rms)
 /* What was counted in single samples was not fitted: no BIC and no gain belong to it. */
 nlohmann::json as_json(const cause &known, block told_in)
 {
-    nlohmann::json json{
-        {"effect", known.effect->name},
-        {"parameters", as_json(known.parameters)},
-        {"delta_bic", nullptr},
-        {"share_explained", known.share_explained},
-        {"shown_by", name_of(known.is_shown_by_force ? block::force : told_in)},
-        {"probability", known.probability},
-        {"held_out_gain",
-         {{"value", known.held_out_gain}, {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}}}};
+    nlohmann::json json{{"effect", known.effect->name},
+                        {"parameters", as_json(known.parameters)},
+                        {"delta_bic", nullptr},
+                        {"share_explained", known.share_explained},
+                        {"shown_by", name_of(known.is_shown_by_force ? block::force : told_in)},
+                        {"held_out_gain", nullptr}};
     if (!known.effect->is_of_single_samples) {
         json["delta_bic"] = known.delta_bic;
+        json["held_out_gain"] = {{"value", known.held_out_gain},
+                                 {"ci95", {known.held_out_gain_low, known.held_out_gain_high}}};
     }
     return json;
 }

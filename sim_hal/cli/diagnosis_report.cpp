@@ -87,17 +87,19 @@ void print_cause(const cause &known, bool has_rest)
     for (const parameter_estimate &parameter : known.parameters) {
         std::printf("                 %s\n", words_of(parameter).c_str());
     }
-    const std::string share = share_words(known.share_explained, has_rest);
     if (known.effect->is_of_single_samples) {
-        std::printf("                 seen in single samples, explains %s of the explainable error%s\n",
-                    share.c_str(), known.is_shown_by_force ? " of the force" : "");
-    } else {
-        std::printf("                 explains %s of the explainable error, BIC better by %.0f\n", share.c_str(),
-                    known.delta_bic);
+        std::printf("                 seen in single samples\n");
+        if (known.share_explained > 0.0) { /* else it is not known */
+            std::printf("                 explains %s of the explainable error%s\n",
+                        share_words(known.share_explained, has_rest).c_str(),
+                        known.is_shown_by_force ? " of the force" : "");
+        }
+        return;
     }
-    std::printf("                 gain on unseen data %.1f %% (%.1f to %.1f), probability %.3g within the library\n",
-                100.0 * known.held_out_gain, 100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high,
-                known.probability);
+    std::printf("                 explains %s of the explainable error, BIC better by %.0f\n",
+                share_words(known.share_explained, has_rest).c_str(), known.delta_bic);
+    std::printf("                 gain on unseen data %.1f %% (%.1f to %.1f)\n", 100.0 * known.held_out_gain,
+                100.0 * known.held_out_gain_low, 100.0 * known.held_out_gain_high);
 }
 
 /* What nothing explains: how much, in which band, state and class. */

@@ -19,7 +19,6 @@
 #include "search/robot_and_force.h"
 #include "search/shown_by_force.h"
 #include "search/single_sample_causes.h"
-#include "search/written_model.h"
 
 namespace berth
 {
@@ -171,7 +170,6 @@ class blocks_in_turn
     }
 
     const sample_events &events() const { return events_.fit; }
-    const events_of_records &all_events() const { return events_; }
 
   private:
     /* The error that is left is below it: what a robot that switches does in two runs differs by more than noise. Of
@@ -368,9 +366,6 @@ diagnosis diagnose(const diagnosis_request &request)
     show_error_with_single_samples(result.blocks, result.data, records.validation ? &*records.validation : nullptr);
     tell_in_own_block(result.blocks);
     drop_what_explains_nothing(result.blocks, result.extended);
-    judge_written_model(result.blocks, result.extended,
-                        {result.data, records.validation ? &*records.validation : nullptr, blocks.all_events(),
-                         request.options.replays_max});
     tell_late_columns(result, late);
     tell_input_steps(result);
     tell_motion_noise(result, blocks.events());

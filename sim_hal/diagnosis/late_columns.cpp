@@ -354,7 +354,6 @@ void tell_late_columns(diagnosis &result, const std::vector<late_column> &late)
         made.held_out_gain = one.gain;
         made.held_out_gain_low = one.gain_low;
         made.held_out_gain_high = one.gain_high;
-        made.probability = probability_of(one.delta_bic);
         block->causes.insert(block->causes.begin(), made);
         block->fit_rms.before = one.fit_rms.before;
         block->fit_rms.retuned = one.fit_rms.retuned;

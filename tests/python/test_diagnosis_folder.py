@@ -115,7 +115,7 @@ DAMAGES = [("verdict", "certain"), ("verdict", None), ("blocks", []), ("period_m
            ("residual.robot_position_m.fit.floor", None), ("residual.wheel", {}), ("blocks.0.left.share", 1.5),
            ("blocks.0.base.0.value", "many"), ("blocks.0.floor_noise.ar", [None]), ("notes", "none")]
 OF_CAUSES = [("causes", []), ("causes.0.effect", "backlash"), ("causes.0.parameters", []),
-             ("causes.0.probability", 1.1), ("causes.0.held_out_gain", None), ("causes.0.held_out_gain.ci95", [0.1]), ("causes.0.held_out_gain.value", 1.2),
+             ("causes.0.held_out_gain.ci95", [0.1]), ("causes.0.held_out_gain.value", 1.2),
              ("causes.0.parameters.0.ci95", [1.0]), ("verdict", "nothing_detectable"), ("verdict", "one_of"),
              ("blocks.0.ranking.0.round", 0.5)]
 

@@ -2,8 +2,6 @@
 #ifndef SIM_HAL_DIAGNOSIS_DECIDE_CRITERIA_H
 #define SIM_HAL_DIAGNOSIS_DECIDE_CRITERIA_H
 
-#include <cstddef>
-
 namespace berth::criteria
 {
 
@@ -12,9 +10,6 @@ inline constexpr double share_explained_least = 5e-4;
 
 /* Share of random draws of unseen stretches in which a cause lowers the error, 1. */
 inline constexpr double share_of_draws_least = 0.99;
-
-/* Stretches of unseen data that show a cause, 1: a cause that fewer show may be right by chance. */
-inline constexpr std::size_t stretches_least = 3;
 
 /* Times the noise, 1: an error on unseen data that is the first thing to say. Twice the noise is three times what
  * the noise leaves, as squares. */

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -156,6 +157,38 @@ bool verify_spikes(block block, const diagnosis_input &input, const block_diagno
     *spikes = again[0];
     find_in_unseen(block, input, result.extended, result.extended, "sensor.spikes", events.unseen);
     return events.fit.spike != before || events.unseen.spike != unseen_before;
+}
+
+double share_explained_by(const event_finding &found, block block, const diagnosis_input &input, const rig &given,
+                          const rig &extended, const sample_events &events, double floor_rms)
+{
+    using rows = std::vector<std::uint8_t> sample_events::*;
+    constexpr std::pair<std::string_view, rows> rows_of_effects[] = {
+        {"robot.lost_commands", &sample_events::lost_command},
+        {"loop.lost_samples", &sample_events::robot_repeats},
+        {"loop.lost_samples", &sample_events::force_repeats},
+        {"sensor.dropouts", &sample_events::force_repeats},
+        {"sensor.spikes", &sample_events::spike}};
+    sample_events without = events;
+    for (const auto &[effect, of_effect] : rows_of_effects) {
+        if (found.effect->name == effect) {
+            (without.*of_effect).clear();
+        }
+    }
+    double count = 0.0;
+    const auto square_with = [&](const rig &rig, const sample_events &known) {
+        block_model model(block, *input.fit, rig, known, held_out_parts::none);
+        std::vector<double> error;
+        model.error(rig, error);
+        count = static_cast<double>(std::count(model.uses().begin(), model.uses().end(), row_use::fit));
+        return std::pow(rms_of(error, model.uses(), row_use::fit), 2) * count;
+    };
+    const double left = square_with(extended, events);
+    const double before = square_with(extended, without);
+    const double as_given = std::max(before, square_with(given, {}));
+    const double explainable = as_given - floor_rms * floor_rms * count;
+    return before > left && explainable > 0.0 ? std::min(1.0, (before - left) / explainable)
+                                              : std::numeric_limits<double>::quiet_NaN();
 }
 
 } // namespace berth

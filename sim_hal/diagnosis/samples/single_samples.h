@@ -17,6 +17,12 @@ void find_single_samples(block block, const diagnosis_input &input, const rig &g
 bool verify_spikes(block block, const diagnosis_input &input, const block_diagnosis &result,
                    events_of_records &events, std::vector<event_finding> &found);
 
+/* Of the explainable error of the fit, what is less of it as the rows of this finding are known; not a number where
+ * a replay does not know of them, as of rounding, or nothing can be explained. `extended`: the rig of that replay.
+ */
+double share_explained_by(const event_finding &found, block block, const diagnosis_input &input, const rig &given,
+                          const rig &extended, const sample_events &events, double floor_rms);
+
 } // namespace berth
 
 #endif

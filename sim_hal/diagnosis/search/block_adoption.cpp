@@ -8,7 +8,6 @@
 #include "../samples/clock_ways.h"
 #include "acceptance.h"
 #include "block_search.h"
-#include "switched_off.h"
 
 namespace berth
 {
@@ -248,24 +247,34 @@ void block_search::drop_stand_ins(block_diagnosis &result)
     }
 }
 
-std::vector<const effect *> block_search::with_refinements(const effect &known) const
-{
-    std::vector<const effect *> all{&known};
-    std::copy_if(found_.begin(), found_.end(), std::back_inserter(all),
-                 [&](const effect *other) { return other->refines == known.name; });
-    return all;
-}
-
 rig block_search::rig_without(const effect &dropped) const
 {
-    return switched_off(incumbent_.rig, with_refinements(dropped), own_parameters(), given_);
+    rig without = incumbent_.rig;
+    const std::vector<free_parameter> own = own_parameters();
+    for (const effect_parameter &parameter : dropped.parameters) {
+        const auto base =
+            std::find_if(own.begin(), own.end(), [&](const auto &one) { return one.key->path == parameter.key; });
+        const double value = value_of(without, parameter.key);
+        set_number(without, parameter.key,
+                   base == own.end() ? value_of(given_, parameter.key)
+                                     : std::min(std::max(value, base->low), base->high));
+    }
+    if (dropped.switch_on != nullptr) {
+        without.robot.clock = given_.robot.clock;
+    }
+    return without;
 }
 
 fit_result block_search::fit_without(const effect &dropped)
 {
-    const std::vector<const effect *> gone = with_refinements(dropped);
-    return fit(model_, noise_, switched_off(incumbent_.rig, gone, own_parameters(), given_),
-               joined(own_parameters(), parameters_of_others(incumbent_.parameters, gone)),
+    std::vector<free_parameter> parameters;
+    std::copy_if(incumbent_.parameters.begin(), incumbent_.parameters.end(), std::back_inserter(parameters),
+                 [&](const free_parameter &parameter) {
+                     return std::none_of(
+                         dropped.parameters.begin(), dropped.parameters.end(),
+                         [&](const effect_parameter &gone) { return gone.key == parameter.key->path; });
+                 });
+    return fit(model_, noise_, rig_without(dropped), joined(own_parameters(), parameters),
                input_.options.replays_max);
 }
 

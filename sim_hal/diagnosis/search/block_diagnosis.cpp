@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "../replay/driven_path.h"
-#include "../samples/sample_evidence.h"
 #include "../samples/single_samples.h"
 #include "../samples/switch_beside_losses.h"
 #include "acceptance.h"
@@ -170,8 +169,8 @@ block_diagnosis diagnose_block(block block, const diagnosis_input &input, const 
         }
         cause made;
         made.effect = found.effect;
-        made.evidence = evidence_of_samples(found, result, input, given, events);
-        made.share_explained = made.evidence.share_explained;
+        made.share_explained =
+            share_explained_by(found, block, input, given, result.extended, events.fit, result.fit_rms.floor);
         for (std::size_t i = 0; i < found.values.size(); i++) {
             made.parameters.push_back(
                 {std::string(found.effect->parameters[i].key), found.values[i], found.ci95[i]});

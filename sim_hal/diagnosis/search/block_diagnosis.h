@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "../decide/printable.h"
 #include "../samples/events.h"
 #include "search.h"
 
@@ -30,11 +29,9 @@ struct cause {
     double delta_bic = 0.0;
     double share_explained = 0.0;
     bool is_shown_by_force = false; /* told in the robot, where it happens; the share is of the force's error */
-    double held_out_gain = 0.0;     /* share by which the squared error falls on data that no fit has seen */
+    double held_out_gain = 0.0;     /* share by which the held-out sum of squares falls */
     double held_out_gain_low = 0.0;
     double held_out_gain_high = 0.0;
-    double probability = 0.0;     /* how sure the evidence is, within the library */
-    cause_evidence evidence = {}; /* what it is printed for */
 };
 
 struct alternative {
@@ -117,12 +114,6 @@ struct diagnosis_input {
     bool has_cause_upstream = false;      /* the motion comes from a robot with a fault of its own */
     const rig *without_switching_fault = nullptr; /* the rig as given, where that fault is one of thresholds */
 };
-
-/* Of the record that is fitted: what weighs or sizes causes sees no more of it than a fit does. */
-inline held_out_parts unseen_parts(const diagnosis_input &input)
-{
-    return input.validation == nullptr ? held_out_parts::two_tenths : held_out_parts::none;
-}
 
 block_diagnosis diagnose_block(block block, const diagnosis_input &input, const rig &given,
                                events_of_records &events, std::vector<event_finding> found_events);

@@ -5,14 +5,35 @@
 #include "../../effects/effect.h"
 #include "../decide/criteria.h"
 #include "../decide/printable.h"
-#include "../decide/stretches.h"
 #include "../formatted.h"
 #include "acceptance.h"
 #include "block_search.h"
-#include "unseen_stretches.h"
 
 namespace berth
 {
+
+namespace
+{
+
+constexpr std::size_t stretches = 12; /* of the unseen rows: enough that a normal quantile holds for their sum */
+
+/* Squares of the rows with this use, shared over the stretches in their order. */
+std::vector<double> squares_by_stretch(const std::vector<double> &error, const std::vector<row_use> &uses,
+                                       row_use use)
+{
+    const auto rows = static_cast<std::size_t>(std::count(uses.begin(), uses.end(), use));
+    std::vector<double> sums(stretches, 0.0);
+    std::size_t row = 0;
+    for (std::size_t n = 0; n < uses.size(); n++) {
+        if (uses[n] == use) {
+            sums[row * stretches / rows] += error[n] * error[n];
+            row++;
+        }
+    }
+    return sums;
+}
+
+} // namespace
 
 bool block_search::has_no_size(const cause &told)
 {
@@ -40,70 +61,55 @@ bool block_search::has_no_size(const cause &told)
     return true;
 }
 
-void block_search::add_crossed_stretches(cause_evidence &made, const effect &known, const fit_result &without)
-{
-    search_options half_as_long = input_.options;
-    half_as_long.replays_max /= 2;
-    for (const std::vector<row_use> &half : halves_by_tenths()) {
-        block_model model(model_.which(), *input_.fit, given_, events_.fit, held_out_parts::none);
-        model.use(half);
-        const fit_result less = fit(model, noise_, without.rig, without.parameters, half_as_long.replays_max);
-        const fit_result more = fit_effect(model, noise_, known, incumbent_, less, half_as_long);
-        add_stretches(made, model, row_use::held_out, {more.rig, less.rig}, noise_.rms, unseen_stretches / 2);
-    }
-}
-
-cause_evidence block_search::evidence_of(const cause &told, const fit_result &without)
+cause_evidence block_search::evidence_of(const cause &told, const rig &without)
 {
     cause_evidence made{told.share_explained, has_no_size(told), {}, {}};
     block_model &model = unseen_ ? *unseen_ : model_;
-    add_stretches(made, model, unseen_ ? row_use::fit : row_use::held_out, {incumbent_.rig, without.rig}, noise_.rms,
-                  unseen_stretches);
-    if (unseen_ == nullptr && made.unseen_with.size() < stretches_wanted) {
-        made.unseen_with.clear();
-        made.unseen_without.clear();
-        add_crossed_stretches(made, *told.effect, without);
+    const row_use use = unseen_ ? row_use::fit : row_use::held_out;
+    std::vector<double> with_it;
+    std::vector<double> without_it;
+    model.error(incumbent_.rig, with_it);
+    model.error(without, without_it);
+    std::vector<double> change = with_it;
+    std::transform(change.begin(), change.end(), without_it.begin(), change.begin(), std::minus<>());
+    const auto rows = static_cast<double>(std::count(model.uses().begin(), model.uses().end(), use));
+    const double noise_of_stretch = noise_.rms * noise_.rms * rows / static_cast<double>(stretches);
+    const std::vector<double> shown = squares_by_stretch(change, model.uses(), use);
+    const std::vector<double> with = squares_by_stretch(with_it, model.uses(), use);
+    const std::vector<double> without_cause = squares_by_stretch(without_it, model.uses(), use);
+    /* A model in which a refinement does the same proves nothing either. */
+    for (std::size_t i = 0; i < stretches && told.parameters.empty(); i++) {
+        if (shown[i] > noise_of_stretch) {
+            made.unseen_with.push_back(with[i]);
+            made.unseen_without.push_back(without_cause[i]);
+        }
     }
     return made;
-}
-
-std::string block_search::withdraw_one(block_diagnosis &result)
-{
-    for (std::size_t i = result.causes.size(); i-- > 0;) {
-        const effect &known = *result.causes[i].effect;
-        fit_result without = fit_without(known);
-        cause_evidence evidence = evidence_of(result.causes[i], without);
-        const char *const reason = why_not_printable(evidence);
-        result.causes[i].evidence = std::move(evidence);
-        if (reason == nullptr) {
-            continue;
-        }
-        const std::vector<const effect *> gone = with_refinements(known);
-        const auto is_gone = [&](const effect *one) {
-            return std::find(gone.begin(), gone.end(), one) != gone.end();
-        };
-        found_.erase(std::remove_if(found_.begin(), found_.end(), is_gone), found_.end());
-        result.causes.erase(std::remove_if(result.causes.begin(), result.causes.end(),
-                                           [&](const cause &one) { return is_gone(one.effect); }),
-                            result.causes.end());
-        incumbent_ = std::move(without);
-        widen_by_what_is_left();
-        return std::string(known.name) + " was fitted, and " + reason;
-    }
-    return "";
 }
 
 bool block_search::withdraw_what_is_not_printable(block_diagnosis &result)
 {
     std::vector<std::string> why;
-    for (std::string one = withdraw_one(result); !one.empty(); one = withdraw_one(result)) {
-        why.push_back(std::move(one));
+    for (std::size_t i = result.causes.size(); i-- > 0;) {
+        const effect &known = *result.causes[i].effect;
+        const bool is_refined = std::any_of(found_.begin(), found_.end(),
+                                            [&](const effect *other) { return other->refines == known.name; });
+        if (is_refined || found_[i] != &known) {
+            continue;
+        }
+        fit_result without = fit_without(known);
+        const char *const reason = why_not_printable(evidence_of(result.causes[i], without.rig));
+        if (reason == nullptr) {
+            continue;
+        }
+        why.push_back(std::string(known.name) + " was fitted, and " + reason);
+        incumbent_ = std::move(without);
+        found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(i));
+        result.causes.erase(result.causes.begin() + static_cast<std::ptrdiff_t>(i));
+        widen_by_what_is_left();
     }
     if (why.empty()) {
         return false;
-    }
-    for (cause &told : result.causes) {
-        told.parameters.clear(); /* what it is without those that are gone */
     }
     find_what_is_left();
     result.doubts.clear();
@@ -171,8 +177,7 @@ void block_search::name_rivals_of_a_short_delay(block_diagnosis &result)
                 input_.options.replays_max);
         if (unseen_mean_square(instead.rig) - best < left) {
             result.alternatives.push_back(
-                {&other, bic_of(instead.cost, incumbent_.rows, instead.parameters.size()) - bic_better_by(0.0),
-                 nullptr, instead});
+                {&other, bic_of(instead.cost, incumbent_.rows, instead.parameters.size()) - bic_better_by(0.0)});
         }
     }
 }

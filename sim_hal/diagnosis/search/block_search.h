@@ -131,9 +131,7 @@ class block_search
     void close_in_on_scale(const effect &known);
     /* An effect found first may have stood in for one found later. */
     void drop_stand_ins(block_diagnosis &result);
-    /* That one, and those found that refine it: without it they are nothing. */
-    std::vector<const effect *> with_refinements(const effect &known) const;
-    /* The incumbent with those switched off, and fitted so. */
+    /* The incumbent with that one switched off, and fitted so. */
     rig rig_without(const effect &dropped) const;
     fit_result fit_without(const effect &dropped);
     void fix_estimates(block_diagnosis &result) const;
@@ -318,14 +316,10 @@ class block_search
     /* Its interval holds the size at which it does nothing, of several values all of them. */
     bool has_no_size(const cause &told);
     /* `without`: the model without it, the other parameters fitted anew. */
-    cause_evidence evidence_of(const cause &told, const fit_result &without);
-    /* Of the record's odd parts, with all parameters fitted to its even ones, and the other way round. */
-    void add_crossed_stretches(cause_evidence &made, const effect &known, const fit_result &without);
-    /* The last one first, each beside those that stay, until all of these are. Whether there was one that was not:
-     * the verdict is then that of what stays, and says so. */
+    cause_evidence evidence_of(const cause &told, const rig &without);
+    /* The last one first, each beside those that stay. Whether there was one: the verdict is then that of what
+     * stays, and says so. */
     bool withdraw_what_is_not_printable(block_diagnosis &result);
-    /* The last one that is not printable is gone, with what refines it; its name and why, or nothing. */
-    std::string withdraw_one(block_diagnosis &result);
     /* Where the error on the validation record is far above the noise, that is the first doubt, and the block counts
      * as not fully explained. */
     void admit_failure_on_unseen(block_diagnosis &result);

@@ -55,8 +55,8 @@ class balance
   public:
     balance(const contender &named, const diagnosis_input &input, const rig &as_given)
         : as_given_(as_given), robot_noise_(named.robot.floor), force_noise_(named.force.floor),
-          reports_(block::robot, *input.fit, as_given, named.events.fit, unseen_parts(input)),
-          force_(block::force, *input.fit, as_given, named.events.fit, unseen_parts(input))
+          reports_(block::robot, *input.fit, as_given, named.events.fit, held_out_parts::none),
+          force_(block::force, *input.fit, as_given, named.events.fit, held_out_parts::none)
     {
     }
 

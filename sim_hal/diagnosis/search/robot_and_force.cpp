@@ -84,7 +84,7 @@ void look_for_hidden_robot(block_diagnosis &force, const block_diagnosis &robot,
     if (!is_robot) {
         return;
     }
-    block_model reports(block::robot, *input.fit, start.given, start.events.fit, unseen_parts(input));
+    block_model reports(block::robot, *input.fit, start.given, start.events.fit, held_out_parts::none);
     if (cost_of(reports, robot.floor, again.extended) < cost_of(reports, robot.floor, start.given) + contradiction) {
         force = std::move(again);
     }
@@ -267,8 +267,7 @@ bool reports_refute_that_late_robot(const block_diagnosis &robot, const block_di
     const double both_ms = std::hypot(lag_ms, sensor_lag_ms);
     set_number(late, "robot.lag_ms", both_ms);
     set_number(late, "robot.dead_time_ms", late.robot.dead_time_ms + lag_ms - both_ms + sensor_delay_ms);
-    block_model reports(block::robot, *robot_start.input.fit, robot_start.given, events.fit,
-                        unseen_parts(robot_start.input));
+    block_model reports(block::robot, *robot_start.input.fit, robot_start.given, events.fit, held_out_parts::none);
     std::vector<free_parameter> parameters;
     std::copy_if(robot.fitted.parameters.begin(), robot.fitted.parameters.end(), std::back_inserter(parameters),
                  [&](const free_parameter &known) {

@@ -53,7 +53,7 @@ void refine_thresholds(block_diagnosis &robot, const diagnosis_input &input, con
             !(size.value > 0.0)) {
             continue;
         }
-        block_model force(block::force, *input.fit, robot.extended, events.fit, unseen_parts(input));
+        block_model force(block::force, *input.fit, robot.extended, events.fit, held_out_parts::none);
         noise_model noise;
         std::vector<double> error;
         force.error(robot.extended, error);

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "../decide/printable.h"
-#include "written_model.h"
 
 namespace berth
 {
@@ -90,11 +89,10 @@ void drop_what_explains_nothing(std::vector<block_diagnosis> &blocks, rig &exten
     for (block_diagnosis &block : blocks) {
         for (std::size_t i = block.causes.size(); i-- > 0;) {
             const cause &told = block.causes[i];
-            const char *const why = told.effect->is_of_single_samples ? why_not_printable(told.evidence) : nullptr;
+            const char *const why = told.effect->is_of_single_samples
+                                        ? why_not_printable({told.share_explained, false, {}, {}})
+                                        : nullptr;
             if (why == nullptr) {
-                if (told.effect->is_of_single_samples) {
-                    say_of(block.causes[i], told.evidence);
-                }
                 continue;
             }
             for (const effect_parameter &parameter : told.effect->parameters) {
