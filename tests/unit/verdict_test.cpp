@@ -353,7 +353,7 @@ TEST_CASE("verdict: a limit cycle beside the one that harmonic balance predicts"
     CHECK(judge({predicts_nothing(), motion, {}, {}, 100.0, {near}, ""}).kind != verdict_kind::limit_cycle);
 }
 
-TEST_CASE("verdict: limits that acted in most ticks are told beside what they spoil")
+TEST_CASE("verdict: limits that acted in most ticks stand beside what they spoil")
 {
     motion_evidence motion = measured(-0.3, 0.01);
     motion.limited_share = 0.5;
